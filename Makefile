@@ -1,0 +1,25 @@
+# make help lists the targets.
+SHELL := /bin/bash
+.SHELLFLAGS := -o pipefail -c
+.DEFAULT_GOAL := help
+.PHONY: help env demo test lint soak bench clean
+
+IN_ENV := source ./env.sh &&
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-6s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+env: ## everything that running and testing need (.venv, install/)
+	@scripts/make_env.sh
+
+demo: env ## drive a simulated tri-glide through real nodes; writes out/demo.png
+	@$(IN_ENV) exec install/tri_glide_kinematics/lib/tri_glide_kinematics/demo --output out
+
+test: env ## all tests: mathematics, motion, nodes as real processes
+	@$(IN_ENV) exec python -m pytest
+
+lint: env ## ruff and mypy
+	@$(IN_ENV) ruff check . && ruff format --check . && mypy
+
+clean: ## remove everything that the other targets made
+	rm -rf .venv build install log out .pytest_cache .hypothesis .mypy_cache .ruff_cache

@@ -1,0 +1,36 @@
+# To be sourced (bash or zsh): puts the shell into the environment that `make env` made.
+# Where .venv holds ROS 2 Jazzy itself, it replaces whatever ROS the shell had.
+
+if [ -n "${BASH_SOURCE:-}" ]; then
+    _tri_glide_root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+    _tri_glide_setup=local_setup.bash
+elif [ -n "${ZSH_VERSION:-}" ]; then
+    _tri_glide_root=$(cd "$(dirname "${(%):-%x}")" && pwd)
+    _tri_glide_setup=local_setup.zsh
+else
+    _tri_glide_root=$PWD
+    _tri_glide_setup=local_setup.sh
+fi
+
+if [ ! -f "$_tri_glide_root/.venv/bin/activate" ]; then
+    echo "env.sh: there is no environment yet: run 'make env' first" >&2
+    return 1
+fi
+
+. "$_tri_glide_root/.venv/bin/activate"
+
+if [ -f "$_tri_glide_root/.venv/library_path" ]; then
+    # Jazzy from wheels. The library path is set here because the wheels would otherwise start
+    # every interpreter twice to set it.
+    unset PYTHONPATH ROS_DISTRO
+    export AMENT_PREFIX_PATH="$VIRTUAL_ENV" CMAKE_PREFIX_PATH="$VIRTUAL_ENV"
+    LD_LIBRARY_PATH=$(cat "$_tri_glide_root/.venv/library_path")
+    export LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
+fi
+
+if [ -f "$_tri_glide_root/install/$_tri_glide_setup" ]; then
+    COLCON_CURRENT_PREFIX="$_tri_glide_root/install"
+    . "$_tri_glide_root/install/$_tri_glide_setup"
+    unset COLCON_CURRENT_PREFIX
+fi
+unset _tri_glide_root _tri_glide_setup

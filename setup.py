@@ -1,0 +1,31 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = "tri_glide_kinematics"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Kinematics, motion and ROS 2 nodes for tri-glide delta robots",
+    license="Apache-2.0",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    package_data={PACKAGE: ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/config", glob("config/*.yaml")),
+    ],
+    python_requires=">=3.10",
+    install_requires=["numpy", "ruckig"],
+    extras_require={"figures": ["matplotlib", "pyyaml"], "test": ["pytest", "hypothesis"]},
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            f"ik_node = {PACKAGE}.nodes.ik_node:main",
+            f"fk_node = {PACKAGE}.nodes.fk_node:main",
+            f"simulator_node = {PACKAGE}.nodes.simulator_node:main",
+            f"demo = {PACKAGE}.nodes.demo:main",
+        ]
+    },
+)

@@ -1,0 +1,235 @@
+"""Every error that this package raises on purpose; each carries the data that explains it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+class KinematicsError(ValueError):
+    """Base of all errors of this package.
+
+    The text of a subclass names the offending number and the bound that it breaks, so that it can
+    be read in a log without the code beside it.
+    """
+
+
+class NotFiniteError(KinematicsError):
+    """A number is NaN or infinite where only finite ones have a meaning."""
+
+    def __init__(self, name: str, value: float) -> None:
+        """Store the ``name`` of the quantity and its ``value``."""
+        super().__init__(f"{name} = {value} is not a finite number")
+        self.name = name
+        self.value = value
+
+
+class OutOfBoundsError(KinematicsError):
+    """A number lies outside the interval in which it is allowed."""
+
+    def __init__(self, name: str, value: float, bound: str, unit: str = "") -> None:
+        """Store what was checked.
+
+        Args:
+            name: what the number is, for example ``arm_lengths[1]``.
+            value: the offending number.
+            bound: the bound in words, for example ``greater than 0``.
+            unit: unit of both, for example ``m``.
+        """
+        suffix = f" {unit}" if unit else ""
+        super().__init__(f"{name} = {value:.9g}{suffix} must be {bound}{suffix}")
+        self.name = name
+        self.value = value
+        self.bound = bound
+        self.unit = unit
+
+
+class WrongShapeError(KinematicsError):
+    """An array has not the shape that its meaning demands."""
+
+    def __init__(self, name: str, shape: tuple[int, ...], expected: str) -> None:
+        """Store the ``name`` of the array, the ``shape`` it has and the ``expected`` one in words."""
+        super().__init__(f"{name} has shape {shape}, expected {expected}")
+        self.name = name
+        self.shape = shape
+        self.expected = expected
+
+
+class GeometryError(KinematicsError):
+    """Lengths and places from which no working tri-glide can be built."""
+
+
+class CoincidentAnchorsError(GeometryError):
+    """Two anchors lie at the same place, so that two arms do the work of one."""
+
+    def __init__(self, arms: tuple[int, int], place: Sequence[float], distance: float) -> None:
+        """Store the indices of both ``arms``, the ``place`` [m] and the ``distance`` [m]."""
+        super().__init__(
+            f"anchors of arms {arms[0] + 1} and {arms[1] + 1} coincide at ({place[0]:.9g}, "
+            f"{place[1]:.9g}) m, {distance:.3g} m apart"
+        )
+        self.arms = arms
+        self.place = tuple(place)
+        self.distance = distance
+
+
+class CollinearAnchorsError(GeometryError):
+    """The anchors lie on one line, so that nothing holds the platform across it."""
+
+    def __init__(self, anchors: Sequence[Sequence[float]], height: float) -> None:
+        """Store the ``anchors`` [m] and the least ``height`` of their triangle [m]."""
+        places = ", ".join(f"({x:.9g}, {y:.9g})" for x, y in anchors)
+        super().__init__(
+            f"anchors {places} m lie on one line: their triangle is {height:.3g} m high"
+        )
+        self.anchors = tuple(tuple(anchor) for anchor in anchors)
+        self.height = height
+
+
+class ArmsNeverMeetError(GeometryError):
+    """The arms are too short for their anchors: no place lies within reach of all three."""
+
+    def __init__(self, anchors: Sequence[Sequence[float]], arm_lengths: Sequence[float]) -> None:
+        """Store the ``anchors`` [m] and the ``arm_lengths`` [m]."""
+        places = ", ".join(f"({x:.9g}, {y:.9g})" for x, y in anchors)
+        lengths = ", ".join(f"{length:.9g}" for length in arm_lengths)
+        super().__init__(
+            f"arms of {lengths} m at anchors {places} m never meet: no place is within reach of all"
+        )
+        self.anchors = tuple(tuple(anchor) for anchor in anchors)
+        self.arm_lengths = tuple(arm_lengths)
+
+
+class UnreachableError(KinematicsError):
+    """The platform cannot be held at a position."""
+
+    def __init__(self, message: str, position: Sequence[float]) -> None:
+        """Store the ``position`` [m] that the ``message`` is about."""
+        super().__init__(message)
+        self.position = tuple(position)
+
+
+class ArmTooShortError(UnreachableError):
+    """An arm does not span the horizontal distance to its tower."""
+
+    def __init__(
+        self, position: Sequence[float], arm: int, distance: float, arm_length: float
+    ) -> None:
+        """Store what is too far.
+
+        Args:
+            position: of the platform [m].
+            arm: index of the arm, 0 to 2 (the text counts from 1).
+            distance: horizontal distance from the platform to the arm's anchor [m].
+            arm_length: [m].
+        """
+        x, y, z = position
+        super().__init__(
+            f"position ({x:.9g}, {y:.9g}, {z:.9g}) m is out of reach of arm {arm + 1}: horizontal "
+            f"distance {distance:.9g} m, arm length {arm_length:.9g} m",
+            position,
+        )
+        self.arm = arm
+        self.distance = distance
+        self.arm_length = arm_length
+
+
+class WrongAssemblyModeError(UnreachableError):
+    """The platform would have to be above, or in, the plane through the three carriages."""
+
+    def __init__(self, position: Sequence[float], plane_height: float) -> None:
+        """Store the ``position`` [m] and the ``plane_height`` [m].
+
+        Args:
+            position: of the platform [m].
+            plane_height: of the carriages' plane over the platform [m]; negative if below it.
+        """
+        x, y, z = position
+        super().__init__(
+            f"position ({x:.9g}, {y:.9g}, {z:.9g}) m belongs to the other assembly mode: the plane "
+            f"of the carriages is {plane_height:.3g} m above it, not more than 0 m",
+            position,
+        )
+        self.plane_height = plane_height
+
+
+class NoPoseError(KinematicsError):
+    """Slider heights to which no pose of the platform below the sliders belongs."""
+
+    def __init__(self, message: str, heights: Sequence[float]) -> None:
+        """Store the slider ``heights`` [m] that the ``message`` is about."""
+        super().__init__(message)
+        self.heights = tuple(heights)
+
+
+class SpheresDoNotMeetError(NoPoseError):
+    """The sphere about each carriage with its arm as radius: all three have no common point."""
+
+    def __init__(self, heights: Sequence[float], discriminant: float) -> None:
+        """Store the slider ``heights`` [m] and the ``discriminant`` [m^2] (not positive)."""
+        h1, h2, h3 = heights
+        super().__init__(
+            f"slider heights ({h1:.9g}, {h2:.9g}, {h3:.9g}) m are too far apart: the arms do not "
+            f"meet (discriminant {discriminant:.3g} m^2)",
+            heights,
+        )
+        self.discriminant = discriminant
+
+
+class PlatformAboveSliderError(NoPoseError):
+    """The arms meet, but one of them does not lead upwards to its slider."""
+
+    def __init__(self, heights: Sequence[float], arm: int, rise: float) -> None:
+        """Store the slider ``heights`` [m], the index of the ``arm`` and its ``rise`` [m]."""
+        h1, h2, h3 = heights
+        super().__init__(
+            f"slider heights ({h1:.9g}, {h2:.9g}, {h3:.9g}) m put the platform above slider "
+            f"{arm + 1}: arm {arm + 1} rises by {rise:.3g} m, not more than 0 m",
+            heights,
+        )
+        self.arm = arm
+        self.rise = rise
+
+
+class MotionError(KinematicsError):
+    """A motion is refused; what moves goes on as it was."""
+
+
+class NotStartedError(MotionError):
+    """A command came before the engine knew the heights that the sliders have."""
+
+    def __init__(self) -> None:
+        """Store the fixed text."""
+        super().__init__("the motion has not been started from measured slider heights")
+
+
+class PlanningError(MotionError):
+    """No trajectory was found."""
+
+    def __init__(self, reason: str) -> None:
+        """Store the ``reason``."""
+        super().__init__(f"no trajectory found: {reason}")
+        self.reason = reason
+
+
+class SliderLimitError(MotionError):
+    """A trajectory would ask more of a slider than its limit."""
+
+    def __init__(self, quantity: str, slider: int, value: float, limit: float, unit: str) -> None:
+        """Store which limit.
+
+        Args:
+            quantity: ``velocity``, ``acceleration`` or ``jerk``.
+            slider: index, 0 to 2 (the text counts from 1).
+            value: largest absolute value on the trajectory.
+            limit: the bound that it breaks.
+            unit: of both.
+        """
+        super().__init__(
+            f"{quantity} of slider {slider + 1} would be {value:.9g} {unit}, its limit is "
+            f"{limit:.9g} {unit}"
+        )
+        self.quantity = quantity
+        self.slider = slider
+        self.value = value
+        self.limit = limit
+        self.unit = unit
