@@ -62,7 +62,9 @@ def finite_vector(name: str, values: Sequence[float], size: int) -> tuple[float,
     return tuple(finite(f"{name}[{index}]", number) for index, number in enumerate(numbers))
 
 
-def array_of_shape(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+def array_of_shape(
+    name: str, values: ArrayLike, shape: tuple[int | None, ...]
+) -> NDArray[np.float64]:
     """Return ``values`` as a float array; ``None`` in ``shape`` stands for any size.
 
     Raises:

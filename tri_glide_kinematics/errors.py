@@ -47,7 +47,7 @@ class WrongShapeError(KinematicsError):
     """An array has not the shape that its meaning demands."""
 
     def __init__(self, name: str, shape: tuple[int, ...], expected: str) -> None:
-        """Store the ``name`` of the array, the ``shape`` it has and the ``expected`` one in words."""
+        """Store the ``name`` of the array, its ``shape`` and the ``expected`` one in words."""
         super().__init__(f"{name} has shape {shape}, expected {expected}")
         self.name = name
         self.shape = shape

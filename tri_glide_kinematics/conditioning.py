@@ -1,0 +1,94 @@
+"""Largest and smallest singular value of a 3 x 3 matrix in closed form, for one and for many.
+
+The eigenvalue formula of a symmetric 3 x 3 matrix (Smith, "Eigenvalues of a symmetric 3 x 3
+matrix", Comm. ACM 4, 1961) is exact to rounding for the largest eigenvalue only, as all its terms
+are then positive. So the smallest singular value is found as the inverse of the largest one of
+the inverse matrix, whose columns are cross products of the rows.
+"""
+
+from __future__ import annotations
+
+from math import acos, cos, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector3 = tuple[float, float, float]
+Matrix3 = tuple[Vector3, Vector3, Vector3]
+
+
+def extreme_singular_values(matrix: Matrix3) -> tuple[float, float]:
+    """Return the largest and the smallest singular value of ``matrix``, given by its rows.
+
+    The smallest is 0 if the determinant is.
+    """
+    row1, row2, row3 = matrix
+    column1, column2, column3 = _cross(row2, row3), _cross(row3, row1), _cross(row1, row2)
+    determinant = abs(_dot(row1, column1))
+    largest = _largest_singular_value(row1, row2, row3)
+    if determinant == 0.0:
+        return largest, 0.0
+    return largest, determinant / _largest_singular_value(column1, column2, column3)
+
+
+def extreme_singular_values_batch(
+    matrices: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the same for many matrices.
+
+    Args:
+        matrices: Shape (n, 3, 3). A matrix with NaN gives NaN.
+
+    Returns:
+        Largest and smallest singular values, each of shape (n,).
+    """
+    # Index first, sample last, so that each operation runs over contiguous numbers.
+    rows = np.ascontiguousarray(matrices.transpose(1, 2, 0))
+    following, preceding = rows[[1, 2, 0]], rows[[2, 0, 1]]
+    columns = np.empty_like(rows)
+    for axis in range(3):
+        j, k = (axis + 1) % 3, (axis + 2) % 3
+        columns[:, axis] = following[:, j] * preceding[:, k] - following[:, k] * preceding[:, j]
+    determinant = np.abs((rows[0] * columns[0]).sum(axis=0))
+    return _largest_batch(rows), determinant / _largest_batch(columns)
+
+
+def _cross(a: Vector3, b: Vector3) -> Vector3:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def _dot(a: Vector3, b: Vector3) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _largest_singular_value(a: Vector3, b: Vector3, c: Vector3) -> float:
+    """Return the largest singular value of the matrix with these rows (or columns)."""
+    ab, bc, ca = _dot(a, b), _dot(b, c), _dot(c, a)
+    aa, bb, cc = _dot(a, a), _dot(b, b), _dot(c, c)
+    mean = (aa + bb + cc) / 3.0
+    aa, bb, cc = aa - mean, bb - mean, cc - mean
+    off_diagonal = ab * ab + bc * bc + ca * ca
+    spread = sqrt((aa * aa + bb * bb + cc * cc + 2.0 * off_diagonal) / 6.0)
+    if spread <= 1e-150:
+        return sqrt(mean)
+    half_determinant = (
+        aa * (bb * cc - bc * bc) - ab * (ab * cc - bc * ca) + ca * (ab * bc - bb * ca)
+    ) / 2.0
+    cosine = half_determinant / (spread * spread * spread)
+    return sqrt(mean + 2.0 * spread * cos(acos(max(-1.0, min(1.0, cosine))) / 3.0))
+
+
+def _largest_batch(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the same for ``rows`` of shape (3, 3, n)."""
+    diagonal = np.einsum("ijn,ijn->in", rows, rows)
+    mean = diagonal.sum(axis=0) / 3.0
+    diagonal -= mean
+    ab, bc, ca = np.einsum("ijn,ijn->in", rows, rows[[1, 2, 0]])
+    aa, bb, cc = diagonal
+    squares = (diagonal * diagonal).sum(axis=0) + 2.0 * (ab * ab + bc * bc + ca * ca)
+    spread = np.maximum(np.sqrt(squares / 6.0), 1e-100)
+    half_determinant = (
+        aa * (bb * cc - bc * bc) - ab * (ab * cc - bc * ca) + ca * (ab * bc - bb * ca)
+    ) / 2.0
+    cosine = np.clip(half_determinant / (spread * spread * spread), -1.0, 1.0)
+    return np.asarray(np.sqrt(mean + 2.0 * spread * np.cos(np.arccos(cosine) / 3.0)))
