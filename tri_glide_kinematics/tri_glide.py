@@ -199,8 +199,8 @@ class TriGlide:
         e2 = 0.5 * d2 * d2
         e3 = 0.5 * d3 * d3
         # Seen from carriage 1, the platform lies on the line (px, py, 0) - w (mx, my, -1).
-        px = px0 + ux * e2 + vx * e3
-        py = py0 + uy * e2 + vy * e3
+        px = ux * e2 + vx * e3 + px0
+        py = uy * e2 + vy * e3 + py0
         mx = ux * d2 + vx * d3
         my = uy * d2 + vy * d3
         n = 1.0 + mx * mx + my * my
@@ -240,8 +240,8 @@ class TriGlide:
         d3 = h3 - h1
         e2 = 0.5 * d2 * d2
         e3 = 0.5 * d3 * d3
-        px = px0 + ux * e2 + vx * e3
-        py = py0 + uy * e2 + vy * e3
+        px = ux * e2 + vx * e3 + px0
+        py = uy * e2 + vy * e3 + py0
         mx = ux * d2 + vx * d3
         my = uy * d2 + vy * d3
         n = 1.0 + mx * mx + my * my
