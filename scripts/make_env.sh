@@ -56,11 +56,14 @@ PYTHON
 }
 
 install() { # install PIP-ARGUMENTS...
-    local status=0
-    .venv/bin/python -m pip install --disable-pip-version-check --retries 2 "$@" >>"$LOG" 2>&1 || status=$?
-    [ $status -eq 0 ] ||
-        fail "the packages could not be installed: $(grep -E '^ERROR' "$LOG" | tail -n 1 | cut -c 1-300)" \
-            "(the network? the whole log is $LOG)"
+    local reason
+    .venv/bin/python -m pip install --disable-pip-version-check --retries 2 "$@" >>"$LOG" 2>&1 && return
+    if grep -q 'Retrying (' "$LOG"; then
+        reason="the package index cannot be reached; is there a network?"
+    else
+        reason=$(grep -m 1 -E '^ERROR' "$LOG" | cut -c 1-300 || true)
+    fi
+    fail "the packages could not be installed: $reason (the whole log is $LOG)"
 }
 
 make_venv_from_wheels() {

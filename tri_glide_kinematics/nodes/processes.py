@@ -1,0 +1,88 @@
+"""Nodes of this package as processes: started from the installed executables, ended for certain."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+
+from ament_index_python.packages import get_package_prefix, get_package_share_directory
+
+PACKAGE = "tri_glide_kinematics"
+STOP_TIMEOUT = 5.0  # s, until a process that ignores SIGINT is killed
+
+
+def executable(name: str) -> Path:
+    """Return the path of an installed executable of this package."""
+    return Path(get_package_prefix(PACKAGE), "lib", PACKAGE, name)
+
+
+def default_parameter_file() -> Path:
+    """Return the installed ``config/tri_glide.yaml``."""
+    return Path(get_package_share_directory(PACKAGE), "config", "tri_glide.yaml")
+
+
+class NodeProcesses:
+    """Processes of nodes; leaving the context ends those that still run."""
+
+    def __init__(self, environment: Mapping[str, str] | None = None) -> None:
+        """Start processes with ``environment`` on top of this process's own."""
+        self._environment = {**os.environ, **(environment or {})}
+        self._processes: list[subprocess.Popen[bytes]] = []
+
+    def start(
+        self, name: str, ros_arguments: Sequence[str] = (), log: Path | None = None
+    ) -> subprocess.Popen[bytes]:
+        """Start the node ``name``.
+
+        Args:
+            name: of the executable.
+            ros_arguments: what follows ``--ros-args``.
+            log: file to which its output is appended; without it, it goes where ours goes.
+
+        Raises:
+            FileNotFoundError: if the executable is not installed.
+        """
+        command = [str(executable(name)), "--ros-args", *ros_arguments]
+        if log is None:
+            process = subprocess.Popen(command, env=self._environment)
+        else:
+            with log.open("ab") as output:
+                process = subprocess.Popen(
+                    command, env=self._environment, stdout=output, stderr=subprocess.STDOUT
+                )
+        self._processes.append(process)
+        return process
+
+    def ended(self) -> list[subprocess.Popen[bytes]]:
+        """Return the processes that have ended by themselves."""
+        return [process for process in self._processes if process.poll() is not None]
+
+    def stop(self) -> None:
+        """End all processes: politely first, then for certain."""
+        for process in self._processes:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+        for process in self._processes:
+            try:
+                process.wait(STOP_TIMEOUT)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self._processes.clear()
+
+    def __enter__(self) -> NodeProcesses:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """End all processes."""
+        self.stop()
