@@ -16,15 +16,18 @@ from numpy.typing import NDArray
 Vector3 = tuple[float, float, float]
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
+# Below this the eigenvalues are equal, and the angle between them has no meaning.
+NO_SPREAD = 1e-100
+
 
 def extreme_singular_values(matrix: Matrix3) -> tuple[float, float]:
     """Return the largest and the smallest singular value of ``matrix``, given by its rows.
 
-    The smallest is 0 if the determinant is.
+    The smallest has the sign of the determinant.
     """
     row1, row2, row3 = matrix
     column1, column2, column3 = _cross(row2, row3), _cross(row3, row1), _cross(row1, row2)
-    determinant = abs(_dot(row1, column1))
+    determinant = _dot(row1, column1)
     largest = _largest_singular_value(row1, row2, row3)
     if determinant == 0.0:
         return largest, 0.0
@@ -37,20 +40,22 @@ def extreme_singular_values_batch(
     """Return the same for many matrices.
 
     Args:
-        matrices: Shape (n, 3, 3). A matrix with NaN gives NaN.
+        matrices: row, column, number of the matrix. Shape (3, 3, n). A matrix with NaN gives NaN.
 
     Returns:
         Largest and smallest singular values, each of shape (n,).
     """
-    # Index first, sample last, so that each operation runs over contiguous numbers.
-    rows = np.ascontiguousarray(matrices.transpose(1, 2, 0))
-    following, preceding = rows[[1, 2, 0]], rows[[2, 0, 1]]
-    columns = np.empty_like(rows)
-    for axis in range(3):
-        j, k = (axis + 1) % 3, (axis + 2) % 3
-        columns[:, axis] = following[:, j] * preceding[:, k] - following[:, k] * preceding[:, j]
-    determinant = np.abs((rows[0] * columns[0]).sum(axis=0))
-    return _largest_batch(rows), determinant / _largest_batch(columns)
+    count = matrices.shape[2]
+    # The matrices and their cross products side by side, so that both are worked on at once.
+    both = np.empty((3, 3, 2 * count))
+    both[:, :, :count] = matrices
+    following, preceding = matrices[[1, 2, 0]], matrices[[2, 0, 1]]
+    columns = both[:, :, count:]
+    np.multiply(following[:, [1, 2, 0]], preceding[:, [2, 0, 1]], out=columns)
+    columns -= following[:, [2, 0, 1]] * preceding[:, [1, 2, 0]]
+    determinant = np.einsum("jn,jn->n", matrices[0], columns[0])
+    largest = _largest_batch(both)
+    return largest[:count], determinant / largest[count:]
 
 
 def _cross(a: Vector3, b: Vector3) -> Vector3:
@@ -69,7 +74,7 @@ def _largest_singular_value(a: Vector3, b: Vector3, c: Vector3) -> float:
     aa, bb, cc = aa - mean, bb - mean, cc - mean
     off_diagonal = ab * ab + bc * bc + ca * ca
     spread = sqrt((aa * aa + bb * bb + cc * cc + 2.0 * off_diagonal) / 6.0)
-    if spread <= 1e-150:
+    if spread <= NO_SPREAD:
         return sqrt(mean)
     half_determinant = (
         aa * (bb * cc - bc * bc) - ab * (ab * cc - bc * ca) + ca * (ab * bc - bb * ca)
@@ -81,14 +86,16 @@ def _largest_singular_value(a: Vector3, b: Vector3, c: Vector3) -> float:
 def _largest_batch(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the same for ``rows`` of shape (3, 3, n)."""
     diagonal = np.einsum("ijn,ijn->in", rows, rows)
+    others = np.einsum("ijn,ijn->in", rows, rows[[1, 2, 0]])
     mean = diagonal.sum(axis=0) / 3.0
     diagonal -= mean
-    ab, bc, ca = np.einsum("ijn,ijn->in", rows, rows[[1, 2, 0]])
     aa, bb, cc = diagonal
-    squares = (diagonal * diagonal).sum(axis=0) + 2.0 * (ab * ab + bc * bc + ca * ca)
-    spread = np.maximum(np.sqrt(squares / 6.0), 1e-100)
-    half_determinant = (
+    ab, bc, ca = others
+    squares = np.einsum("in,in->n", diagonal, diagonal)
+    squares += 2.0 * np.einsum("in,in->n", others, others)
+    spread = np.maximum(np.sqrt(squares / 6.0), NO_SPREAD)
+    half_determinant = 0.5 * (
         aa * (bb * cc - bc * bc) - ab * (ab * cc - bc * ca) + ca * (ab * bc - bb * ca)
-    ) / 2.0
-    cosine = np.clip(half_determinant / (spread * spread * spread), -1.0, 1.0)
+    )
+    cosine = np.minimum(np.maximum(half_determinant / (spread * spread * spread), -1.0), 1.0)
     return np.asarray(np.sqrt(mean + 2.0 * spread * np.cos(np.arccos(cosine) / 3.0)))

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.workspace_limits import WorkspaceLimit
 
 
 class KinematicsError(ValueError):
@@ -152,6 +156,40 @@ class WrongAssemblyModeError(UnreachableError):
         self.plane_height = plane_height
 
 
+class OutsideWorkspaceError(KinematicsError):
+    """A place breaks a limit of the workspace."""
+
+    def __init__(
+        self,
+        limit: WorkspaceLimit,
+        arm: int | None,
+        position: Sequence[float],
+        value: float,
+        bound: float,
+    ) -> None:
+        """Store which limit is broken, and where.
+
+        Args:
+            limit: that is broken.
+            arm: index of the arm (and slider), if the limit belongs to one.
+            position: of the platform [m].
+            value: of the limited quantity, in the limit's unit.
+            bound: that it breaks.
+        """
+        x, y, z = position
+        of_arm = "" if arm is None else f" of arm {arm + 1}"
+        unit = f" {limit.unit}" if limit.unit else ""
+        super().__init__(
+            f"outside the workspace at ({x:.9g}, {y:.9g}, {z:.9g}) m: {value:.9g}{unit} breaks the "
+            f"{limit.value}{of_arm}, {bound:.9g}{unit}"
+        )
+        self.limit = limit
+        self.arm = arm
+        self.position = tuple(position)
+        self.value = value
+        self.bound = bound
+
+
 class NoPoseError(KinematicsError):
     """Slider heights to which no pose of the platform below the sliders belongs."""
 
@@ -233,3 +271,51 @@ class SliderLimitError(MotionError):
         self.value = value
         self.limit = limit
         self.unit = unit
+
+
+class NotAssemblableError(KinematicsError):
+    """Four links cannot be joined to a linkage that moves: one is too long for the others."""
+
+    def __init__(self, link: str, length: float, rest: float) -> None:
+        """Store the too long ``link``, its ``length`` and the ``rest`` of the links, in [m]."""
+        super().__init__(
+            f"{link} = {length:.9g} m must be shorter than the other three links together, "
+            f"which are {rest:.9g} m"
+        )
+        self.link = link
+        self.length = length
+        self.rest = rest
+
+
+class CrankLimitError(KinematicsError):
+    """A crank angle at which the linkage cannot be closed."""
+
+    def __init__(self, crank_angle: float, ranges: tuple[tuple[float, float], ...]) -> None:
+        """Store the ``crank_angle`` and the ``ranges`` that the crank can reach, in [rad]."""
+        reach = " or ".join(f"from {low:.9g} to {high:.9g} rad" for low, high in ranges)
+        super().__init__(
+            f"crank_angle = {crank_angle:.9g} rad is beyond the crank's limits: it reaches {reach}"
+        )
+        self.crank_angle = crank_angle
+        self.ranges = ranges
+
+
+class SelfMotionError(KinematicsError):
+    """The platform can move while all cranks stand still, so that it has no definite positions."""
+
+    def __init__(self, crank_angle: float) -> None:
+        """Store the ``crank_angle`` [rad] at which this happens."""
+        super().__init__(
+            f"crank_angle = {crank_angle:.9g} rad: the platform can move while the cranks stand "
+            "still (self-motion), so it has no finite number of positions"
+        )
+        self.crank_angle = crank_angle
+
+
+class DegenerateLinkageError(KinematicsError):
+    """Points or lengths of a mechanism leave a part of it undetermined at every crank angle."""
+
+    def __init__(self, reason: str) -> None:
+        """Store the ``reason`` in words."""
+        super().__init__(reason)
+        self.reason = reason

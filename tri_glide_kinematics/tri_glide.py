@@ -297,7 +297,8 @@ class TriGlide:
         Raises:
             KinematicsError: as in ``inverse``.
         """
-        return extreme_singular_values(self.jacobian(position))
+        largest, smallest = extreme_singular_values(self.jacobian(position))
+        return largest, abs(smallest)
 
     def condition_number(self, position: Iterable[float]) -> float:
         """Return the condition number of the Jacobian in the 2-norm, at least 1.
@@ -340,26 +341,25 @@ class TriGlide:
         """
         return forward_batch(self._forward_constants, array_of_shape("heights", heights, (None, 3)))
 
-    def singular_values_batch(
-        self, positions: ArrayLike
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the largest and the smallest singular value of the Jacobian of many positions.
+    def condition_number_batch(self, positions: ArrayLike) -> NDArray[np.float64]:
+        """Return the condition number of the Jacobian of many positions, as for a map.
 
         Args:
             positions: Shape (n, 3) [m].
 
         Returns:
-            Two arrays of shape (n,); NaN where ``inverse`` would raise an error.
+            Shape (n,); NaN where ``inverse`` would raise an error.
 
         Raises:
             WrongShapeError: if ``positions`` has another shape.
         """
         places = array_of_shape("positions", positions, (None, 3))
         rises = self.inverse_batch(places) - places[:, 2:]
-        matrices = np.ones((len(places), 3, 3))
-        matrices[:, :, :2] = np.asarray(self.geometry.anchors) - places[:, None, :2]
-        matrices[:, :, :2] /= rises[:, :, None]
-        return extreme_singular_values_batch(matrices)
+        across = np.asarray(self.geometry.anchors) - places[:, np.newaxis, :2]
+        matrices = np.ones((3, 3, len(places)))
+        np.divide(across.transpose(1, 2, 0), rises.T[:, np.newaxis], out=matrices[:, :2])
+        largest, smallest = extreme_singular_values_batch(matrices)
+        return np.asarray(np.abs(largest / smallest))
 
     def _arms(self, position: Sequence[float]) -> list[tuple[tuple[float, float], float]]:
         """Return the horizontal part of each arm [m] and its rise squared [m^2]."""
