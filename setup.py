@@ -22,9 +22,9 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            f"ik_node = {PACKAGE}.nodes.ik_node:main",
-            f"fk_node = {PACKAGE}.nodes.fk_node:main",
-            f"simulator_node = {PACKAGE}.nodes.simulator_node:main",
+            f"ik_node = {PACKAGE}.nodes.run:ik_node",
+            f"fk_node = {PACKAGE}.nodes.run:fk_node",
+            f"simulator_node = {PACKAGE}.nodes.run:simulator_node",
             f"demo = {PACKAGE}.nodes.demo:main",
         ]
     },

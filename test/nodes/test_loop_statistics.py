@@ -1,0 +1,33 @@
+from __future__ import annotations
+
+import pytest
+
+from tri_glide_kinematics.nodes.loop_statistics import LoopStatistics
+
+
+def test_a_regular_loop():
+    loop = LoopStatistics(0.002)
+    for k in range(501):
+        loop.cycle(0.002 * k)
+    report = loop.report()
+    assert report.rate == pytest.approx(500.0)
+    assert report.jitter == pytest.approx(0.0, abs=1e-12)
+    assert report.late_cycles == 0
+
+
+def test_late_cycles_are_counted_and_reports_start_anew():
+    loop = LoopStatistics(0.01)
+    for now in (0.0, 0.01, 0.024, 0.03, 0.046, 0.05):
+        loop.cycle(now)
+    report = loop.report()
+    assert report.rate == pytest.approx(100.0)
+    assert report.largest_delay == pytest.approx(0.006)
+    assert report.jitter == pytest.approx((104e-6 / 5) ** 0.5)
+    assert report.late_cycles == 1
+    loop.cycle(0.06)
+    assert loop.report().late_cycles == 0
+    assert loop.total_late == 1
+
+
+def test_no_cycles_at_all():
+    assert LoopStatistics(0.01).report() == (0.0, 0.0, 0.0, 0)

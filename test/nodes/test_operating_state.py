@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+
+from tri_glide_kinematics.nodes.operating_state import (
+    FAULT,
+    FOLLOWERS,
+    IDLE,
+    MOVING,
+    WAITING,
+    ForbiddenTransitionError,
+    OperatingState,
+    StateMachine,
+)
+
+
+def test_each_change_comes_with_its_reason_and_staying_is_no_change():
+    changes = []
+    machine = StateMachine(WAITING, "start", lambda *change: changes.append(change))
+    machine.change(IDLE, "measured")
+    machine.change(MOVING, "first target")
+    machine.change(MOVING, "second target")
+    assert machine.reason == "second target"
+    machine.change(FAULT, "silent")
+    assert changes == [
+        (WAITING, "start"),
+        (IDLE, "measured"),
+        (MOVING, "first target"),
+        (FAULT, "silent"),
+    ]
+
+
+@pytest.mark.parametrize(("state", "following"), [*product(OperatingState, repeat=2)])
+def test_only_listed_states_follow(state, following):
+    machine = StateMachine(state, "", lambda *_: None)
+    if following is state or following in FOLLOWERS[state]:
+        machine.change(following, "")
+        assert machine.state is following
+    else:
+        with pytest.raises(ForbiddenTransitionError, match="cannot follow"):
+            machine.change(following, "")
+        assert machine.state is state
+
+
+def test_no_motion_follows_a_fault_without_somebody_who_clears_it():
+    assert not FOLLOWERS[FAULT] & {MOVING, WAITING}
+    assert FOLLOWERS.keys() == set(OperatingState)

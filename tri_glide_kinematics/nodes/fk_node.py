@@ -1,0 +1,102 @@
+"""Publishes where the platform is, from the measured slider heights."""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import JointState
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.nodes.diagnostics import (
+    ERROR,
+    OK,
+    STALE,
+    WARN,
+    DiagnosticsPublisher,
+    Health,
+)
+from tri_glide_kinematics.nodes.live_parameters import LiveParameters
+from tri_glide_kinematics.nodes.machine import check_joint_names, machine_of
+from tri_glide_kinematics.nodes.messages import SliderReader
+from tri_glide_kinematics.nodes.parameter_table import Values
+from tri_glide_kinematics.nodes.parameters import FK_NODE
+from tri_glide_kinematics.nodes.reason_log import ReasonLog
+
+
+class FkNode(Node):
+    """Answers each measurement with a pose and, if it holds velocities, a twist of the same time.
+
+    The platform does not rotate, so the twist holds for every point of it.
+    """
+
+    def __init__(self) -> None:
+        """Declare the parameters and start listening.
+
+        Raises:
+            KinematicsError: if a parameter has a value that it cannot work with.
+        """
+        super().__init__("fk_node")
+        values = LiveParameters(self, FK_NODE, _check).values
+        self._machine = machine_of(values)
+        self._reader = SliderReader(values["joint_names"])
+        self._reasons = ReasonLog(self.get_logger().warning, lines_per_second=1)
+        self._poses = 0
+        self._pose = PoseStamped()
+        self._pose.header.frame_id = values["base_frame"]
+        self._twist = TwistStamped()
+        self._twist.header.frame_id = values["base_frame"]
+        reliable = QoSProfile(depth=10)
+        self._pose_publisher = self.create_publisher(PoseStamped, "platform_pose", reliable)
+        self._twist_publisher = self.create_publisher(TwistStamped, "platform_twist", reliable)
+        self.create_subscription(
+            JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data
+        )
+        DiagnosticsPublisher(self, self._health)
+
+    def _on_joint_state(self, message: JointState) -> None:
+        try:
+            reading = self._reader.read(message)
+            if reading is None:
+                return
+            if reading.velocities is None:
+                position, velocity = self._machine.forward(reading.heights), None
+            else:
+                position, velocity = self._machine.forward_velocity(
+                    reading.heights, reading.velocities
+                )
+        except KinematicsError as error:
+            self._reasons.add(f"no pose: {error}")
+            return
+        self._poses += 1
+        pose = self._pose
+        pose.header.stamp = message.header.stamp
+        point = pose.pose.position
+        point.x, point.y, point.z = position
+        self._pose_publisher.publish(pose)
+        if velocity is not None:
+            twist = self._twist
+            twist.header.stamp = message.header.stamp
+            linear = twist.twist.linear
+            linear.x, linear.y, linear.z = velocity
+            self._twist_publisher.publish(twist)
+
+    def _health(self) -> Health:
+        poses, self._poses = self._poses, 0
+        refused = self._reasons.end_of_second()
+        values = {
+            "poses per second": poses,
+            "refused measurements per second": refused,
+            "refused measurements": self._reasons.total,
+            "last reason": self._reasons.last,
+        }
+        if refused:
+            return Health(WARN if poses else ERROR, self._reasons.last, values)
+        if not poses:
+            return Health(STALE, "no measured slider heights", values)
+        return Health(OK, "platform pose is published", values)
+
+
+def _check(values: Values) -> None:
+    check_joint_names(values)
+    machine_of(values)

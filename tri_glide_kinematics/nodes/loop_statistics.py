@@ -1,0 +1,72 @@
+"""How regularly a control loop runs. No ROS in here."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+# A cycle is late if it starts later than this part of a period after it should have.
+LATE = 0.5
+
+
+class LoopReport(NamedTuple):
+    """A stretch of cycles.
+
+    Attributes:
+        rate: cycles per second.
+        jitter: root mean square of what the intervals differ from the period [s].
+        largest_delay: most that an interval was longer than the period [s].
+        late_cycles: intervals that were longer by more than half a period.
+    """
+
+    rate: float
+    jitter: float
+    largest_delay: float
+    late_cycles: int
+
+
+class LoopStatistics:
+    """Collects the intervals between cycles.
+
+    Attributes:
+        total_late: late cycles since the start.
+    """
+
+    def __init__(self, period: float) -> None:
+        """Expect a cycle each ``period`` [s]."""
+        self.total_late = 0
+        self._period = period
+        self._last = math.nan
+        self._cycles = 0
+        self._time = 0.0
+        self._squares = 0.0
+        self._largest = 0.0
+        self._late = 0
+
+    def cycle(self, now: float) -> None:
+        """Note that a cycle starts ``now`` [s]."""
+        interval = now - self._last
+        self._last = now
+        if interval != interval:
+            return
+        delay = interval - self._period
+        self._cycles += 1
+        self._time += interval
+        self._squares += delay * delay
+        if delay > self._largest:
+            self._largest = delay
+        if delay > LATE * self._period:
+            self._late += 1
+            self.total_late += 1
+
+    def report(self) -> LoopReport:
+        """Return what was collected since the last report, and start anew."""
+        count = max(self._cycles, 1)
+        report = LoopReport(
+            self._cycles / self._time if self._time > 0.0 else 0.0,
+            math.sqrt(self._squares / count),
+            self._largest,
+            self._late,
+        )
+        self._cycles, self._time, self._squares, self._largest, self._late = 0, 0.0, 0.0, 0.0, 0
+        return report

@@ -1,0 +1,160 @@
+"""Turns messages into plain numbers and refuses, with a reason, those that have no meaning here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import PoseStamped, Quaternion, TwistStamped
+from rclpy.clock import Clock
+from sensor_msgs.msg import JointState
+
+from tri_glide_kinematics.errors import KinematicsError, NotFiniteError
+
+Vector3 = tuple[float, float, float]
+
+# Largest part of a unit quaternion that may differ from the identity.
+ROTATION_TOLERANCE = 1e-6
+
+
+class RefusedMessageError(KinematicsError):
+    """A message asks for something that this machine has no way to do, or contradicts itself."""
+
+
+class SliderReading(NamedTuple):
+    """What a JointState says about the sliders; heights may still be NaN.
+
+    Attributes:
+        heights: Shape (3,) [m].
+        velocities: Shape (3,) [m/s], or None if they are not given.
+    """
+
+    heights: Vector3
+    velocities: Vector3 | None
+
+
+class SliderReader:
+    """Finds the sliders in JointState messages by name, in any order, beside any other joints."""
+
+    def __init__(self, joint_names: Sequence[str]) -> None:
+        """Look for these three names."""
+        self._wanted = tuple(joint_names)
+        self._last_names: Sequence[str] = ()
+        self._indices: tuple[int, int, int] | None = None
+
+    def read(self, message: JointState) -> SliderReading | None:
+        """Return the state of the sliders, or None if the message is about other joints only.
+
+        Velocities of which one is NaN count as not given: a broadcaster fills in NaN for what the
+        hardware does not measure.
+
+        Raises:
+            RefusedMessageError: if a slider or a number is missing.
+        """
+        names = message.name
+        if names != self._last_names:
+            self._indices = self._find(names)
+            self._last_names = names
+        if self._indices is None:
+            return None
+        i, j, k = self._indices
+        position = message.position
+        velocity = message.velocity
+        count = len(names)
+        if len(position) != count:
+            raise RefusedMessageError(
+                f"joint state has {count} names, but {len(position)} positions"
+            )
+        heights = (position[i], position[j], position[k])
+        if not velocity:
+            return SliderReading(heights, None)
+        if len(velocity) != count:
+            raise RefusedMessageError(
+                f"joint state has {count} names, but {len(velocity)} velocities"
+            )
+        velocities = (velocity[i], velocity[j], velocity[k])
+        if any(map(math.isnan, velocities)):
+            return SliderReading(heights, None)
+        return SliderReading(heights, velocities)
+
+    def _find(self, names: Sequence[str]) -> tuple[int, int, int] | None:
+        self._last_names = ()
+        missing = [name for name in self._wanted if name not in names]
+        if len(missing) == len(self._wanted):
+            return None
+        if missing:
+            raise RefusedMessageError(f"joint state lacks {', '.join(missing)}")
+        i, j, k = (names.index(name) for name in self._wanted)
+        return i, j, k
+
+
+def target_position(message: PoseStamped, base_frame: str) -> Vector3:
+    """Return the position that a pose asks for.
+
+    Raises:
+        RefusedMessageError: if the frame is neither empty nor ``base_frame``, or the orientation
+            is not the identity.
+        NotFiniteError: if a number is NaN or infinite.
+    """
+    _check_frame("target pose", message.header.frame_id, (base_frame,))
+    point = message.pose.position
+    position = _finite_vector("target pose position", point.x, point.y, point.z)
+    _check_no_rotation(message.pose.orientation)
+    return position
+
+
+def target_velocity(message: TwistStamped, base_frame: str, platform_frame: str) -> Vector3:
+    """Return the platform velocity that a twist asks for.
+
+    The platform never rotates: all its points move alike, and its frame has the axes of the base
+    frame. So the twist may be given in either frame.
+
+    Raises:
+        RefusedMessageError: if the frame is neither empty nor one of the two, or the angular
+            velocity is not zero.
+        NotFiniteError: if a number is NaN or infinite.
+    """
+    _check_frame("target twist", message.header.frame_id, (base_frame, platform_frame))
+    linear, angular = message.twist.linear, message.twist.angular
+    velocity = _finite_vector("target twist linear", linear.x, linear.y, linear.z)
+    rotation = _finite_vector("target twist angular", angular.x, angular.y, angular.z)
+    if any(rotation):
+        x, y, z = rotation
+        raise RefusedMessageError(
+            f"target twist has the angular velocity ({x:.9g}, {y:.9g}, {z:.9g}) rad/s: the "
+            "platform cannot rotate, it must be 0"
+        )
+    return velocity
+
+
+def set_stamp(stamp: Time, clock: Clock) -> None:
+    """Write the present time of ``clock`` into ``stamp``."""
+    stamp.sec, stamp.nanosec = divmod(clock.now().nanoseconds, 1_000_000_000)
+
+
+def _check_frame(what: str, frame: str, allowed: Sequence[str]) -> None:
+    if frame and frame not in allowed:
+        names = " or ".join(repr(name) for name in allowed)
+        raise RefusedMessageError(f"{what} has frame_id {frame!r}, it must be {names} or empty")
+
+
+def _finite_vector(name: str, x: float, y: float, z: float) -> Vector3:
+    for axis, value in zip("xyz", (x, y, z)):
+        if not math.isfinite(value):
+            raise NotFiniteError(f"{name}.{axis}", value)
+    return x, y, z
+
+
+def _check_no_rotation(orientation: Quaternion) -> None:
+    x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
+    # q and -q are the same orientation; written so that NaN fails too.
+    if not (
+        max(abs(x), abs(y), abs(z)) <= ROTATION_TOLERANCE
+        and abs(abs(w) - 1.0) <= ROTATION_TOLERANCE
+    ):
+        raise RefusedMessageError(
+            f"target pose has the orientation (x {x:.9g}, y {y:.9g}, z {z:.9g}, w {w:.9g}): the "
+            f"platform cannot rotate, it must be (0, 0, 0, 1) within {ROTATION_TOLERANCE:g}"
+        )

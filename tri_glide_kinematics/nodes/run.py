@@ -1,0 +1,113 @@
+"""Entry points: start a node, keep it spinning, and end it without a traceback.
+
+Nothing of ROS is imported before the first line of an entry point has run, so that Ctrl-C ends the
+process at once while modules are still being loaded, and a missing module gets one clear line.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+PIP_NAMES = {"ruckig": "ruckig", "numpy": "numpy"}
+
+
+class FatalError(Exception):
+    """An error in a node's own cycle: it cannot go on."""
+
+
+def ik_node() -> int:
+    """Run the node that moves the machine."""
+    return run("ik_node", "IkNode")
+
+
+def fk_node() -> int:
+    """Run the node that tells where the platform is."""
+    return run("fk_node", "FkNode")
+
+
+def simulator_node() -> int:
+    """Run the node that stands in for the machine."""
+    return run("simulator_node", "SimulatorNode")
+
+
+def run(module: str, node: str) -> int:
+    """Run a node until SIGINT or SIGTERM.
+
+    Args:
+        module: of this folder, that holds the node.
+        node: name of its class, called without arguments.
+
+    Returns:
+        Exit code: 0 after a signal, 1 if the node could not start or go on.
+    """
+    # Until rclpy handles them, both signals just end the process.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        node_class = getattr(import_module(f"tri_glide_kinematics.nodes.{module}"), node)
+    except ModuleNotFoundError as error:
+        return _fail(_missing(error.name or str(error)))
+    except ImportError as error:
+        return _fail(str(error).splitlines()[0])
+    import rclpy
+    from rclpy.exceptions import ParameterException
+
+    from tri_glide_kinematics.errors import KinematicsError
+
+    # rclpy calls the handler that it finds beside its own; this one keeps KeyboardInterrupt away.
+    signal.signal(signal.SIGINT, lambda *_: None)
+    try:
+        rclpy.init()
+    except RuntimeError as error:
+        return _fail(str(error))
+    try:
+        instance = node_class()
+    except (KinematicsError, ParameterException, TypeError, ModuleNotFoundError) as error:
+        rclpy.try_shutdown()
+        return _fail(f"{module}: {error}")
+    try:
+        _spin(instance)
+    except FatalError as error:
+        instance.get_logger().fatal(str(error))
+        return 1
+    finally:
+        rclpy.try_shutdown()
+    return 0
+
+
+def _spin(node: Node) -> None:
+    """Work until the context is shut down.
+
+    rclpy's own services raise on some contents (a parameter of an unknown type, for instance).
+    That is the sender's mistake and must not stop a machine, so it is logged and survived.
+    """
+    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    while node.context.ok():
+        try:
+            executor.spin_once()
+        except ExternalShutdownException:
+            return
+        except FatalError:
+            raise
+        except Exception as error:
+            if node.context.ok():
+                node.get_logger().error(f"dropped a request: {type(error).__name__}: {error}")
+
+
+def _missing(module: str) -> str:
+    if module.split(".")[0] in PIP_NAMES:
+        return f"the Python module {module!r} is missing: python3 -m pip install {module}"
+    return f"the Python module {module!r} is missing: is ROS 2 Jazzy sourced?"
+
+
+def _fail(message: str) -> int:
+    print(f"error: {message}", file=sys.stderr)
+    return 1

@@ -1,0 +1,83 @@
+"""Three simulated sliders with their drives and encoders, and with faults. No ROS in here."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+Vector3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class SliderFaults:
+    """What is wrong with the simulated machine.
+
+    Attributes:
+        drop_out: part of the measurements that gets lost, 0 to 1.
+        frozen_encoders: encoders that show what they showed before.
+        encoder_offsets: added to the measured heights [m].
+        stuck_sliders: sliders that do not move.
+    """
+
+    drop_out: float = 0.0
+    frozen_encoders: Sequence[bool] = (False, False, False)
+    encoder_offsets: Sequence[float] = (0.0, 0.0, 0.0)
+    stuck_sliders: Sequence[bool] = (False, False, False)
+
+
+class SimulatedSliders:
+    """Sliders that follow a commanded height with a first-order lag, between two hard stops.
+
+    Attributes:
+        lag: time constant [s], 0 for none.
+        encoder_resolution: step of the measured heights [m], 0 for exact ones.
+        faults: what is wrong.
+    """
+
+    def __init__(self, heights: Sequence[float], lower: Sequence[float], upper: Sequence[float]):
+        """Let the sliders rest at ``heights`` between the stops ``lower`` and ``upper`` [m]."""
+        self.lag = 0.0
+        self.encoder_resolution = 0.0
+        self.faults = SliderFaults()
+        self._lower = tuple(lower)
+        self._upper = tuple(upper)
+        self._heights = list(heights)
+        self._velocities = [0.0, 0.0, 0.0]
+        self._commanded = list(heights)
+        self._measured = list(heights)
+        self._random = random.Random(1)
+
+    def command(self, heights: Sequence[float]) -> None:
+        """Send the sliders to ``heights`` [m]; they stop at the ends of their travel."""
+        for slider, height in enumerate(heights):
+            self._commanded[slider] = min(max(height, self._lower[slider]), self._upper[slider])
+
+    def step(self, dt: float) -> None:
+        """Move for ``dt`` [s] towards the latest command."""
+        part = 1.0 - math.exp(-dt / self.lag) if self.lag > 0.0 else 1.0
+        for slider, stuck in enumerate(self.faults.stuck_sliders):
+            way = 0.0 if stuck else part * (self._commanded[slider] - self._heights[slider])
+            self._heights[slider] += way
+            self._velocities[slider] = way / dt
+
+    def measure(self) -> tuple[Vector3, Vector3] | None:
+        """Return what the encoders show, heights [m] and velocities [m/s]; None for a drop-out."""
+        faults = self.faults
+        velocities = list(self._velocities)
+        for slider, frozen in enumerate(faults.frozen_encoders):
+            if frozen:
+                velocities[slider] = 0.0
+            else:
+                height = self._heights[slider] + faults.encoder_offsets[slider]
+                self._measured[slider] = self._rounded(height)
+        if faults.drop_out > 0.0 and self._random.random() < faults.drop_out:
+            return None
+        h1, h2, h3 = self._measured
+        v1, v2, v3 = velocities
+        return (h1, h2, h3), (v1, v2, v3)
+
+    def _rounded(self, height: float) -> float:
+        step = self.encoder_resolution
+        return round(height / step) * step if step > 0.0 else height

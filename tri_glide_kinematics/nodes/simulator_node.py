@@ -1,0 +1,96 @@
+"""Stands in for the machine: follows joint commands and publishes measured joint states."""
+
+from __future__ import annotations
+
+import math
+from array import array
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import JointState
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.nodes.live_parameters import LiveParameters
+from tri_glide_kinematics.nodes.machine import check_joint_names, check_travel
+from tri_glide_kinematics.nodes.messages import SliderReader, set_stamp
+from tri_glide_kinematics.nodes.parameter_table import ParameterError, Values
+from tri_glide_kinematics.nodes.parameters import SIMULATOR_NODE
+from tri_glide_kinematics.nodes.reason_log import ReasonLog
+from tri_glide_kinematics.nodes.simulated_sliders import SimulatedSliders, SliderFaults
+
+
+class SimulatorNode(Node):
+    """Three simulated sliders on topics."""
+
+    def __init__(self) -> None:
+        """Declare the parameters and start to measure.
+
+        Raises:
+            KinematicsError: if a parameter has a value that it cannot work with.
+        """
+        super().__init__("simulator_node")
+        parameters = LiveParameters(self, SIMULATOR_NODE, _check)
+        values = parameters.values
+        self._period = 1.0 / values["rate"]
+        self._reader = SliderReader(values["joint_names"])
+        self._reasons = ReasonLog(self.get_logger().warning, lines_per_second=1)
+        self._sliders = SimulatedSliders(
+            values["initial_heights"], values["lower_heights"], values["upper_heights"]
+        )
+        self._apply(values)
+        parameters.on_change(self._apply)
+        self._message = JointState(name=values["joint_names"])
+        self._publisher = self.create_publisher(JointState, "joint_states", QoSProfile(depth=10))
+        # Best effort, so that no old command is sent again after the connection was lost.
+        self.create_subscription(
+            JointState, "joint_commands", self._on_command, qos_profile_sensor_data
+        )
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(self._period, self._cycle, clock=steady)
+        self.create_timer(1.0, self._reasons.end_of_second, clock=steady)
+
+    def _on_command(self, message: JointState) -> None:
+        try:
+            reading = self._reader.read(message)
+        except KinematicsError as error:
+            self._reasons.add(f"ignored a command: {error}")
+            return
+        if reading is None:
+            return
+        if all(map(math.isfinite, reading.heights)):
+            self._sliders.command(reading.heights)
+        else:
+            self._reasons.add(f"ignored a command: heights {reading.heights} m are not finite")
+
+    def _cycle(self) -> None:
+        self._sliders.step(self._period)
+        measured = self._sliders.measure()
+        if measured is None:
+            return
+        message = self._message
+        message.position = array("d", measured[0])
+        message.velocity = array("d", measured[1])
+        set_stamp(message.header.stamp, self.get_clock())
+        self._publisher.publish(message)
+
+    def _apply(self, values: Values) -> None:
+        self._sliders.lag = values["lag"]
+        self._sliders.encoder_resolution = values["encoder_resolution"]
+        self._sliders.faults = SliderFaults(
+            values["drop_out"],
+            values["frozen_encoders"],
+            values["encoder_offsets"],
+            values["stuck_sliders"],
+        )
+
+
+def _check(values: Values) -> None:
+    check_joint_names(values)
+    check_travel(values)
+    for index, height in enumerate(values["initial_heights"]):
+        lower, upper = values["lower_heights"][index], values["upper_heights"][index]
+        if not lower <= height <= upper:
+            raise ParameterError(
+                f"initial_heights[{index}] = {height:g} m must be between {lower:g} and {upper:g} m"
+            )

@@ -1,0 +1,107 @@
+"""Compares what the sliders are measured to do with what they were told. No ROS in here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+# The machine is silent only if it says nothing while we listen: after a late cycle of our own the
+# messages that came in meanwhile are read first.
+SILENT_CYCLES = 3
+
+
+@dataclass(frozen=True)
+class SupervisionBounds:
+    """How far measured heights may stray.
+
+    Attributes:
+        timeout: longest time between two measurements [s].
+        jump: largest change between two measurements, beyond what the velocity limit explains [m].
+        tracking_error: largest distance between measured and commanded height [m].
+        velocity: largest velocity of each slider. Shape (3,) [m/s].
+    """
+
+    timeout: float
+    jump: float
+    tracking_error: float
+    velocity: Sequence[float]
+
+
+class Supervisor:
+    """Watches the measured heights; each method returns the reason of a fault, or None.
+
+    Attributes:
+        bounds: how far the heights may stray.
+        tracking_error: largest distance of a slider from its command, latest measurement [m].
+    """
+
+    def __init__(self, bounds: SupervisionBounds, joint_names: Sequence[str]) -> None:
+        """Watch the sliders of these names."""
+        self.bounds = bounds
+        self.tracking_error = 0.0
+        self._names = tuple(joint_names)
+        self._heights: Sequence[float] | None = None
+        self._time = -math.inf
+        self._silent_cycles = 0
+
+    def restart(self) -> None:
+        """Forget all measurements: the next one is no jump."""
+        self._heights = None
+        self._silent_cycles = 0
+
+    def is_fresh(self, now: float) -> bool:
+        """Tell whether there is a measurement that is not older than the timeout."""
+        return now - self._time <= self.bounds.timeout
+
+    def measured(
+        self, heights: Sequence[float], commanded: Sequence[float] | None, now: float
+    ) -> str | None:
+        """Take in a measurement.
+
+        Args:
+            heights: measured. Shape (3,) [m].
+            commanded: latest command, None while there is none. Shape (3,) [m].
+            now: time of receipt by a steady clock [s].
+        """
+        last, self._heights = self._heights, heights
+        elapsed, self._time = now - self._time, now
+        self._silent_cycles = 0
+        for name, height in zip(self._names, heights):
+            if not math.isfinite(height):
+                self._heights = None
+                return f"measured height of {name} is {height}, not a finite number"
+        if last is not None:
+            for slider, name in enumerate(self._names):
+                change = heights[slider] - last[slider]
+                allowed = self.bounds.jump + self.bounds.velocity[slider] * elapsed
+                if abs(change) > allowed:
+                    return (
+                        f"measured height of {name} jumped by {change:.6g} m in {elapsed:.3g} s, "
+                        f"more than {allowed:.6g} m"
+                    )
+        if commanded is None:
+            return None
+        errors = [abs(height - command) for height, command in zip(heights, commanded)]
+        self.tracking_error = max(errors)
+        if self.tracking_error > self.bounds.tracking_error:
+            slider = errors.index(self.tracking_error)
+            return (
+                f"{self._names[slider]} is measured at {heights[slider]:.6g} m, but commanded to "
+                f"{commanded[slider]:.6g} m: {errors[slider]:.6g} m apart, more than "
+                f"{self.bounds.tracking_error:.6g} m"
+            )
+        return None
+
+    def cycle(self, now: float) -> str | None:
+        """Look whether the measurements have gone silent; to be called in each control cycle."""
+        if self.is_fresh(now):
+            self._silent_cycles = 0
+            return None
+        self._silent_cycles += 1
+        if self._silent_cycles < SILENT_CYCLES:
+            return None
+        return (
+            f"measured heights are silent for {now - self._time:.3g} s, more than "
+            f"{self.bounds.timeout:.3g} s"
+        )
