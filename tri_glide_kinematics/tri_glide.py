@@ -209,7 +209,7 @@ class TriGlide:
         if discriminant > 0.0:
             w = (px * mx + py * my - sqrt(discriminant)) / n
             if w < 0.0 and w < d2 and w < d3:
-                return x1 + px - mx * w, y1 + py - my * w, h1 + w
+                return x1 + (px - mx * w), y1 + (py - my * w), h1 + w
         raise self._forward_error((h1, h2, h3), (0.0, 0.0, 0.0))
 
     def forward_velocity(

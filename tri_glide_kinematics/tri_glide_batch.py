@@ -130,10 +130,10 @@ def forward_batch(constants: tuple[float, ...], heights: Floats) -> Floats:
             np.subtract(drop, root, out=drop)
             np.divide(drop, n, out=drop)
             np.multiply(slope, drop, out=slope)
-            np.add(px, x1, out=px)
-            np.add(py, y1, out=py)
+            np.subtract(foot, slope, out=foot)
             result = positions[:, start:stop]
-            np.subtract(foot, slope, out=result[:2])
+            np.add(px, x1, out=result[0])
+            np.add(py, y1, out=result[1])
             np.add(height, drop, out=result[2])
             np.subtract(steps, drop, out=steps)
             if not (root.min() > 0.0 and drop.max() < 0.0 and steps.min() > 0.0):
