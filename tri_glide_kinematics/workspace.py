@@ -241,7 +241,7 @@ class Workspace:
     def _check_condition(self, position: Vector3) -> None:
         """Raise an error if the condition number is too large."""
         condition = self.machine.condition_number(position)
-        if not condition <= self._bounds.condition:
+        if not condition <= self._bounds.condition * (1.0 + 2.0 * ROUNDING):
             limit, bound = WorkspaceLimit.CONDITION, self._bounds.condition
             raise OutsideWorkspaceError(limit, None, position, condition, bound)
 

@@ -18,7 +18,8 @@ from tri_glide_kinematics.workspace_limits import WorkspaceLimit, WorkspaceLimit
 
 Vector3 = tuple[float, float, float]
 
-# What breaks a limit by less than this is inside: rounding [m, or 1 for the condition number].
+# A place that breaks a limit by less than this is inside, so that the exact edge surely is: in [m],
+# or as a part of the largest condition number.
 ROUNDING = 1e-9
 
 
@@ -69,7 +70,7 @@ class Bound(ABC):
 
     def check(self, position: Vector3) -> None:
         """Raise an ``OutsideWorkspaceError`` if the bound is broken at a place."""
-        if not self.slack(position) >= 0.0:
+        if not self.slack(position) >= -ROUNDING:
             raise self.error(position, self.value(position))
 
     def error(self, position: Vector3, value: float) -> OutsideWorkspaceError:
@@ -80,7 +81,7 @@ class Bound(ABC):
         """Return this bound, moved to where it just holds at a place if it does not."""
         if self.slack(position) >= 0.0:
             return self
-        return replace(self, bound=self.value(position) + self.side * ROUNDING)
+        return replace(self, bound=self.value(position))
 
 
 @dataclass(frozen=True)
@@ -140,19 +141,25 @@ class TravelEnd(Bound):
         """Return where a line leaves the sphere of the lower end, or enters that of the upper."""
         x, y, z = start[0] - self.x, start[1] - self.y, start[2] - self.bound
         along = x * direction[0] + y * direction[1] + z * direction[2]
-        squared = along * along - (x * x + y * y + z * z - self.length * self.length)
+        outside = x * x + y * y + z * z - self.length * self.length
+        squared = along * along - outside
+        # A start that is inside by grace of the rounding only, on the wrong side of the sphere.
+        if z < 0.0 and self.side * outside < 0.0:
+            if self.side * along < 0.0 or squared < 0.0:
+                return Exit(0.0, -along if self.side > 0.0 else inf)
+            if self.side > 0.0:
+                return None
         if squared < 0.0:
             return None
         distance = -self.side * sqrt(squared) - along
-        # From an inside start this lies ahead, but for rounding.
-        if distance < -10.0 * ROUNDING or z + distance * direction[2] > 0.0:
+        if distance < 0.0 or z + distance * direction[2] > 0.0:
             return None
-        return Exit(max(0.0, distance), -along if self.side > 0.0 else inf)
+        return Exit(distance, -along if self.side > 0.0 else inf)
 
 
 @dataclass(frozen=True)
 class WorkspaceBounds:
-    """The limits of a workspace, each a rounding error wider than it was given.
+    """The limits of a workspace.
 
     Attributes:
         shapes: that bound the platform: discs and faces.
@@ -169,13 +176,13 @@ class WorkspaceBounds:
         """Return the shapes of ``limits``."""
         arms = list(zip(range(3), geometry.anchors, geometry.arm_lengths))
         shapes: list[Bound] = [
-            Disc(WorkspaceLimit.REACH, arm, length - limits.reach_margin + ROUNDING, 1.0, x, y)
+            Disc(WorkspaceLimit.REACH, arm, length - limits.reach_margin, 1.0, x, y)
             for arm, (x, y), length in arms
         ]
         sides = (WorkspaceLimit.BOX_X, WorkspaceLimit.BOX_Y, WorkspaceLimit.BOX_Z)
         for corner, side in ((limits.box_lower, -1.0), (limits.box_upper, 1.0)):
             shapes += [
-                Face(limit, None, bound + side * ROUNDING, side, axis)
+                Face(limit, None, bound, side, axis)
                 for axis, (limit, bound) in enumerate(zip(sides, corner or ()))
             ]
         cylinder = limits.cylinder
@@ -183,9 +190,9 @@ class WorkspaceBounds:
             center = cylinder.center_x, cylinder.center_y
             round_about, ends = WorkspaceLimit.CYLINDER_RADIUS, WorkspaceLimit.CYLINDER_Z
             shapes += [
-                Disc(round_about, None, cylinder.radius + ROUNDING, 1.0, *center),
-                Face(ends, None, cylinder.z_min - ROUNDING, -1.0, 2),
-                Face(ends, None, cylinder.z_max + ROUNDING, 1.0, 2),
+                Disc(round_about, None, cylinder.radius, 1.0, *center),
+                Face(ends, None, cylinder.z_min, -1.0, 2),
+                Face(ends, None, cylinder.z_max, 1.0, 2),
             ]
         travel: list[TravelEnd] = []
         for limit, heights, side in (
@@ -193,18 +200,17 @@ class WorkspaceBounds:
             (WorkspaceLimit.UPPER_TRAVEL, limits.upper_heights, 1.0),
         ):
             travel += [
-                TravelEnd(limit, arm, heights[arm] + side * ROUNDING, side, x, y, length)
+                TravelEnd(limit, arm, heights[arm], side, x, y, length)
                 for arm, (x, y), length in arms
             ]
-        condition = limits.max_condition_number * (1.0 + ROUNDING)
-        return cls(tuple(shapes), tuple(travel), condition)
+        return cls(tuple(shapes), tuple(travel), limits.max_condition_number)
 
     def widened_to(self, position: Vector3, condition: float) -> WorkspaceBounds:
         """Return the same bounds, those that exclude a place moved to where it is."""
         return WorkspaceBounds(
             tuple(shape.widened_to(position) for shape in self.shapes),
             tuple(end.widened_to(position) for end in self.travel),
-            max(self.condition, condition * (1.0 + ROUNDING)),
+            max(self.condition, condition),
         )
 
     def first_exit(self, start: Vector3, direction: Vector3) -> tuple[Bound, Exit]:

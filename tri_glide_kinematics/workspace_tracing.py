@@ -91,7 +91,7 @@ class ConditionField:
         smallest *= self._sign
         # Positive inside. Its slope is that of the Jacobian times the factor.
         margin = smallest - largest / self._max_condition
-        if not margin >= -ROUNDING:
+        if not margin >= -ROUNDING * largest / self._max_condition:
             return None
         factor = 1.0 + 1.0 / self._max_condition
         # A first guess of the radius, with some rise of every arm left, bounds the slope; that
