@@ -85,6 +85,13 @@ def test_6_8_has_the_wrong_sign_in_the_cosine(pose, g2):
     assert right == pytest.approx((math.cos(pose.coupler_angle), math.sin(pose.coupler_angle)))
 
 
+def test_components_of_the_rocker_before_6_9_are_right(pose):
+    sine = (B * math.sin(pose.coupler_angle) + A * math.sin(PHI)) / C
+    cosine = (B * math.cos(pose.coupler_angle) - (D - A * math.cos(PHI))) / C
+    expected = (math.cos(pose.rocker_angle), math.sin(pose.rocker_angle))
+    assert (cosine, sine) == pytest.approx(expected)
+
+
 def test_6_9_is_right(pose, g2):
     root = math.sqrt(4.0 * C**2 * g2 - (g2 + C**2 - B**2) ** 2)
     along, across = D - A * math.cos(PHI), A * math.sin(PHI)
