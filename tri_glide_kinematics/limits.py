@@ -1,0 +1,56 @@
+"""What the drives of the three sliders are allowed to do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tri_glide_kinematics.checks import finite_vector, positive
+
+Vector3 = tuple[float, float, float]
+
+QUANTITIES = (("velocity", "m/s"), ("acceleration", "m/s^2"), ("jerk", "m/s^3"))
+
+# A bound may be exceeded by this part of it: rounding.
+RELATIVE_ROUNDING = 1e-8
+
+
+@dataclass(frozen=True)
+class SliderLimits:
+    """Largest velocity, acceleration and jerk of each slider, upwards and downwards alike.
+
+    Attributes:
+        velocity: Shape (3,) [m/s].
+        acceleration: Shape (3,) [m/s^2].
+        jerk: Shape (3,) [m/s^3].
+    """
+
+    velocity: Vector3
+    acceleration: Vector3
+    jerk: Vector3
+
+    def __post_init__(self) -> None:
+        """Check the numbers and store them as plain floats.
+
+        Raises:
+            WrongShapeError: if one of the attributes has not three numbers.
+            NotFiniteError: if a number is NaN or infinite.
+            OutOfBoundsError: if a number is not greater than zero.
+        """
+        for name, unit in QUANTITIES:
+            values: Sequence[float] = getattr(self, name)
+            checked = tuple(
+                positive(f"{name}[{i}]", value, unit)
+                for i, value in enumerate(finite_vector(name, values, 3))
+            )
+            object.__setattr__(self, name, checked)
+
+    @classmethod
+    def uniform(cls, velocity: float, acceleration: float, jerk: float) -> SliderLimits:
+        """Return equal limits for all three sliders [m/s, m/s^2, m/s^3]."""
+        return cls((velocity,) * 3, (acceleration,) * 3, (jerk,) * 3)
+
+    def with_velocity_scaled(self, scale: float) -> SliderLimits:
+        """Return the same limits with velocities multiplied by ``scale``."""
+        x, y, z = self.velocity
+        return SliderLimits((x * scale, y * scale, z * scale), self.acceleration, self.jerk)

@@ -1,0 +1,1 @@
+"""Verified trajectories of the sliders, from the present state to rest."""

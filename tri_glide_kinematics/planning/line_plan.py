@@ -1,0 +1,188 @@
+r"""Plans that lead the platform along a straight line, and what they ask of the sliders.
+
+The way along the line is a quintic polynomial of time in each piece, given by way, speed and
+acceleration at both ends. On top of that, a plan that begins in mid-motion carries a *blend*: a
+:class:`CubicPlan` of small slider offsets, which starts with what the line cannot take over of the
+present motion and ends at zero. Once it is over the platform is on the line, but for the 1e-8 m
+with which ruckig meets a target in mid-motion; that is carried along, as taking it out is a step.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.planning.plans import (
+    AT_REST,
+    CubicPlan,
+    FloatArray,
+    SampledPlan,
+    SliderState,
+)
+from tri_glide_kinematics.planning.straight_line import StraightLine
+
+
+class WayLaw(NamedTuple):
+    """Way along a line over time, at knots between which it is quintic.
+
+    Attributes:
+        times: ascending from 0. Shape (k + 1,) [s].
+        ways: Shape (k + 1,) [m].
+        speeds: Shape (k + 1,) [m/s].
+        accelerations: Shape (k + 1,) [m/s^2].
+    """
+
+    times: FloatArray
+    ways: FloatArray
+    speeds: FloatArray
+    accelerations: FloatArray
+
+    def slower(self, factor: float) -> WayLaw:
+        """Return the same way in ``factor`` times the time."""
+        return WayLaw(
+            self.times * factor,
+            self.ways,
+            self.speeds / factor,
+            self.accelerations / (factor * factor),
+        )
+
+    def delayed(self, delay: float) -> WayLaw:
+        """Return the same law after ``delay`` seconds of rest at its first way."""
+        zero = np.zeros(1)
+        return WayLaw(
+            np.concatenate((zero, self.times + delay)),
+            np.concatenate((self.ways[:1], self.ways)),
+            np.concatenate((zero, self.speeds)),
+            np.concatenate((zero, self.accelerations)),
+        )
+
+    def since(self, time: float) -> WayLaw:
+        """Return the pieces that do not end before ``time`` [s]; times are not shifted."""
+        first = min(int(np.searchsorted(self.times, time, side="right")), len(self.times) - 1) - 1
+        return WayLaw(*(values[max(first, 0) :] for values in self))
+
+    def with_knots(self, times: FloatArray) -> WayLaw:
+        """Return the same law with knots at other ``times``, which hold all those of this one."""
+        return WayLaw(times, *_evaluate(self, times))
+
+
+class LinePlan:
+    """A way law on a straight line, with or without a blend.
+
+    Attributes:
+        duration: time until all sliders rest [s].
+        line: where the platform moves.
+        law: how it moves there.
+        blend: slider offsets that lead from the motion before onto the line, or None.
+    """
+
+    __slots__ = ("_arms", "_final", "_rows", "_starts", "blend", "duration", "law", "line")
+
+    def __init__(self, line: StraightLine, law: WayLaw, blend: CubicPlan | None = None) -> None:
+        """Prepare the plan; the law ends at rest, the blend at zero."""
+        self.line = line
+        self.law = law
+        self.blend = blend
+        self.duration = max(float(law.times[-1]), blend.duration if blend else 0.0)
+        self._starts: list[float] = law.times[:-1].tolist()
+        self._rows: list[list[float]] = _power_coefficients(law).tolist()
+        (q1, b1), (q2, b2), (q3, b3) = line.arms
+        self._arms = (q1, b1, q2, b2, q3, b3, line.curvature, line.start[2], line.slope)
+        h1, h2, h3 = line.heights(law.ways[-1:])[0].tolist()
+        self._final = SliderState((h1, h2, h3), AT_REST, AT_REST)
+        if blend is not None:
+            self._final = _sum(self._final, blend.state(self.duration))
+
+    def state(self, time: float) -> SliderState:
+        """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
+        if time >= self.duration:
+            return self._final
+        index = bisect_right(self._starts, time) - 1
+        t = time - self._starts[index]
+        c0, c1, c2, c3, c4, c5 = self._rows[index]
+        way = c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
+        speed = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5))))
+        gain = 2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * (20.0 * c5)))
+        q1, b1, q2, b2, q3, b3, m, base, slope = self._arms
+        base += slope * way
+        square = speed * speed
+        x1, x2, x3 = b1 + m * way, b2 + m * way, b3 + m * way
+        r1 = sqrt(q1 + way * (b1 + x1))
+        r2 = sqrt(q2 + way * (b2 + x2))
+        r3 = sqrt(q3 + way * (b3 + x3))
+        g1, g2, g3 = x1 / r1, x2 / r2, x3 / r3
+        f1, f2, f3 = g1 + slope, g2 + slope, g3 + slope
+        state = SliderState(
+            (base + r1, base + r2, base + r3),
+            (f1 * speed, f2 * speed, f3 * speed),
+            (
+                f1 * gain + (m - g1 * g1) / r1 * square,
+                f2 * gain + (m - g2 * g2) / r2 * square,
+                f3 * gain + (m - g3 * g3) / r3 * square,
+            ),
+        )
+        if self.blend is None:
+            return state
+        return _sum(state, self.blend.state(time))
+
+    def sample(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints at many ``times``. Shape (n,) [s]."""
+        way, speed, gain = _evaluate(self.law, times)
+        _, first, second, _ = self.line.derivatives(way)
+        speed, gain = speed[:, np.newaxis], gain[:, np.newaxis]
+        sampled = SampledPlan(
+            times,
+            self.line.heights(way),
+            first * speed,
+            first * gain + second * speed * speed,
+        )
+        if self.blend is not None:
+            for values, offsets in zip(sampled[1:], self.blend.sample(times)[1:]):
+                values += offsets
+        return sampled
+
+
+def _evaluate(law: WayLaw, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return ways, speeds and accelerations of ``law`` at ``times``; it rests after its end."""
+    inside = np.minimum(times, law.times[-1])
+    index = np.clip(np.searchsorted(law.times, inside, side="right") - 1, 0, len(law.times) - 2)
+    t = inside - law.times[index]
+    c0, c1, c2, c3, c4, c5 = _power_coefficients(law)[index].T
+    way = c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
+    speed = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5))))
+    gain = 2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * (20.0 * c5)))
+    ended = times >= law.times[-1]
+    way[ended], speed[ended], gain[ended] = law.ways[-1], law.speeds[-1], law.accelerations[-1]
+    return way, speed, gain
+
+
+def _power_coefficients(law: WayLaw) -> FloatArray:
+    """Return the coefficients of 1, t, ... t^5 of each piece. Shape (k, 6)."""
+    dt = np.diff(law.times)
+    first, last = law.ways[:-1], law.ways[1:]
+    speed, last_speed = law.speeds[:-1] * dt, law.speeds[1:] * dt
+    gain, last_gain = 0.5 * law.accelerations[:-1] * dt * dt, 0.5 * law.accelerations[1:] * dt * dt
+    step = last - first
+    scaled = np.array(
+        (
+            10.0 * step - 6.0 * speed - 4.0 * last_speed - 3.0 * gain + last_gain,
+            -15.0 * step + 8.0 * speed + 7.0 * last_speed + 3.0 * gain - 2.0 * last_gain,
+            6.0 * step - 3.0 * (speed + last_speed) - gain + last_gain,
+        )
+    )
+    cube = dt * dt * dt
+    scaled /= np.array((cube, cube * dt, cube * dt * dt))
+    return np.column_stack((first, law.speeds[:-1], 0.5 * law.accelerations[:-1], *scaled))
+
+
+def _sum(state: SliderState, offset: SliderState) -> SliderState:
+    (h1, h2, h3), (v1, v2, v3), (a1, a2, a3) = state
+    (dh1, dh2, dh3), (dv1, dv2, dv3), (da1, da2, da3) = offset
+    return SliderState(
+        (h1 + dh1, h2 + dh2, h3 + dh3),
+        (v1 + dv1, v2 + dv2, v3 + dv3),
+        (a1 + da1, a2 + da2, a3 + da3),
+    )

@@ -1,0 +1,156 @@
+r"""How fast the platform may go at each place of a line: the coordinate in which speed is uniform.
+
+At steady speed $\dot s$ slider i moves at $|h_i'| \dot s$, and the bend of its height asks for
+$|h_i''| \dot s^2$ and $|h_i'''| \dot s^3$. The reciprocal $w$ of the largest speed at which all this
+stays inside the limits is smoothed to a p-norm
+
+$$w^p = \sum_i \left(\frac{|h_i'|}{V_i}\right)^p + \beta^p \left(\frac{|h_i''|}{A_i}\right)^{p/2}
++ \beta^p \left(\frac{|h_i'''|}{J_i}\right)^{p/3}$$
+
+and $\sigma = \int w\,ds$ is the coordinate: at $\dot\sigma = 1$ the sliders are near their limits
+all along the line. A motion planned in $\sigma$ between constant limits uses the sliders well,
+though their heights are neither linear nor monotone in s.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.limits import SliderLimits
+from tri_glide_kinematics.planning.line_plan import WayLaw
+from tri_glide_kinematics.planning.phases import CoordinateLaw
+from tri_glide_kinematics.planning.plans import FloatArray
+from tri_glide_kinematics.planning.straight_line import StraightLine
+
+# Places along a line where the pace is worked out; closer at both ends, where arms lie flattest.
+PLACES = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 41)))
+
+
+class Shape(NamedTuple):
+    """The two numbers of the formula above that are free.
+
+    Attributes:
+        exponent: p, a multiple of 6.
+        bend: beta; 0 looks at velocities alone.
+    """
+
+    exponent: int
+    bend: float
+
+
+class Pace(NamedTuple):
+    """A coordinate along a line, by its values at places between which it is interpolated.
+
+    Attributes:
+        ways: Shape (n,) [m].
+        coordinates: ascending from 0. Shape (n,) [s].
+        weights: derivative of the coordinate. Shape (n,) [s/m].
+        weight_slopes: their derivative. Shape (n,) [s/m^2].
+        acceleration: largest one of the coordinate that no slider limit forbids [1/s].
+        jerk: likewise [1/s^2].
+    """
+
+    ways: FloatArray
+    coordinates: FloatArray
+    weights: FloatArray
+    weight_slopes: FloatArray
+    acceleration: float
+    jerk: float
+
+    def refined(self, factors: FloatArray, slopes: FloatArray) -> Pace:
+        """Return the pace whose weights are multiplied.
+
+        Args:
+            factors: at each place. Shape (n,).
+            slopes: their derivatives along the line. Shape (n,) [1/m].
+        """
+        weights = self.weights * factors
+        weight_slopes = self.weight_slopes * factors + self.weights * slopes
+        return self._replace(
+            coordinates=_integrated(self.ways, weights, weight_slopes),
+            weights=weights,
+            weight_slopes=weight_slopes,
+        )
+
+    def law(self, coordinate: CoordinateLaw) -> WayLaw:
+        """Return the way over time that belongs to a coordinate over time."""
+        index = np.searchsorted(self.coordinates, coordinate.values, side="right") - 1
+        index = np.clip(index, 0, len(self.ways) - 2)
+        ends = (self.ways, self.coordinates, 1.0 / self.weights, self.weight_slopes)
+        way, begin, slope, bend = (values[index] for values in ends)
+        last, end, last_slope, last_bend = (values[index + 1] for values in ends)
+        span = end - begin
+        x = np.clip((coordinate.values - begin) / span, 0.0, 1.0)
+        # Derivatives of the inverse function: s' = 1 / w, s'' = -w_s / w^3.
+        bend = -0.5 * bend * slope * slope * slope * span * span
+        last_bend = -0.5 * last_bend * last_slope * last_slope * last_slope * span * span
+        slope, last_slope, step = slope * span, last_slope * span, last - way
+        c3 = 10.0 * step - 6.0 * slope - 4.0 * last_slope - 3.0 * bend + last_bend
+        c4 = -15.0 * step + 8.0 * slope + 7.0 * last_slope + 3.0 * bend - 2.0 * last_bend
+        c5 = 6.0 * step - 3.0 * (slope + last_slope) - bend + last_bend
+        first = slope + x * (2.0 * bend + x * (3.0 * c3 + x * (4.0 * c4 + x * (5.0 * c5))))
+        second = 2.0 * bend + x * (6.0 * c3 + x * (12.0 * c4 + x * (20.0 * c5)))
+        rate = coordinate.rates / span
+        return WayLaw(
+            coordinate.times,
+            way + x * (slope + x * (bend + x * (c3 + x * (c4 + x * c5)))),
+            first * rate,
+            second * rate * rate + first * coordinate.accelerations / span,
+        )
+
+
+def pace(
+    line: StraightLine, limits: SliderLimits, shape: Shape, platform_speed: float = math.inf
+) -> Pace:
+    """Return the coordinate of ``line`` in which the speed may be 1 everywhere.
+
+    Args:
+        line: where the platform moves.
+        limits: of the sliders.
+        shape: of the p-norm.
+        platform_speed: largest speed of the platform [m/s]; it is one more term of the norm.
+    """
+    ways = line.length * PLACES
+    rise, first, second, third = line.derivatives(ways)
+    tilt = first - line.slope
+    fourth = -(3.0 * second * second + 4.0 * tilt * third) / rise
+    velocity, acceleration, jerk = (
+        np.array(values) for values in (limits.velocity, limits.acceleration, limits.jerk)
+    )
+    p = shape.exponent
+    strength = shape.bend**p
+    x, dx = first / velocity, second / velocity
+    y, dy = second / acceleration, third / acceleration
+    z, dz = third / jerk, fourth / jerk
+    lower = x ** (p - 1)
+    total = lower * x
+    slope = p * lower * dx
+    if strength:
+        lower_y = strength * y ** (p // 2 - 1)
+        lower_z = strength * z ** (p // 3 - 1)
+        # The second derivative is never positive, so that an odd power needs its sign back.
+        sign = -1.0 if p // 2 % 2 else 1.0
+        total = total + sign * lower_y * y + lower_z * z
+        slope = slope + sign * (p // 2) * lower_y * dy + (p // 3) * lower_z * dz
+    sum_of_powers = total.sum(axis=-1) + platform_speed**-p
+    weights = sum_of_powers ** (1.0 / p)
+    weight_slopes = weights * slope.sum(axis=-1) / (p * sum_of_powers)
+    share = np.abs(first) / weights[:, np.newaxis]
+    return Pace(
+        ways,
+        _integrated(ways, weights, weight_slopes),
+        weights,
+        weight_slopes,
+        float(1.0 / (share / acceleration).max()),
+        float(1.0 / (share / jerk).max()),
+    )
+
+
+def _integrated(ways: FloatArray, weights: FloatArray, slopes: FloatArray) -> FloatArray:
+    """Integrate from place to place by the trapezoidal rule with its correction at the ends."""
+    step = np.diff(ways)
+    areas = step * (0.5 * (weights[1:] + weights[:-1]) + step * (slopes[:-1] - slopes[1:]) / 12.0)
+    return np.concatenate(([0.0], np.cumsum(areas)))
