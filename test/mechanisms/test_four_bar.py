@@ -438,6 +438,20 @@ class TestChangePoints:
             )
         assert linkage.solve(low - 1e-6) == linkage.solve(high + 1e-6) == ()
 
+    @pytest.mark.filterwarnings("error")
+    def test_a_kite_next_to_the_meeting_of_its_joints(self):
+        """g^2 passes through the smallest numbers there are, down to zero."""
+        for lengths in ((2.0, 3.0, 3.0, 2.0), (2.0, 2.0, 2.0, 2.0)):
+            linkage = FourBar(*lengths)
+            angles = np.concatenate(([0.0], 10.0 ** -np.arange(5.0, 320.0)))
+            sweep = linkage.sweep(angles, 1.0)
+            for branch, meeting in zip((sweep.open, sweep.crossed), linkage.solve(0.0, 1.0)):
+                assert np.abs(branch.rocker_pins - meeting.rocker_pin).max() < 1e-4
+                assert np.abs(branch.rocker_velocities - meeting.rocker_velocity).max() < 1e-4
+                assert (
+                    np.abs(branch.coupler_accelerations - meeting.coupler_acceleration).max() < 1e-4
+                )
+
     def test_one_change_point_swaps_the_branches_once_a_turn(self):
         linkage = FourBar(1.0, 4.0, 2.0, 5.0)
         sweep = linkage.sweep([0.3, 0.3 + math.tau, 0.3 + 2.0 * math.tau])

@@ -147,9 +147,10 @@ def close_loop(
     size = min(max(count, 1), _CHUNK)
     work: FloatArray = np.empty((_WORK_ROWS, size))
     # Beyond a limit the root is of a negative number, on it the division is by zero: both give the
-    # NaN that is asked for. Other linkages do without the guard, which costs as much as three rows.
+    # NaN that is asked for. A kite divides by zero, or nearly, where g vanishes. Other linkages do
+    # without the guard, which costs as much as three rows.
     may_fail = constants.is_limited or constants.is_kite
-    guard = np.errstate(invalid="ignore", divide="ignore") if may_fail else nullcontext()
+    guard = np.errstate(all="ignore") if may_fail else nullcontext()
     with guard:
         for start in range(0, count, size):
             part = slice(start, start + size)
