@@ -1,0 +1,131 @@
+"""Nodes of nothing but rclpy, to which the nodes of this project are compared.
+
+``python -m benchmarks.bare_nodes ROLE [RATE]`` runs one of them as a process.
+"""
+
+from __future__ import annotations
+
+import sys
+from array import array
+from collections.abc import Callable
+
+import rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+
+NAMES = ["slider_1", "slider_2", "slider_3"]
+
+# Messages are imported where they are used: the time a bare node takes to start is a figure.
+
+
+def bare(_: float) -> Node:
+    """Return a node that does nothing."""
+    return Node("bare")
+
+
+def timer(rate: float) -> Node:
+    """Return a node that publishes a JointState by a timer, and listens to nothing."""
+    node = Node("timer")
+    _publish_by_timer(node, "joint_commands", rate, [0.6, 0.6, 0.6])
+    return node
+
+
+def setpoints(rate: float) -> Node:
+    """Return a node that takes in a pose and publishes it as a JointState by a timer."""
+    from geometry_msgs.msg import PoseStamped
+
+    node = Node("setpoints")
+    heights = [0.6, 0.6, 0.6]
+
+    def on_pose(message: PoseStamped) -> None:
+        point = message.pose.position
+        heights[:] = point.x, point.y, point.z
+
+    node.create_subscription(PoseStamped, "target_pose", on_pose, 10)
+    _publish_by_timer(node, "joint_commands", rate, heights)
+    return node
+
+
+def machine(rate: float) -> Node:
+    """Return a node that takes in a JointState and publishes it again by a timer."""
+    from sensor_msgs.msg import JointState
+
+    node = Node("machine")
+    heights = [0.6, 0.6, 0.6]
+
+    def on_command(message: JointState) -> None:
+        heights[:] = message.position
+
+    node.create_subscription(JointState, "joint_commands", on_command, qos_profile_sensor_data)
+    _publish_by_timer(node, "joint_states", rate, heights)
+    return node
+
+
+def pose(_: float) -> Node:
+    """Return a node that answers each JointState with a PoseStamped."""
+    from geometry_msgs.msg import PoseStamped
+    from sensor_msgs.msg import JointState
+
+    node = Node("pose")
+    message = PoseStamped()
+    publisher = node.create_publisher(PoseStamped, "platform_pose", 10)
+
+    def on_joint_state(measured: JointState) -> None:
+        message.header.stamp = measured.header.stamp
+        point = message.pose.position
+        point.x, point.y, point.z = measured.position
+        publisher.publish(message)
+
+    node.create_subscription(JointState, "joint_states", on_joint_state, qos_profile_sensor_data)
+    return node
+
+
+def server(_: float) -> Node:
+    """Return a node that answers an empty service call."""
+    from std_srvs.srv import Trigger
+
+    node = Node("server")
+
+    def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = True
+        return response
+
+    node.create_service(Trigger, "~/trigger", answer)
+    return node
+
+
+ROLES: dict[str, Callable[[float], Node]] = {
+    role.__name__: role for role in (bare, timer, setpoints, machine, pose, server)
+}
+
+
+def main(role: str, rate: float = 0.0) -> None:
+    """Run one node until it is interrupted."""
+    rclpy.init()
+    node = ROLES[role](rate)
+    try:
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        rclpy.try_shutdown()
+
+
+def _publish_by_timer(node: Node, topic: str, rate: float, heights: list[float]) -> None:
+    from sensor_msgs.msg import JointState
+
+    message = JointState(name=NAMES, velocity=[0.0, 0.0, 0.0])
+    publisher = node.create_publisher(JointState, topic, 10)
+
+    def publish() -> None:
+        message.position = array("d", heights)
+        message.header.stamp = node.get_clock().now().to_msg()
+        publisher.publish(message)
+
+    node.create_timer(1.0 / rate, publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], float(sys.argv[2]))

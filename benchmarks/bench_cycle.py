@@ -1,0 +1,95 @@
+"""The control cycle of ``ik_node`` at 1 kHz: the work in its callback, and the whole process."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import JointState
+
+from benchmarks.harness import Figure, figure
+from benchmarks.ros_session import Session, session
+from benchmarks.timed_cycle import RATE
+
+WINDOWS = 16
+WINDOW_TIME = 2.0  # s
+TARGETS = ((0.08, 0.0, 0.25), (-0.05, 0.06, 0.22), (-0.04, -0.07, 0.30))
+TARGET_PERIOD = 0.25  # s: the machine is always moving
+BARE_TIMER = "bare rclpy timer that publishes an equal JointState"
+
+
+def figures() -> Iterator[Figure]:
+    """Run ``ik_node`` and the bare timer at the same time, on a core each, and compare them."""
+    with tempfile.TemporaryDirectory() as folder, session() as running:
+        files = [Path(folder, name) for name in ("ours.npy", "bare.npy")]
+        module = "benchmarks.timed_cycle"
+        running.start_node("simulator_node", "/ours")
+        pids = (
+            running.start_module(module, [str(files[0]), "ik_node"], "/ours", rate=RATE),
+            running.start_module(module, [str(files[1]), "timer"], "/bare"),
+        )
+        windows, processor_time = _drive(running, pids)
+        running.stop()
+        calls = [np.load(file) for file in files]
+    work: tuple[list[float], list[float]] = ([], [])
+    for begin, end in windows:
+        for side in (0, 1):
+            started, taken = calls[side].T
+            work[side].append(1e-9 * float(np.median(taken[(started >= begin) & (started < end)])))
+    yield figure("ik_node at 1 kHz, one cycle: work in the callback", BARE_TIMER, *work, goal=1.5)
+    yield figure("ik_node at 1 kHz: CPU time per second", BARE_TIMER, *processor_time, goal=1.5)
+
+
+def _drive(
+    running: Session, pids: tuple[int, int]
+) -> tuple[list[tuple[int, int]], tuple[list[float], list[float]]]:
+    """Keep the machine moving; return begin and end of each window and the CPU time in it."""
+    commands = {"ours": 0, "bare": 0}
+    for name in commands:
+        running.probe.create_subscription(
+            JointState, f"/{name}/joint_commands", lambda _, name=name: _count(commands, name), 1
+        )
+    publisher = running.probe.create_publisher(PoseStamped, "/ours/target_pose", 10)
+    running.spin_until(lambda: all(commands.values()), "commands")
+    message = PoseStamped()
+    windows = []
+    used: tuple[list[float], list[float]] = ([], [])
+    count = 0
+    for window in range(-1, WINDOWS):  # the first is for warming up
+        for side, pid in enumerate(pids):
+            _pin(pid, (window + side) % 2)
+        begin, before = time.monotonic_ns(), [_processor_time(pid) for pid in pids]
+        while time.monotonic_ns() - begin < 1e9 * WINDOW_TIME:
+            point = message.pose.position
+            point.x, point.y, point.z = TARGETS[count % len(TARGETS)]
+            count += 1
+            publisher.publish(message)
+            time.sleep(TARGET_PERIOD)
+        end, after = time.monotonic_ns(), [_processor_time(pid) for pid in pids]
+        if window >= 0:
+            windows.append((begin, end))
+            for side in (0, 1):
+                used[side].append((after[side] - before[side]) / (end - begin))
+    return windows, used
+
+
+def _count(counts: dict[str, int], name: str) -> None:
+    counts[name] += 1
+
+
+def _pin(pid: int, place: int) -> None:
+    """Keep all threads of a process on one core: with two processes, each has its own."""
+    cores = sorted(os.sched_getaffinity(0))
+    for task in Path(f"/proc/{pid}/task").iterdir():
+        os.sched_setaffinity(int(task.name), {cores[place % len(cores)]})
+
+
+def _processor_time(pid: int) -> int:
+    """Return the CPU time of all threads [ns]."""
+    tasks = Path(f"/proc/{pid}/task").iterdir()
+    return sum(int((task / "schedstat").read_text().split()[0]) for task in tasks)

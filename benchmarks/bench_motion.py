@@ -1,0 +1,103 @@
+"""The motion engine: one step of each kind of motion, and the plan of a whole move."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from ruckig import InputParameter, OutputParameter, Ruckig, Trajectory
+
+from benchmarks.harness import Figure, Work, compare, pinned_to_one_core
+from tri_glide_kinematics.limits import SliderLimits
+from tri_glide_kinematics.motion import MotionEngine, MotionKind
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.workspace import Workspace
+from tri_glide_kinematics.workspace_limits import WorkspaceLimits
+
+Vector3 = tuple[float, float, float]
+
+START: Vector3 = (-0.06, -0.05, 0.22)  # m
+END: Vector3 = (0.07, 0.05, 0.28)  # m
+LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
+# So slow that a motion outlasts the whole measurement: what is timed are steps under way.
+SLOW_LIMITS = SliderLimits.uniform(0.001, 10.0, 200.0)
+PERIOD = 2e-5  # s
+
+STEP = "Ruckig.update and pass_to_input"
+GOALS = {MotionKind.SLIDER: 2.0, MotionKind.LINEAR: 4.0}
+
+
+def figures() -> Iterator[Figure]:
+    """Measure one row after the other."""
+    machine = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+    with pinned_to_one_core():
+        for kind, goal in GOALS.items():
+            engine = _engine(machine, kind, SLOW_LIMITS)
+            engine.move_to(END)
+            yield compare(
+                f"motion engine, one step, {kind.value} motion",
+                STEP,
+                Work(engine.step, PERIOD),
+                Work(_bare_step(machine)),
+                goal,
+            )
+        for kind in GOALS:
+            engine = _engine(machine, kind, LIMITS)
+            yield compare(
+                f"motion engine, a whole move planned and checked, {kind.value} motion",
+                "Ruckig.calculate",
+                Work(_restarted_move(engine, machine)),
+                Work(_bare_plan(machine)),
+            )
+
+
+def _engine(machine: TriGlide, kind: MotionKind, limits: SliderLimits) -> MotionEngine:
+    """Return an engine that rests at ``START``."""
+    bounds = WorkspaceLimits((0.3, 0.3, 0.3), (0.9, 0.9, 0.9), 0.005, 6.0)
+    engine = MotionEngine(Workspace(machine, bounds), limits, kind=kind)
+    engine.start(machine.inverse(START))
+    return engine
+
+
+def _restarted_move(engine: MotionEngine, machine: TriGlide) -> Callable[[], None]:
+    """Return the planning of a move from rest."""
+    heights = machine.inverse(START)
+
+    def move() -> None:
+        engine.start(heights)
+        engine.move_to(END)
+
+    return move
+
+
+def _bare_input(machine: TriGlide, limits: SliderLimits) -> InputParameter:
+    given = InputParameter(3)
+    given.current_position = list(machine.inverse(START))
+    given.target_position = list(machine.inverse(END))
+    given.max_velocity = list(limits.velocity)
+    given.max_acceleration = list(limits.acceleration)
+    given.max_jerk = list(limits.jerk)
+    return given
+
+
+def _bare_step(machine: TriGlide) -> Callable[[], None]:
+    """Return one step of the same motion by ruckig alone."""
+    generator, result = Ruckig(3, PERIOD), OutputParameter(3)
+    given = _bare_input(machine, SLOW_LIMITS)
+    update, pass_to_input = generator.update, result.pass_to_input
+
+    def step() -> None:
+        update(given, result)
+        pass_to_input(given)
+
+    return step
+
+
+def _bare_plan(machine: TriGlide) -> Callable[[], None]:
+    """Return the planning of the same move by ruckig alone."""
+    generator, trajectory = Ruckig(3, PERIOD), Trajectory(3)
+    given = _bare_input(machine, LIMITS)
+
+    def plan() -> None:
+        generator.calculate(given, trajectory)
+
+    return plan

@@ -1,0 +1,122 @@
+"""How the nodes grow: steps of a trace by service, and machines on one computer."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from std_srvs.srv import Trigger
+
+from benchmarks.bench_cycle import TARGETS
+from benchmarks.bench_services import (
+    f_mechanism_request,
+    four_bar_request,
+    mean_time,
+    service_name,
+)
+from benchmarks.ros_session import session
+from tri_glide_interfaces.srv import TraceFMechanism, TraceFourBar
+
+MOST_STEPS = {TraceFourBar: 1_000_000, TraceFMechanism: 100_000}  # that a request may ask for
+MACHINES = range(1, 9)
+MACHINE_TIME = 10.0  # s of motion that are judged
+TARGET_PERIOD = 0.5  # s
+LATE = "late cycles in the last second"
+RATE = "loop rate [1/s]"
+
+
+class ServiceGrowth(NamedTuple):
+    """One curve: what a call took for each number of steps.
+
+    Attributes:
+        name: of the service.
+        steps: of the trace.
+        times: of the call [s].
+    """
+
+    name: str
+    steps: list[int]
+    times: list[float]
+
+
+class MachineLoad(NamedTuple):
+    """What ``ik_node`` says of its loop while several machines move on this computer.
+
+    Attributes:
+        machines: number of them.
+        late: late cycles per second of each machine.
+        rates: cycles per second of each machine.
+    """
+
+    machines: int
+    late: list[float]
+    rates: list[float]
+
+
+def services() -> Iterator[ServiceGrowth]:
+    """Measure both traces, and an empty call, which has no steps."""
+    with session() as running:
+        running.start_node("mechanism_node", "/ours")
+        running.start_bare("server", "/bare")
+        empty = running.probe.create_client(Trigger, "/bare/server/trigger")
+        running.spin_until(empty.service_is_ready, "the bare server")
+        mean_time(running, empty, Trigger.Request(), 50)
+        yield ServiceGrowth("empty call", [0], [mean_time(running, empty, Trigger.Request(), 200)])
+        for kind, request_of in (
+            (TraceFourBar, four_bar_request),
+            (TraceFMechanism, f_mechanism_request),
+        ):
+            name = f"/ours/mechanism_node/{service_name(kind)}"
+            client = running.probe.create_client(kind, name)
+            running.spin_until(client.service_is_ready, name)
+            growth = ServiceGrowth(service_name(kind), [], [])
+            steps = 10
+            mean_time(running, client, request_of(steps), 5)
+            while steps <= MOST_STEPS[kind]:
+                calls = max(1, min(50, 50_000 // steps))
+                growth.steps.append(steps)
+                growth.times.append(mean_time(running, client, request_of(steps), calls))
+                steps *= 10
+            yield growth
+
+
+def machines() -> Iterator[MachineLoad]:
+    """Move 1 to 8 machines at the default rate, each with its three nodes in its namespace."""
+    for count in MACHINES:
+        with session() as running:
+            reports: dict[str, list[tuple[float, float]]] = defaultdict(list)
+
+            def on_diagnostics(message: DiagnosticArray) -> None:
+                for status in message.status:
+                    values = {entry.key: entry.value for entry in status.values}
+                    if LATE in values:
+                        report = (float(values[LATE]), float(values[RATE]))
+                        reports[status.name].append(report)  # noqa: B023
+
+            running.probe.create_subscription(DiagnosticArray, "/diagnostics", on_diagnostics, 100)
+            publishers = []
+            for number in range(count):
+                for node in ("simulator_node", "ik_node", "fk_node"):
+                    running.start_node(node, f"/machine_{number}")
+                topic = f"/machine_{number}/target_pose"
+                publishers.append(running.probe.create_publisher(PoseStamped, topic, 10))
+            running.spin_until(
+                lambda: len(reports) == count,  # noqa: B023
+                "diagnostics of each machine",
+            )
+            running.spin_for(3.0)
+            reports.clear()
+            for index in range(int(MACHINE_TIME / TARGET_PERIOD)):
+                message = PoseStamped()
+                point = message.pose.position
+                point.x, point.y, point.z = TARGETS[index % len(TARGETS)]
+                for publisher in publishers:
+                    publisher.publish(message)
+                running.spin_for(TARGET_PERIOD)
+            means = [np.mean(values, axis=0) for _, values in sorted(reports.items())]
+        late, rates = ([float(mean[column]) for mean in means] for column in (0, 1))
+        yield MachineLoad(count, late, rates)

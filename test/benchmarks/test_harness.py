@@ -1,0 +1,108 @@
+"""The harness of the benchmarks: what it calls, how it counts, what it prints."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from benchmarks.harness import Figure, Missing, Ratio, Work, compare, figure, pinned_to_one_core
+from benchmarks.table import HEAD, as_markdown, cells, in_seconds
+
+
+def test_ratio_is_of_the_times_of_one_round():
+    # Both get ten times slower in the middle: the ratio does not notice.
+    ours = [2.0, 2.0, 20.0, 20.0, 2.0]
+    reference = [1.0, 1.0, 10.0, 10.0, 1.0]
+    ratio = Ratio.of(ours, reference)
+    assert (ratio.low, ratio.median, ratio.high) == (2.0, 2.0, 2.0)
+
+
+def test_spread_is_from_5_to_95_percent():
+    ratio = Ratio.of([float(value) for value in range(101)], [1.0] * 101)
+    assert ratio.median == pytest.approx(50.0)
+    assert ratio.low == pytest.approx(5.0)
+    assert ratio.high == pytest.approx(95.0)
+
+
+@pytest.mark.parametrize(
+    ("goal", "reached"), [(None, None), (2.0, True), (1.5, True), (1.4999, False)]
+)
+def test_a_goal_is_reached_by_the_median(goal, reached):
+    row = figure("what", "reference", [3.0, 3.0, 300.0], [2.0, 2.0, 2.0], goal)
+    assert row.is_reached is reached
+
+
+def test_compare_alternates_and_calls_with_the_arguments():
+    calls = []
+
+    def ours(*arguments):
+        calls.append(arguments)
+
+    row = compare(
+        "what",
+        "reference",
+        Work(ours, 1, "a"),
+        Work(ours, 2.0),
+        goal=1.0,
+        rounds=3,
+        round_time=1e-6,
+    )
+    assert set(calls) == {(1, "a"), (2.0,)}
+    assert isinstance(row, Figure)
+    assert row.ours > 0.0
+    assert row.theirs > 0.0
+    # Three rounds for warming up and three that count: each side begins in turn.
+    order = [arguments[0] for index, arguments in enumerate(calls) if calls[index - 1] != arguments]
+    assert order[-7:] in ([1, 2.0, 1, 2.0, 1, 2.0, 1], [2.0, 1, 2.0, 1, 2.0, 1, 2.0])
+
+
+def test_times_are_per_item(monkeypatch):
+    monkeypatch.setattr("benchmarks.harness.Timer.timeit", lambda _, calls: 6.0 * calls)
+    assert Work(sum, range(4), items=3).seconds_per_item(5) == 2.0
+    assert Work(sum, range(4)).calls_within(60.0) == 10
+    assert Work(sum, range(4)).calls_within(0.1) == 1
+
+
+def test_pinning_is_undone():
+    before = os.sched_getaffinity(0)
+    with pinned_to_one_core() as core:
+        assert os.sched_getaffinity(0) == {core}
+    assert os.sched_getaffinity(0) == before
+
+
+@pytest.mark.parametrize(
+    ("time", "text"),
+    [
+        (2.5, "2.5 s"),
+        (1.0, "1 s"),
+        (0.0123456, "12.3 ms"),
+        (4.2e-6, "4.2 µs"),
+        (1.5e-8, "15 ns"),
+        (2e-10, "0.2 ns"),
+    ],
+)
+def test_times_have_three_digits_and_a_unit(time, text):
+    assert in_seconds(time) == text
+
+
+def test_a_row_tells_everything():
+    row = figure("sweep", "plain numpy", [2e-3, 2e-3], [1e-3, 1e-3], 1.5)
+    assert cells(row) == (
+        "sweep",
+        "2 ms",
+        "1 ms (plain numpy)",
+        "2.00 (2.00 to 2.00)",
+        "1.5",
+        "NO",
+    )
+
+
+def test_what_could_not_be_measured_stands_in_the_table():
+    table = as_markdown([Missing("sweep", "pylinkage is not installed")])
+    lines = table.splitlines()
+    assert len(lines) == 3
+    assert all(line.count("|") == len(HEAD) + 1 for line in lines)
+    assert len({len(line) for line in lines}) == 1
+    assert "pylinkage is not installed" in table
+    assert "not measured" in table
