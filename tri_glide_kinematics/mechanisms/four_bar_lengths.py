@@ -54,7 +54,7 @@ class LinkLengths:
         if rest - self.longest <= self.tolerance * self.longest:
             raise NotAssemblableError(longest, self.longest, rest)
 
-    @property
+    @cached_property
     def longest(self) -> float:
         """Length of the longest link, in [m]."""
         return max(self.crank, self.coupler, self.rocker, self.ground)

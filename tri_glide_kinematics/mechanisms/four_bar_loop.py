@@ -39,6 +39,9 @@ _CHUNK = 8192
 _ANGLE_SLACK = 16.0 * float(np.finfo(np.float64).eps)
 """A crank angle this far beyond a limit, in [rad], is there by rounding and counts as the limit."""
 
+_MOST_SLACK = 8.0 * _ANGLE_SLACK
+"""No slack of g^2 is more than this: with 1 for the longest link, (g^2)' is 2 and g^2 4 at most."""
+
 _WORK_ROWS = 28
 
 
@@ -272,14 +275,16 @@ def _close_chunk(
 
 def _snap_to_limits(
     k: LoopConstants, slope: FloatArray, squares: FloatArray, gaps: FloatArray
-) -> NDArray[np.bool_]:
-    """Make zero what only rounding keeps from it: g^2 less its bounds. Tell where."""
-    on_limit = np.zeros(slope.shape, dtype=np.bool_)
+) -> NDArray[np.bool_] | None:
+    """Make zero what only rounding keeps from it: g^2 less its bounds. Tell where, if anywhere."""
+    on_limit = None
     for gap, square, bound in zip(gaps, squares, (k.stretched_gap, k.folded_gap)):
         if bound < 0.0:
-            here = np.abs(gap) <= _ANGLE_SLACK * (np.abs(slope) + square)
-            gap[here] = 0.0
-            on_limit |= here
+            distance = np.abs(gap)
+            if distance.min() <= _MOST_SLACK:
+                here = distance <= _ANGLE_SLACK * (np.abs(slope) + square)
+                gap[here] = 0.0
+                on_limit = here if on_limit is None else on_limit | here
     return on_limit
 
 
