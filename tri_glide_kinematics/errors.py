@@ -272,6 +272,42 @@ class SliderLimitError(MotionError):
         self.limit = limit
         self.unit = unit
 
+    @property
+    def slowdown(self) -> float:
+        """By which factor the motion would have to be slower to keep the limit."""
+        order = ("velocity", "acceleration", "jerk").index(self.quantity) + 1
+        return float((self.value / self.limit) ** (1.0 / order))
+
+
+class SliderTravelError(MotionError):
+    """A trajectory would leave the travel of a slider."""
+
+    def __init__(self, slider: int, height: float, bound: float) -> None:
+        """Store the index of the ``slider``, its ``height`` and the ``bound`` it passes, in [m]."""
+        super().__init__(
+            f"slider {slider + 1} would pass the end of its travel at {bound:.9g} m and reach "
+            f"{height:.9g} m"
+        )
+        self.slider = slider
+        self.height = height
+        self.bound = bound
+
+
+class NoRoomError(MotionError):
+    """The platform is at the edge of the workspace in the direction in which it is to move."""
+
+    def __init__(self, position: Sequence[float], direction: Sequence[float], reason: str) -> None:
+        """Store the ``position`` [m], the unit vector ``direction`` and the ``reason`` in words."""
+        x, y, z = position
+        u, v, w = direction
+        super().__init__(
+            f"no room to move from ({x:.9g}, {y:.9g}, {z:.9g}) m in the direction ({u:.6g}, "
+            f"{v:.6g}, {w:.6g}): {reason}"
+        )
+        self.position = tuple(position)
+        self.direction = tuple(direction)
+        self.reason = reason
+
 
 class NotAssemblableError(KinematicsError):
     """Four links cannot be joined to a linkage that moves: one is too long for the others."""
@@ -319,3 +355,43 @@ class DegenerateLinkageError(KinematicsError):
         """Store the ``reason`` in words."""
         super().__init__(reason)
         self.reason = reason
+
+
+class BranchLostError(KinematicsError):
+    """A branch of positions reaches a place from which it cannot be followed uniquely."""
+
+    def __init__(self, crank_angle: float) -> None:
+        """Store the ``crank_angle`` [rad] at which following ends."""
+        super().__init__(
+            f"crank_angle = {crank_angle:.9g} rad: the branch is singular here along more than a "
+            "point and cannot be followed further"
+        )
+        self.crank_angle = crank_angle
+
+
+class NotAPoseError(KinematicsError):
+    """A pose does not belong to the mechanism at the given crank angle."""
+
+    def __init__(self, crank_angle: float, gap: float) -> None:
+        """Store the ``crank_angle`` [rad] and the rod length ``gap`` [m] that is left there."""
+        super().__init__(
+            f"pose is not a position of this mechanism at crank_angle = {crank_angle:.9g} rad: "
+            f"a rod length is wrong by {gap:.3g} m"
+        )
+        self.crank_angle = crank_angle
+        self.gap = gap
+
+
+class MechanismFileError(KinematicsError):
+    """A file that should describe a mechanism does not."""
+
+    def __init__(self, path: str, key: str, reason: str) -> None:
+        """Store the ``path``, the ``key`` in it that is wrong (may be empty), and the ``reason``."""
+        super().__init__(f"{path}: {key}: {reason}" if key else f"{path}: {reason}")
+        self.path = path
+        self.key = key
+        self.reason = reason
+
+
+class DrawingError(KinematicsError):
+    """A picture was asked for that a mechanism does not have."""

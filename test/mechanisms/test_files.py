@@ -1,0 +1,188 @@
+"""Mechanism files: those in config/ hold the sources' mechanisms, and mistakes are named."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from f_mechanism_samples import example_1, example_2
+
+from tri_glide_kinematics.errors import KinematicsError, MechanismFileError
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.files import load_mechanism
+from tri_glide_kinematics.mechanisms.four_bar import FourBar
+from tri_glide_kinematics.mechanisms.landing_gear import LandingGear, LandingGearMotion
+
+CONFIG = Path(__file__).parents[2] / "config"
+MM = 1e-3
+
+
+def test_every_mechanism_in_config_can_be_loaded():
+    kinds = {
+        path.name: type(load_mechanism(path).mechanism)
+        for path in CONFIG.glob("*.yaml")
+        if path.name != "tri_glide.yaml"
+    }
+    assert len(kinds) == 5
+    for name, kind in kinds.items():
+        prefix = {FMechanism: "f_mechanism", LandingGear: "landing_gear"}.get(kind, "four_bar")
+        assert name.startswith(prefix)
+
+
+def test_textbook_four_bar():
+    read = load_mechanism(CONFIG / "four_bar_textbook.yaml")
+    first, second = read.mechanism.solve(math.radians(30.0), 10.0)
+    assert read.coupler_point == (0.035, 0.02)
+    assert np.degrees(first.coupler_angle) == pytest.approx(88.837241, abs=5e-7)
+    assert np.degrees(second.rocker_angle) == pytest.approx(-143.659639, abs=5e-7)
+
+
+def test_sheet_four_bar():
+    linkage = load_mechanism(CONFIG / "four_bar_sheet.yaml").mechanism
+    lengths = linkage.ground, linkage.crank, linkage.coupler, linkage.rocker
+    assert np.allclose(np.array(lengths) / MM, (74.901, 79.522, 36.854, 111.285), atol=5e-4, rtol=0)
+    # The sheet turns the crank to 37.964 deg; its links keep their order there.
+    pose = linkage.pose(math.radians(37.964), linkage.assembled_branch)
+    assert np.allclose(np.array(pose.crank_pin) / MM, (62.695, 48.919), atol=5e-4, rtol=0)
+    assert np.allclose(np.array(pose.rocker_pin) / MM, (25.933, 51.529), atol=5e-4, rtol=0)
+
+
+def test_f_mechanism_example_1():
+    read = load_mechanism(CONFIG / "f_mechanism_example_1.yaml").mechanism
+    assert_same(read, example_1())
+
+
+def test_f_mechanism_example_2():
+    read = load_mechanism(CONFIG / "f_mechanism_example_2.yaml").mechanism
+    assert_same(read, example_2())
+    angles = [math.degrees(pose.angle) for pose in read.poses(math.radians(146.0))]
+    assert angles == pytest.approx([-75.688, -55.562, -18.443, -0.982], abs=5e-4)
+
+
+def assert_same(read, in_mm):
+    for field in ("pivots", "cranks", "rods", "joints"):
+        expected = np.array(getattr(in_mm.linkage, field)) * MM
+        assert np.allclose(getattr(read.linkage, field), expected, rtol=0.0, atol=1e-15)
+    assert read.linkage.speeds == in_mm.linkage.speeds
+    assert read.linkage.phases == pytest.approx(in_mm.linkage.phases, abs=1e-15)
+
+
+def test_landing_gear():
+    gear = load_mechanism(CONFIG / "landing_gear.yaml").mechanism
+    state = gear.state(LandingGearMotion(pitch_angle=0.0, retraction_angle=0.0))
+    # At rest the hinge carries the weight.
+    assert np.allclose(state.hinge.force, (0.0, 0.0, 150.0 * 9.80665))
+
+
+FOUR_BAR = "{crank: 2, coupler: 7, rocker: 9, ground: 6"
+
+
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [
+        ("", FourBar(2.0, 7.0, 9.0, 6.0)),
+        (", tolerance: 1e-9", FourBar(2.0, 7.0, 9.0, 6.0, tolerance=1e-9)),
+        (", ground_angle_degrees: 90", FourBar(2.0, 7.0, 9.0, 6.0, ground_angle=math.pi / 2.0)),
+        (", crank_pivot: [1, -1.5]", FourBar(2.0, 7.0, 9.0, 6.0, crank_pivot=(1.0, -1.5))),
+    ],
+)
+def test_optional_keys_of_a_four_bar(tmp_path, keys, expected):
+    path = tmp_path / "linkage.yaml"
+    path.write_text(f"four_bar: {FOUR_BAR}{keys}}}\n")
+    read = load_mechanism(path)
+    assert read.mechanism == expected
+    assert read.coupler_point == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "reason"),
+    [
+        ("four_bar: {", "", "is not YAML: "),
+        ("four_bar: !!python/object:os.system {}", "", "is not YAML: "),
+        ("", "", "must hold one section, named one of four_bar, f_mechanism, landing_gear"),
+        ("- 1", "", "must hold one section"),
+        ("four_bar: {}\nlanding_gear: {}", "", "must hold one section"),
+        ("five_bar: {}", "five_bar", "is no kind of mechanism: must be one of four_bar, "),
+        ("four_bar: 3", "four_bar", "must hold keys with values"),
+        ("four_bar: {crank: 2, coupler: 7, rocker: 9}", "four_bar.ground", "is missing"),
+        (f"four_bar: {FOUR_BAR}, gruond: 6}}", "four_bar.gruond", "is not known here"),
+        ("four_bar: {crank: long}", "four_bar.crank", "is 'long', must be a number"),
+        ("four_bar: {crank: true}", "four_bar.crank", "is True, must be a number"),
+        ("four_bar: {crank: [1]}", "four_bar.crank", "is [1], must be a number"),
+        (f"four_bar: {{crank: 1{'0' * 400}}}", "four_bar.crank", "must be a number"),
+        ("four_bar: {crank:}", "four_bar.crank", "is missing"),
+        (f"four_bar: {FOUR_BAR}, crank_pivot: 0}}", "four_bar.crank_pivot", "must be a list of 2"),
+        (
+            f"four_bar: {FOUR_BAR}, coupler_point: [0, x]}}",
+            "four_bar.coupler_point[1]",
+            "is 'x', must be a number",
+        ),
+        ("four_bar: {crank_pin: [0, 1]}", "four_bar.crank_pivot", "is missing"),
+        (
+            "four_bar: {crank: 0, coupler: 7, rocker: 9, ground: 6}",
+            "four_bar",
+            "crank = 0 m must be greater than 0 m",
+        ),
+        (
+            "four_bar: {crank: .nan, coupler: 7, rocker: 9, ground: 6}",
+            "four_bar",
+            "crank = nan is not a finite number",
+        ),
+        (
+            "four_bar: {crank: 20, coupler: 7, rocker: 5, ground: 6}",
+            "four_bar",
+            "crank = 20 m must be shorter than the other three links together",
+        ),
+        ("f_mechanism: {base: [[0, 0], [1, 0]]}", "f_mechanism.base", "must be a list of 3 points"),
+        (
+            "f_mechanism: {base: [[0, 0], [1, 0], [1]]}",
+            "f_mechanism.base[2]",
+            "must be a list of 2 numbers, x and y",
+        ),
+        (
+            "f_mechanism: {base: [[0, 0], [1, 0], [1, 1]], crank_lengths: [1, 1]}",
+            "f_mechanism.crank_lengths",
+            "must be a list of 3 numbers",
+        ),
+        (
+            "f_mechanism: {base: [[0, 0], [1, 0], [1, 1]], crank_lengths: [1, 1, 1], "
+            "rod_lengths: [1, 1, 1], platform: [[0, 0], [1, 0], [1, 1]], counter_rotating: 1}",
+            "f_mechanism.counter_rotating",
+            "is 1, must be true or false",
+        ),
+        (
+            "landing_gear: {l1: 1, l2: 1, l3: 1, l4: 1, gear_mass: 1, wheel_mass: 1, "
+            "wheel_axial_inertia: 1, wheel_transverse_inertia: 1, gear_inertia: [[1, 0], [0, 1]]}",
+            "landing_gear.gear_inertia",
+            "must be a list of 3 rows of 3 numbers",
+        ),
+        (
+            "landing_gear: {l1: 1, l2: 1, l3: 1, l4: 1, gear_mass: 1, wheel_mass: 1, "
+            "wheel_axial_inertia: 1, wheel_transverse_inertia: 1, gear_inertia: [1, 2, 3]}",
+            "landing_gear.gear_inertia[0]",
+            "must be a list of 3 numbers",
+        ),
+    ],
+)
+def test_a_mistake_is_named_with_its_file_and_key(tmp_path, text, key, reason):
+    path = tmp_path / "wrong.yaml"
+    path.write_text(text)
+    with pytest.raises(MechanismFileError) as caught:
+        load_mechanism(path)
+    error = caught.value
+    assert isinstance(error, KinematicsError)
+    assert (error.path, error.key) == (str(path), key)
+    assert reason in error.reason
+    assert str(error).startswith(f"{path}: {key}: " if key else f"{path}: ")
+    assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize("content", [None, b"\xff\xfe\x00"])
+def test_an_unreadable_file_is_said(tmp_path, content):
+    path = tmp_path / "no.yaml"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(MechanismFileError, match=r"no\.yaml: cannot be read: "):
+        load_mechanism(path)
