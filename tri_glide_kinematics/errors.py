@@ -363,8 +363,8 @@ class BranchLostError(KinematicsError):
     def __init__(self, crank_angle: float) -> None:
         """Store the ``crank_angle`` [rad] at which following ends."""
         super().__init__(
-            f"crank_angle = {crank_angle:.9g} rad: the branch is singular here along more than a "
-            "point and cannot be followed further"
+            f"crank_angle = {crank_angle:.9g} rad: the branch is singular here, and there is no "
+            "unique way on"
         )
         self.crank_angle = crank_angle
 

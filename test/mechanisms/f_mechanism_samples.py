@@ -104,3 +104,32 @@ def mechanism_through(pins, joints, pose, cranks, crank_angles, counter_rotating
 
 def random_points(rng, n):
     return rng.uniform(-1.0, 1.0, (n, 2)) @ UNIT
+
+
+def concurrent_pins(rng, joints, pose):
+    """Crank pins whose rods to the platform at ``pose`` all pass through one point."""
+    places = pose[1] + np.exp(1j * pose[0]) * joints
+    centre = 2.0 * random_points(rng, 1)[0]
+    return places + rng.uniform(0.3, 2.5, 3) * (centre - places)
+
+
+def bifurcating_mechanism(rng):
+    """A mechanism, and the crank angle and pose at which two of its branches meet.
+
+    The rods pass through one point, and the cranks do no work on the forces that then balance in
+    them: so the closure conditions are dependent in all directions.
+    """
+    while True:
+        joints, pose = random_points(rng, 3), (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
+        pins = concurrent_pins(rng, joints, pose)
+        rods = pose[1] + np.exp(1j * pose[0]) * joints - pins
+        directions = rods / abs(rods)
+        forces = np.linalg.svd([directions.real, directions.imag])[2][2]
+        turn = rng.choice([-1.0, 1.0])
+        arms = rng.uniform(0.1, 0.6, 3) * np.exp(1j * rng.uniform(-math.pi, math.pi, 3))
+        work = forces * np.array([1.0, turn, 1.0]) * (np.conj(directions) * 1j * arms).real
+        ratio = -(work[0] + work[1]) / work[2]
+        if 0.3 < ratio < 3.0:
+            arms[2] *= ratio
+            mechanism = mechanism_through(pins, joints, pose, abs(arms), np.angle(arms), turn < 0.0)
+            return mechanism, float(np.angle(arms[0])), pose

@@ -10,11 +10,26 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.checks import array_of_shape, finite, finite_vector, positive
-from tri_glide_kinematics.errors import DegenerateLinkageError, NotFiniteError
+from tri_glide_kinematics.errors import (
+    DegenerateLinkageError,
+    NotFiniteError,
+    OutOfBoundsError,
+    WrongShapeError,
+)
 from tri_glide_kinematics.mechanisms.f_mechanism_batch import solve_batch
+from tri_glide_kinematics.mechanisms.f_mechanism_branch import FMechanismTrace
 from tri_glide_kinematics.mechanisms.f_mechanism_closure import Linkage
+from tri_glide_kinematics.mechanisms.f_mechanism_curve import Curve
+from tri_glide_kinematics.mechanisms.f_mechanism_overview import FMechanismOverview, survey
 from tri_glide_kinematics.mechanisms.f_mechanism_pose import FMechanismPose, FMechanismPoses
 from tri_glide_kinematics.mechanisms.f_mechanism_positions import poses_at
+from tri_glide_kinematics.mechanisms.f_mechanism_trace import (
+    Plan,
+    explicit_stations,
+    starting_point,
+    straight_drive,
+    trace_branch,
+)
 
 # Platform joints closer than this, relative to the size, are one point.
 _COINCIDENT = 1e-12
@@ -140,6 +155,118 @@ class FMechanism:
         if bad.size:
             raise NotFiniteError(f"crank_angles[{bad[0]}]", float(angles[bad[0]]))
         return solve_batch(self._linkage, angles)
+
+    def trace(
+        self,
+        crank_angle: float,
+        pose: FMechanismPose,
+        end: float | None = None,
+        *,
+        steps: int = 360,
+        crank_angles: ArrayLike | None = None,
+        phases: tuple[float, float] | None = None,
+        through: bool = False,
+        largest_step: float = 0.5,
+    ) -> FMechanismTrace:
+        """Follow the branch of ``pose`` while the cranks turn and the phases change.
+
+        The crank angle and both phases run along a straight line from ``crank_angle`` and the
+        phases of this mechanism to ``end`` and ``phases``. The branch is followed in arcs whose
+        length the mechanism decides: the samples do not influence it.
+
+        Args:
+            crank_angle: angle of crank A in ``pose`` [rad].
+            pose: where to start, one of ``poses(crank_angle)``.
+            end: angle of crank A at the end [rad]; one turn ahead by default.
+            steps: number of equal steps between the samples.
+            crank_angles: places of the samples instead of ``end`` and ``steps``, strictly monotone,
+                shape (n,) [rad]. The range is theirs; it must hold ``crank_angle``.
+            phases: phase_b and phase_c at the end [rad]; unchanged by default.
+            through: go on through turning points and bifurcations along the same curve. The cranks
+                then turn back: with unchanged phases as far behind the start as ``end`` lies ahead
+                of it, otherwise to the start. Without it, the trace stops at the first one.
+            largest_step: longest arc [rad]; the samples do not depend on it.
+
+        Returns:
+            The start, then a sample wherever the branch passes one of the requested places.
+
+        Raises:
+            NotFiniteError: if a number is NaN or infinite.
+            OutOfBoundsError: if ``steps`` or ``largest_step`` is not positive, or ``crank_angles``
+                are not monotone or do not hold the start.
+            WrongShapeError: if ``crank_angles`` or ``phases`` has another shape.
+            NotAPoseError: if ``pose`` is not a position of this mechanism at ``crank_angle``.
+            BranchLostError: where the branch is singular, and the way on is not unique.
+        """
+        start = finite("crank_angle", crank_angle)
+        positive("largest_step", largest_step, "rad")
+        places = None
+        if crank_angles is not None:
+            places = _monotone("crank_angles", crank_angles, start)
+            end = float(places[-1])
+        stop = start + 2.0 * math.pi if end is None else finite("end", end)
+        if phases is None:
+            changes = (0.0, 0.0)
+        else:
+            phase_b, phase_c = finite_vector("phases", phases, 2)
+            changes = (phase_b - self.phase_b, phase_c - self.phase_c)
+        drive, length = straight_drive(self._linkage, start, (stop - start, *changes))
+        turning_only = changes == (0.0, 0.0)
+        if places is not None:
+            stations = (places - start) / drive.rates[0]
+        else:
+            positive("steps", steps)
+            stations = np.linspace(0.0, length, int(steps) + 1)
+            if through and turning_only:
+                stations = np.concatenate([-stations[:0:-1], stations])
+        curve = Curve(self._linkage, drive)
+        plan = Plan(
+            stations=explicit_stations(stations),
+            low=float(stations[0]),
+            high=float(stations[-1]),
+            through=through,
+            period=2.0 * math.pi if turning_only else math.inf,
+            largest_step=largest_step,
+        )
+        return trace_branch(curve, starting_point(curve, pose), plan)
+
+    def overview(self, samples: int = 360) -> FMechanismOverview:
+        """All branches as connected curves, and the number of positions over one turn.
+
+        Args:
+            samples: number of equidistant crank angles, from 0 on.
+
+        Raises:
+            OutOfBoundsError: if ``samples`` is less than 8.
+            BranchLostError: where a branch is singular, and the way on is not unique.
+        """
+        if samples < 8:
+            raise OutOfBoundsError("samples", samples, "at least 8")
+        return survey(self._linkage, samples)
+
+
+def _monotone(name: str, values: ArrayLike, start: float) -> NDArray[np.float64]:
+    """Strictly monotone finite values that hold ``start`` in their range."""
+    array = array_of_shape(name, values, (None,))
+    finite_vector(name, array.tolist(), len(array))
+    if len(array) < 2:
+        raise WrongShapeError(name, array.shape, "(n,) with n of at least 2")
+    steps = np.diff(array)
+    wrong = np.flatnonzero(steps * np.sign(steps[0]) <= 0.0)
+    if wrong.size:
+        index = int(wrong[0]) + 1
+        raise OutOfBoundsError(
+            f"{name}[{index}]",
+            float(array[index]),
+            "beyond the one before, all in one sense",
+            "rad",
+        )
+    low, high = sorted((float(array[0]), float(array[-1])))
+    if not low <= start <= high:
+        raise OutOfBoundsError(
+            "crank_angle", start, f"within {name}, {low:.9g} to {high:.9g}", "rad"
+        )
+    return array
 
 
 def _points(name: str, values: ArrayLike) -> tuple[complex, complex, complex]:

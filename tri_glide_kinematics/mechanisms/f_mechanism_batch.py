@@ -220,6 +220,18 @@ def _roots(polynomial: Cubic, tolerance: Array, special: Mask) -> _Roots:
     return _Roots(row, angle)
 
 
+def row_roots(polynomial: Cubic) -> tuple[Index, Array]:
+    """Simple roots of many polynomials: their rows, ascending, and their angles [rad].
+
+    Rows with a double root are missing.
+    """
+    tolerance = ROUNDING * sum(abs(coefficient) for coefficient in polynomial)
+    special = np.zeros(len(tolerance), dtype=np.bool_)
+    roots = _roots(polynomial, tolerance, special)
+    simple = ~special[roots.row]
+    return roots.row[simple], roots.angle[simple]
+
+
 def _row_order(row: Index, angle: Array) -> Index:
     """Order by row, then by angle."""
     return np.argsort(angle + 8.0 * row)

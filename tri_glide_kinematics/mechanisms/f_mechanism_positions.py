@@ -97,12 +97,12 @@ def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Pos
         if abs(determinant) > DEGENERATE * linkage.size * max(abs(w_b), abs(w_c)):
             v = -1j * (m_b * w_c - m_c * w_b) / determinant
             v *= linkage.rods[0] / abs(v)
-            found.append(_refine(linkage, pins, Position(z, v, root.double), 3)[0])
+            found.append(refine(linkage, pins, Position(z, v, root.double), 3)[0])
             continue
         degenerate = True
         w, m = (w_b, m_b) if abs(w_b) >= abs(w_c) else (w_c, m_c)
         for v in _rod_on_line(linkage, w, m):
-            position, gap = _refine(linkage, pins, Position(z, v, False), 20)
+            position, gap = refine(linkage, pins, Position(z, v, False), 20)
             near = abs(position.z - z) < _LONGEST_CORRECTION
             if near and gap <= _ACCEPTED * linkage.size**2:
                 found.append(position)
@@ -161,7 +161,7 @@ def _rod_on_line(linkage: Linkage, w: complex, m: float) -> list[complex]:
     return [(m + 1j * side) * w / square for side in (half_chord, -half_chord)]
 
 
-def _refine(
+def refine(
     linkage: Linkage, pins: CrankPins, position: Position, iterations: int
 ) -> tuple[Position, float]:
     """Newton's method on the rod equations of B and C along the circle of rod A.

@@ -26,6 +26,10 @@ CELL_WIDTH = 2.0 * math.pi / CELLS
 _BEND = CELL_WIDTH**2 / 8.0
 NODES: Array = -math.pi + CELL_WIDTH * np.arange(CELLS + 1, dtype=np.float64)
 
+# Products of so few rows stay below the size from which matrix libraries start threads: waking them
+# costs more than such a product, and a control program has other uses for its processors.
+_BLOCK = 128
+
 # A cell this narrow is not halved again: within it a triple root cannot be told from a simple one.
 _NARROWEST = 1e-5
 # Roots closer than this are looked at as the possible halves of one double root.
@@ -109,7 +113,12 @@ def sample(polynomial: Cubic) -> Ends:
     for order in (1, 2, 3):
         coefficients[..., 2 * order - 1] = polynomial[order].real
         coefficients[..., 2 * order] = polynomial[order].imag
-    samples = (coefficients @ _TABLE).reshape((*constant.shape, 3, CELLS + 1))
+    rows = coefficients.reshape(-1, 7)
+    samples = np.empty((len(rows), _TABLE.shape[1]))
+    for first in range(0, len(rows), _BLOCK):
+        block = slice(first, first + _BLOCK)
+        np.matmul(rows[block], _TABLE, out=samples[block])
+    samples = samples.reshape((*constant.shape, 3, CELLS + 1))
     return Ends(samples[..., 0, :], samples[..., 1, :], samples[..., 2, :])
 
 
