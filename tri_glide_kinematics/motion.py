@@ -43,8 +43,8 @@ __all__ = [
 # What could not be done at once is tried again after this time of motion [s].
 RETRY_INTERVAL = 0.008
 
-# Jogs that follow each other faster than this are not all planned [s].
-JOG_INTERVAL = 0.005
+# Of poses, and of twists, that follow each other faster than this only the newest is planned [s].
+COMMAND_INTERVAL = 0.005
 
 # A jog that is slower than this is a stop [m/s].
 SLOWEST_JOG = 1e-7
@@ -94,7 +94,8 @@ class MotionEngine:
 
     Commands never touch the setpoint itself: they replace the plan of what comes next, from the
     next step on. Each raises a ``KinematicsError`` with the reason if it is refused; the engine
-    then goes on with what it did.
+    then goes on with what it did. Of poses, and of twists, that follow each other faster than
+    ``COMMAND_INTERVAL`` only the newest is planned; if it is refused then, ``take_refusal`` tells.
     """
 
     def __init__(
@@ -176,7 +177,8 @@ class MotionEngine:
     @property
     def target(self) -> Vector3 | None:
         """Position of the platform that is being moved to or was reached [m]."""
-        return self._command.position if isinstance(self._command, _Move) else None
+        newest = self._waiting or self._command
+        return newest.position if isinstance(newest, _Move) else None
 
     @property
     def state(self) -> SliderState:
@@ -211,6 +213,8 @@ class MotionEngine:
     def move_to(self, position: Sequence[float]) -> None:
         """Move the platform to a position and rest there.
 
+        The position that is being moved to, or was reached, changes nothing.
+
         Args:
             position: Shape (3,) [m].
 
@@ -220,15 +224,17 @@ class MotionEngine:
         """
         self._held()
         x, y, z = finite_vector("position", position, 3)
+        move = _Move((x, y, z))
+        if move == (self._waiting or self._command):
+            return
         self._workspace.check_position((x, y, z))
-        self._obey(_Move((x, y, z)))
+        self._obey(move)
 
     def jog(self, velocity: Sequence[float]) -> None:
         """Move the platform along a direction, up to the edge of the workspace at most.
 
         Limits of the sliders reduce the speed, never the direction. The same velocity again changes
-        nothing; zero is a stop. Of velocities that follow each other faster than
-        ``JOG_INTERVAL`` only the newest counts.
+        nothing; zero is a stop.
 
         Args:
             velocity: of the platform. Shape (3,) [m/s].
@@ -247,10 +253,6 @@ class MotionEngine:
         newest = self._waiting or self._command
         if isinstance(newest, _Jog) and _is_same(jog, newest):
             return
-        if isinstance(self._command, _Jog) and 0.0 < self._time < JOG_INTERVAL:
-            self._waiting = jog
-            self._retry_at = min(self._retry_at, JOG_INTERVAL)
-            return
         self._obey(jog)
 
     def stop(self) -> None:
@@ -265,8 +267,7 @@ class MotionEngine:
             return
         self._stopping = True
         self._stop_waits = not self._brake()
-        if self._stop_waits:
-            self._retry_at = self._time + RETRY_INTERVAL
+        self._retry_soon()
 
     def set_limits(self, limits: SliderLimits) -> None:
         """Change the limits of the sliders.
@@ -336,7 +337,12 @@ class MotionEngine:
         self._command = command
         self._waiting = None
         self._stopping = self._stop_waits = False
-        self._retry_at = math.inf if self._pending_limits is None else RETRY_INTERVAL
+        self._retry_soon()
+
+    def _retry_soon(self) -> None:
+        """Set the time at which what has to wait is tried again."""
+        waits = self._stop_waits or self._pending_limits is not None or self._waiting is not None
+        self._retry_at = self._time + RETRY_INTERVAL if waits else math.inf
 
     def _planned(self, command: _Command, limits: _Limits, *, or_after: bool) -> Plan:
         """Return a plan for ``command`` from the present setpoint.
@@ -357,11 +363,19 @@ class MotionEngine:
         return self._planner.move(state, command.position, limits.effective, moving, held)
 
     def _obey(self, command: _Command) -> None:
-        """Hold a plan for ``command``.
+        """Hold a plan for ``command``, or let it wait if it comes too soon after one of its kind.
 
         Raises:
             KinematicsError: if there is none.
         """
+        if (
+            isinstance(self._command, type(command))
+            and self._time < COMMAND_INTERVAL
+            and self.remaining > 0.0
+        ):
+            self._waiting = command
+            self._retry_at = COMMAND_INTERVAL
+            return
         plan = self._planned(command, self._limits, or_after=True)
         if self._pending_limits is None:
             self._hold(plan, command)
@@ -369,6 +383,7 @@ class MotionEngine:
             # The motion is slowing down for new limits, and goes on from there.
             self._command = self._waiting = command
             self._stopping = self._stop_waits = False
+            self._retry_soon()
 
     def _brake(self) -> bool:
         """Hold a plan that stops; return whether there is one now."""
@@ -390,7 +405,7 @@ class MotionEngine:
         if self._waiting is None:
             self._waiting = self._command
         self._brake()
-        self._retry_at = self._time + RETRY_INTERVAL
+        self._retry_soon()
 
     def _takes_over(self, limits: _Limits) -> bool:
         """Put limits in force if the motion can go on inside them; return whether it does."""
@@ -424,8 +439,7 @@ class MotionEngine:
                 self._hold(self._planned(command, self._limits, or_after=True), command)
             except KinematicsError as error:
                 self._refusal = error
-        waits = self._stop_waits or self._pending_limits is not None
-        self._retry_at = self._time + RETRY_INTERVAL if waits else math.inf
+        self._retry_soon()
 
 
 def _checked_scale(speed_scale: float) -> float:

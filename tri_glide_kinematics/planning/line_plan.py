@@ -82,7 +82,11 @@ class LinePlan:
     __slots__ = ("_arms", "_final", "_rows", "_starts", "blend", "duration", "law", "line")
 
     def __init__(self, line: StraightLine, law: WayLaw, blend: CubicPlan | None = None) -> None:
-        """Prepare the plan; the law ends at rest, the blend at zero."""
+        """Prepare the plan; the law ends at rest, the blend at zero.
+
+        Raises:
+            ArmTooShortError: if the end is out of reach of an arm.
+        """
         self.line = line
         self.law = law
         self.blend = blend
@@ -91,8 +95,8 @@ class LinePlan:
         self._rows: list[list[float]] = _power_coefficients(law).tolist()
         (q1, b1), (q2, b2), (q3, b3) = line.arms
         self._arms = (q1, b1, q2, b2, q3, b3, line.curvature, line.start[2], line.slope)
-        h1, h2, h3 = line.heights(law.ways[-1:])[0].tolist()
-        self._final = SliderState((h1, h2, h3), AT_REST, AT_REST)
+        heights = line.heights_at(float(law.ways[-1]))
+        self._final = SliderState(heights, AT_REST, AT_REST)
         if blend is not None:
             self._final = _sum(self._final, blend.state(self.duration))
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.errors import PlanningError
 from tri_glide_kinematics.limits import SliderLimits
 from tri_glide_kinematics.planning.line_demand import line_demand, slowdown
 from tri_glide_kinematics.planning.line_entry import Entry
@@ -36,19 +37,16 @@ class Style(NamedTuple):
 # in the middle or near the ends; all found by trial over thousands of random lines.
 EVEN = Style(Shape(12, 0.0), 1.0, 0.9)
 STYLES = (EVEN, Style(Shape(6, 1.1), 1.0, 0.9), Style(Shape(12, 1.4), 1.3, 1.0))
-REFINED = Style(Shape(6, 0.9), 1.15, 1.0)
-
 # With a given platform speed, and in mid-motion.
-CAPPED = Style(Shape(12, 1.2), 1.0, 0.9)
-MOVING = Style(Shape(6, 1.1), 1.0, 1.0)
+CAPPED = Style(Shape(12, 1.6), 1.0, 0.6)
+MOVING = Style(Shape(6, 1.1), 1.0, 0.9)
 
-# If the best style takes longer than the even one would without bends by more than this factor, so
-# many refinements with so many cosines follow.
-GOOD_ENOUGH = 1.1
-REFINEMENTS = 3
-HARMONICS = np.arange(1, 5)
+# What is done if the best law takes longer than the even one would without bends, by more than a
+# factor: a style is refined with so many cosines.
+REFINEMENTS = ((1.15, Style(Shape(6, 1.1), 1.4, 1.0), 4), (1.3, Style(Shape(6, 0.9), 1.4, 1.0), 6))
+REFINEMENT_ROUNDS = 5
 REFINEMENT_STEP = 0.5
-REFINEMENT_DAMPING = 0.02
+REFINEMENT_DAMPING = 0.2
 
 # Number of quintics in a way law, and in that of a braking.
 PIECES = 48
@@ -79,20 +77,30 @@ class LineTiming:
         """
         if platform_speed < math.inf:
             capped = pace(line, limits, CAPPED.shape, platform_speed)
-            return self._stretched(line, capped, CAPPED, limits)[0]
+            law, factors = self._rest_to_rest(line, capped, CAPPED, limits)
+            return law.slower(max(float(factors.max()), 1.0))
         laws = []
         even = math.inf
         for style in STYLES:
-            law, factors = self._stretched(line, pace(line, limits, style.shape), style, limits)
-            laws.append(law)
+            paced = pace(line, limits, style.shape)
+            law, factors = self._rest_to_rest(line, paced, style, limits)
+            laws.append(law.slower(float(factors.max())))
             if style is EVEN:
-                even = law.times[-1] / factors.max()
-        if min(law.times[-1] for law in laws) > GOOD_ENOUGH * even:
-            laws += self._refinements(line, limits)
-        return min(laws, key=lambda law: float(law.times[-1]))
+                even = float(law.times[-1])
+        best = min(laws, key=_duration)
+        for excess, style, harmonics in REFINEMENTS:
+            if _duration(best) > excess * even:
+                laws = self._refined(line, limits, style, harmonics)
+                best = min((best, *laws), key=_duration)
+        return best
 
     def in_motion(
-        self, entry: Entry, limits: SliderLimits, platform_speed: float, part: float
+        self,
+        entry: Entry,
+        limits: SliderLimits,
+        platform_speed: float,
+        part: float,
+        haste: float,
     ) -> WayLaw:
         """Return the law that continues the motion of ``entry`` to rest at the end of its line.
 
@@ -101,13 +109,14 @@ class LineTiming:
             limits: of the sliders.
             platform_speed: largest speed of the platform [m/s].
             part: of acceleration and jerk that may be used.
+            haste: factor of the speed with which the law is planned, at most 1.
 
         Raises:
             PlanningError: if ruckig finds none.
         """
         line, speed, gain, blend = entry
-        shape = MOVING.shape if platform_speed == math.inf else CAPPED.shape
-        paced = pace(line, limits, shape, platform_speed)
+        style = MOVING if platform_speed == math.inf else CAPPED
+        paced = pace(line, limits, style.shape, platform_speed)
         weight = float(paced.weights[0])
         initial = (
             0.0,
@@ -115,13 +124,14 @@ class LineTiming:
             weight * gain + float(paced.weight_slopes[0]) * speed * speed,
         )
         target = float(paced.coordinates[-1])
-        acceleration = part * paced.acceleration
+        acceleration = part * style.gain * haste**2 * paced.acceleration
+        jerk = part * style.gain * haste**3 * paced.jerk
         (phases,) = self._ruckig.to_rest_at(
             [target],
             [0.0],
             [initial[1]],
             [initial[2]],
-            ([1.0], [acceleration], [part * paced.jerk]),
+            ([haste * style.speed], [acceleration], [jerk]),
         )
         duration = sum(time for time, _ in phases)
         if blend is not None and blend.duration > duration:
@@ -137,9 +147,11 @@ class LineTiming:
         """Return the law that brakes the motion of ``entry`` along its line.
 
         Raises:
-            PlanningError: if ruckig finds none.
+            PlanningError: if there is no speed, or ruckig finds none.
         """
         _, speed, gain, blend = entry
+        if speed == 0.0:
+            raise PlanningError("the platform hardly moves")
         slopes, bends = entry.line.start_slopes, entry.line.start_bends
         steep = [max(abs(slope), 1e-9) for slope in slopes]
         acceleration = part * min(
@@ -158,10 +170,10 @@ class LineTiming:
         law = WayLaw(*evaluate(phases, (0.0, speed, gain), np.array(times)))
         return _with_ends(law, (0.0, speed, gain), float(law.ways[-1]))
 
-    def _stretched(
+    def _rest_to_rest(
         self, line: StraightLine, paced: Pace, style: Style, limits: SliderLimits
     ) -> tuple[WayLaw, FloatArray]:
-        """Return a law from rest to rest inside the limits, and how much each piece uses."""
+        """Return a law from rest to rest, and how much slower each piece of it would have to be."""
         target = float(paced.coordinates[-1])
         acceleration, jerk = style.gain * paced.acceleration, style.gain * paced.jerk
         (phases,) = self._ruckig.to_rest_at(
@@ -170,24 +182,26 @@ class LineTiming:
         times = np.array(knots(phases, PIECES, shortest_piece(target, acceleration)))
         law = paced.law(evaluate(phases, (0.0, 0.0, 0.0), times))
         law = _with_ends(law, (0.0, 0.0, 0.0), line.length)
-        factors = slowdown(line_demand(line, law), limits)
-        return law.slower(float(factors.max())), factors
+        return law, slowdown(line_demand(line, law), limits)
 
-    def _refinements(self, line: StraightLine, limits: SliderLimits) -> list[WayLaw]:
+    def _refined(
+        self, line: StraightLine, limits: SliderLimits, style: Style, harmonics: int
+    ) -> list[WayLaw]:
         """Change a pace step by step so that all pieces use the limits more equally."""
-        paced = basis = pace(line, limits, REFINED.shape)
+        paced = basis = pace(line, limits, style.shape)
         place = basis.coordinates / basis.coordinates[-1]
-        angles = math.pi * HARMONICS * place[:, np.newaxis]
+        orders = np.arange(harmonics + 1)
+        angles = math.pi * orders[1:] * place[:, np.newaxis]
         cosines, sines = np.cos(angles), np.sin(angles)
-        rates = math.pi / basis.coordinates[-1] * HARMONICS * basis.weights[:, np.newaxis]
+        rates = math.pi / basis.coordinates[-1] * orders[1:] * basis.weights[:, np.newaxis]
         grid = np.linspace(0.0, 1.0, 33)
-        modes = np.cos(math.pi * np.arange(len(HARMONICS) + 1) * grid[:, np.newaxis])
-        damping = np.diag(REFINEMENT_DAMPING * np.arange(len(HARMONICS) + 1) ** 2.0)
-        strengths = np.zeros(len(HARMONICS))
+        modes = np.cos(math.pi * orders * grid[:, np.newaxis])
+        damping = np.diag(REFINEMENT_DAMPING * orders**2.0)
+        strengths = np.zeros(harmonics)
         laws = []
-        for _ in range(REFINEMENTS + 1):
-            law, factors = self._stretched(line, paced, REFINED, limits)
-            laws.append(law)
+        for _ in range(REFINEMENT_ROUNDS):
+            law, factors = self._rest_to_rest(line, paced, style, limits)
+            laws.append(law.slower(float(factors.max())))
             middles = np.interp(0.5 * (law.ways[1:] + law.ways[:-1]), basis.ways, place)
             use = np.interp(grid, middles, np.log(factors / factors.max()))
             weighted = modes * np.exp(use)[:, np.newaxis]
@@ -196,6 +210,10 @@ class LineTiming:
             change = np.exp(cosines @ strengths)
             paced = basis.refined(change, change * -((sines * rates) @ strengths))
         return laws
+
+
+def _duration(law: WayLaw) -> float:
+    return float(law.times[-1])
 
 
 def _with_ends(law: WayLaw, start: tuple[float, float, float], length: float) -> WayLaw:

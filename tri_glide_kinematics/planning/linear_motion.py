@@ -25,6 +25,11 @@ from tri_glide_kinematics.tri_glide import TriGlide
 # Speed against the direction of a line that is rounding [m/s].
 NO_BACKWARD_SPEED = 1e-8
 
+# In mid-motion a law cannot be stretched, as its first speed is given. It is planned again, slower,
+# so often and to that factor at most.
+ATTEMPTS = 3
+LEAST_HASTE = 0.5
+
 # Which part of a braking is over when a new line begins, tried one after the other.
 DELAYS = (0.5, 0.75)
 
@@ -74,8 +79,19 @@ class LinearMotion:
             KinematicsError: if it does not keep the limits, or there is none.
         """
         entry = self._entry.moving(state, aim, limits, share)
-        law = self._timing.in_motion(entry, limits, platform_speed, 1.0 - share)
-        return _checked(LinePlan(entry.line, law, entry.blend), limits)
+        refusal: SliderLimitError | None = None
+        haste = 1.0
+        for _ in range(ATTEMPTS):
+            law = self._timing.in_motion(entry, limits, platform_speed, 1.0 - share, haste)
+            try:
+                return _checked(LinePlan(entry.line, law, entry.blend), limits)
+            except SliderLimitError as error:
+                refusal = error
+                haste /= 1.02 * error.slowdown
+                if haste < LEAST_HASTE:
+                    break
+        assert refusal is not None
+        raise refusal
 
     def delayed(
         self, state: SliderState, aim: Aim, limits: SliderLimits, platform_speed: float = math.inf

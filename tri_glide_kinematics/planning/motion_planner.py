@@ -214,11 +214,13 @@ class MotionPlanner:
         self, state: SliderState, aim: Aim, limits: SliderLimits, speed: float, room: Workspace
     ) -> Iterator[Candidate]:
         """Yield plans that go over to a line without a stop, the smoothest first."""
-        for share in BLEND_SHARES:
-            plan = partial(self._lines.in_motion, state, aim, limits, share, speed)
-            yield partial(self._blended, plan, limits, room)
-        plan = partial(self._lines.delayed, state, aim, limits, speed)
-        yield partial(self._blended, plan, limits, room)
+        small, large = (
+            partial(self._lines.in_motion, state, aim, limits, share, speed)
+            for share in BLEND_SHARES
+        )
+        overlapping = partial(self._lines.delayed, state, aim, limits, speed)
+        for candidate in (small, overlapping, large):
+            yield partial(self._blended, candidate, limits, room)
 
     def _blended(
         self, candidate: Callable[[], LinePlan], limits: SliderLimits, room: Workspace
@@ -231,7 +233,7 @@ class MotionPlanner:
     def _brakings(
         self, state: SliderState, limits: SliderLimits, room: Workspace
     ) -> Iterator[Candidate]:
-        """Yield plans that come to rest, along the line first and last with each slider by itself."""
+        """Yield plans that come to rest: along the line, and last with each slider by itself."""
 
         def along(part: float) -> Plan:
             plan = self._lines.brake(state, limits, part)

@@ -1,8 +1,8 @@
 r"""How fast the platform may go at each place of a line: the coordinate in which speed is uniform.
 
 At steady speed $\dot s$ slider i moves at $|h_i'| \dot s$, and the bend of its height asks for
-$|h_i''| \dot s^2$ and $|h_i'''| \dot s^3$. The reciprocal $w$ of the largest speed at which all this
-stays inside the limits is smoothed to a p-norm
+$|h_i''| \dot s^2$ and $|h_i'''| \dot s^3$. The reciprocal $w$ of the largest speed at which all of
+this stays inside the limits is smoothed to a p-norm
 
 $$w^p = \sum_i \left(\frac{|h_i'|}{V_i}\right)^p + \beta^p \left(\frac{|h_i''|}{A_i}\right)^{p/2}
 + \beta^p \left(\frac{|h_i'''|}{J_i}\right)^{p/3}$$

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -91,7 +91,7 @@ class CubicPlan:
             if time - starts[-1] > SAME_TIME:
                 starts.append(time)
         rows = []
-        for start, end in zip(starts, starts[1:]):
+        for start, end in pairwise(starts):
             first, second, third = (course.at(start, 0.5 * (start + end)) for course in courses)
             rows.append((*first, *second, *third))
         self.duration = starts.pop()

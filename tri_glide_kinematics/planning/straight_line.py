@@ -38,6 +38,7 @@ class StraightLine:
     """
 
     __slots__ = (
+        "_arm_lengths",
         "_rises",
         "_tilts",
         "arms",
@@ -71,18 +72,17 @@ class StraightLine:
         self.slope = uz
         self.curvature = m = -(ux * ux + uy * uy)
         arms, values = [], []
-        for arm, (anchor, arm_length) in enumerate(zip(geometry.anchors, geometry.arm_lengths)):
+        for anchor, arm_length in zip(geometry.anchors, geometry.arm_lengths):
             cx, cy = x - anchor[0], y - anchor[1]
-            square, tilt = arm_length * arm_length - cx * cx - cy * cy, -(cx * ux + cy * uy)
-            for way, rest in ((0.0, square), (length, square + length * (2.0 * tilt + m * length))):
-                if not rest > 0.0:
-                    distance = math.sqrt(arm_length * arm_length - rest)
-                    raise ArmTooShortError(self.point(way), arm, distance, arm_length)
-            arms.append((square, tilt))
+            arms.append((arm_length * arm_length - cx * cx - cy * cy, -(cx * ux + cy * uy)))
+        self.arms = tuple(arms)
+        self._arm_lengths = geometry.arm_lengths
+        # Rises are concave along a line: if both ends are within reach, so is what is between.
+        self.heights_at(length)
+        for (square, tilt), height in zip(arms, self.heights_at(0.0)):
             rise = math.sqrt(square)
             rate = tilt / rise
-            values.append((z + rise, rate + uz, (m - rate * rate) / rise))
-        self.arms = tuple(arms)
+            values.append((height, rate + uz, (m - rate * rate) / rise))
         self.start_heights, self.start_slopes, self.start_bends = zip(*values)
         self._rises, self._tilts = np.array(arms).T
 
@@ -99,6 +99,23 @@ class StraightLine:
         """Return the point at distance ``way`` [m] from the start."""
         (x, y, z), (ux, uy, uz) = self.start, self.direction
         return (x + way * ux, y + way * uy, z + way * uz)
+
+    def heights_at(self, way: float) -> Vector3:
+        """Return the slider heights at one distance [m].
+
+        Raises:
+            ArmTooShortError: if it is out of reach of an arm.
+        """
+        heights = []
+        for arm, (square, tilt) in enumerate(self.arms):
+            square += way * (2.0 * tilt + self.curvature * way)
+            if not square > 0.0:
+                length = self._arm_lengths[arm]
+                distance = math.sqrt(length * length - square)
+                raise ArmTooShortError(self.point(way), arm, distance, length)
+            heights.append(self.start[2] + self.slope * way + math.sqrt(square))
+        h1, h2, h3 = heights
+        return h1, h2, h3
 
     def heights(self, ways: FloatArray) -> FloatArray:
         """Return the slider heights at many distances. Shape (..., 3) [m]."""

@@ -1,0 +1,216 @@
+r"""How far linear moves are from time-optimal: random ones against a lower bound of their duration.
+
+No motion along a line can be faster than two bounds allow (docs/motion.md derives them):
+
+- each slider alone has to go its way, with a turn at the extreme height if it has one inside;
+- with $\Sigma = \int \max_i |h_i'| / V_i\, ds$, the fastest slider covers $\Sigma$ at a rate that
+  is at most $\rho(t)$ after the start and before the end, where $\rho$ is the largest part of its
+  velocity limit that any slider can have reached: $\Sigma \le 2 \int_0^{T/2} \rho\, dt$.
+
+Run it as ``python benchmarks/linear_moves.py --moves 10000``; it exits with 1 if a requirement of
+the measurement is not met.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.limits import SliderLimits
+from tri_glide_kinematics.planning.linear_motion import LinearMotion
+from tri_glide_kinematics.planning.straight_line import StraightLine
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+
+Floats = NDArray[np.float64]
+
+MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+WORKSPACE = Workspace(MACHINE, WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 20.0))
+LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
+
+DT = 0.001
+LARGEST_RATIO = 1.5
+LARGEST_MEDIAN = 1.2
+LARGEST_DEVIATION = 1e-6
+TOLERANCES = (1e-6, 1e-6, 1e-3)
+
+# Points of a line at which slopes are integrated.
+POINTS = 1001
+
+
+def rise_time(speed: float, acceleration: float, jerk: float) -> float:
+    """Return how long it takes at least from rest to steady motion at ``speed``."""
+    if speed * jerk <= acceleration * acceleration:
+        return 2.0 * math.sqrt(speed / jerk)
+    return speed / acceleration + acceleration / jerk
+
+
+def speed_after(times: Floats, speed: float, acceleration: float, jerk: float) -> Floats:
+    """Return the largest speed reached in ``times`` from rest if ``speed`` is never passed.
+
+    It is the curve of constant jerk, then acceleration, then jerk that leads to steady motion: no
+    other motion is faster at any time without being too fast later.
+    """
+    total = rise_time(speed, acceleration, jerk)
+    ramp = min(acceleration / jerk, 0.5 * total)
+    start = 0.5 * jerk * np.square(np.minimum(times, ramp))
+    middle = jerk * ramp * np.clip(times - ramp, 0.0, total - 2.0 * ramp)
+    rest = ramp - np.clip(times - (total - ramp), 0.0, ramp)
+    return np.asarray(start + middle + 0.5 * jerk * (ramp * ramp - rest * rest))
+
+
+def time_between_rests(way: float, speed: float, acceleration: float, jerk: float) -> float:
+    """Return the least time from rest to rest over ``way``."""
+    top = _top_speed(way, speed, lambda v: v * rise_time(v, acceleration, jerk))
+    covered = top * rise_time(top, acceleration, jerk)
+    return 2.0 * rise_time(top, acceleration, jerk) + (way - covered) / top
+
+
+def time_to_turn(way: float, speed: float, acceleration: float, jerk: float) -> float:
+    """Return the least time from rest over ``way`` to a turn, where only the speed is zero."""
+
+    def falling(v: float) -> tuple[float, float]:
+        """Return time and way from steady motion at ``v`` until the speed is zero."""
+        ramp = min(math.sqrt(2.0 * v / jerk), acceleration / jerk)
+        left = max(v - 0.5 * jerk * ramp * ramp, 0.0)
+        return (
+            ramp + left / acceleration,
+            v * ramp - jerk * ramp**3 / 6.0 + 0.5 * left * left / acceleration,
+        )
+
+    def covers(v: float) -> float:
+        return 0.5 * v * rise_time(v, acceleration, jerk) + falling(v)[1]
+
+    top = _top_speed(way, speed, covers)
+    return rise_time(top, acceleration, jerk) + falling(top)[0] + (way - covers(top)) / top
+
+
+def lower_bound(line: StraightLine, limits: SliderLimits) -> float:
+    """Return a time that no motion from rest to rest along ``line`` can undercut [s]."""
+    ways = np.linspace(0.0, line.length, POINTS)
+    heights = line.heights(ways)
+    rates = np.abs(line.derivatives(ways)[1]) / np.array(limits.velocity)
+    fastest = rates.max(axis=1)
+    total = float((0.5 * (fastest[1:] + fastest[:-1]) * np.diff(ways)).sum())
+    drives = list(zip(limits.velocity, limits.acceleration, limits.jerk))
+    alone = 0.0
+    for height, drive in zip(heights.T, drives):
+        top = int(height.argmax())
+        if 0 < top < POINTS - 1:
+            falls = (height[top] - height[0], height[top] - height[-1])
+            time = sum(time_to_turn(float(fall), *drive) for fall in falls)
+        else:
+            time = time_between_rests(abs(float(height[-1] - height[0])), *drive)
+        alone = max(alone, time)
+    return max(alone, _time_together(total, limits))
+
+
+@lru_cache(maxsize=8)
+def _course_together(limits: SliderLimits) -> tuple[Floats, Floats]:
+    r"""Return times and how much of $\Sigma$ can be covered by then, both in [s]."""
+    drives = list(zip(limits.velocity, limits.acceleration, limits.jerk))
+    times = np.linspace(0.0, max(rise_time(*drive) for drive in drives), 20_001)
+    rates = np.max([speed_after(times, *drive) / drive[0] for drive in drives], axis=0)
+    steps = 0.5 * (rates[1:] + rates[:-1]) * np.diff(times)
+    return times, np.concatenate(([0.0], np.cumsum(steps)))
+
+
+def _time_together(total: float, limits: SliderLimits) -> float:
+    times, covered = _course_together(limits)
+    half = 0.5 * total
+    if half >= covered[-1]:
+        return 2.0 * float(times[-1] + half - covered[-1])
+    return 2.0 * float(np.interp(half, covered, times))
+
+
+def _top_speed(way: float, speed: float, covers: Callable[[float], float]) -> float:
+    """Return the speed, up to ``speed``, at which ``covers`` gives the ``way``, by bisection."""
+    if covers(speed) <= way:
+        return speed
+    low, high = 0.0, speed
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if covers(middle) < way else (low, middle)
+    return max(low, 1e-12)
+
+
+@dataclass
+class Measurement:
+    """What many linear moves have shown.
+
+    Attributes:
+        ratios: duration of each, as a multiple of its lower bound. Shape (n,).
+        deviation: largest distance from the line [m].
+        peaks: largest finite difference of velocity, acceleration and jerk as a part of the limit.
+    """
+
+    ratios: Floats
+    deviation: float
+    peaks: Floats
+
+
+def random_moves(count: int, seed: int) -> Iterator[tuple[Floats, Floats]]:
+    """Yield starts and ends of straight moves inside the workspace."""
+    rng = np.random.default_rng(seed)
+    while count:
+        start, end = rng.uniform((-0.25, -0.25, -0.1), (0.25, 0.25, 0.8), (2, 3))
+        try:
+            WORKSPACE.check_segment(start, end)
+        except KinematicsError:
+            continue
+        count -= 1
+        yield start, end
+
+
+def measure(count: int, seed: int) -> Measurement:
+    """Plan random moves and check each setpoint of a 1 kHz control loop."""
+    motion = LinearMotion(MACHINE)
+    ratios, deviation, peaks = [], 0.0, np.zeros(3)
+    bounds = np.array((LIMITS.velocity[0], LIMITS.acceleration[0], LIMITS.jerk[0]))
+    for start, end in random_moves(count, seed):
+        line = StraightLine.between(MACHINE.geometry, start.tolist(), end.tolist())
+        plan = motion.from_rest(line, LIMITS)
+        ratios.append(plan.duration / lower_bound(line, LIMITS))
+        times = np.arange(-3.0, plan.duration / DT + 4.0) * DT
+        heights = plan.sample(np.maximum(times, 0.0)).heights
+        differences = heights
+        for order in range(3):
+            differences = np.diff(differences, axis=0) / DT
+            peaks[order] = max(peaks[order], np.abs(differences).max() / bounds[order])
+        offsets = MACHINE.forward_batch(heights) - start
+        along = offsets @ np.array(line.direction)
+        beside = offsets - along[:, np.newaxis] * np.array(line.direction)
+        deviation = max(deviation, float(np.linalg.norm(beside, axis=1).max()))
+    return Measurement(np.array(ratios), deviation, peaks)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Measure, and print what was found."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--moves", type=int, default=10_000)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args(arguments)
+    found = measure(options.moves, options.seed)
+    quantiles = np.quantile(found.ratios, (0.0, 0.5, 0.9, 0.99, 1.0))
+    print("duration over its lower bound: least, median, 90 %, 99 %, largest:", quantiles.round(4))
+    print(f"largest deviation from the line {found.deviation:.3g} m")
+    print("largest velocity, acceleration, jerk over the limits:", found.peaks.round(9))
+    met = (
+        found.ratios.max() <= LARGEST_RATIO
+        and np.median(found.ratios) < LARGEST_MEDIAN
+        and found.deviation < LARGEST_DEVIATION
+        and (found.peaks <= 1.0 + np.array(TOLERANCES)).all()
+    )
+    return 0 if met else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
