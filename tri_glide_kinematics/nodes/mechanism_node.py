@@ -1,0 +1,63 @@
+"""Answers questions about planar mechanisms and the landing gear by services."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+
+from tri_glide_interfaces.srv import (
+    SolveFMechanism,
+    SolveFourBar,
+    SolveLandingGear,
+    TraceFMechanism,
+    TraceFourBar,
+)
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.nodes import (
+    f_mechanism_messages,
+    four_bar_messages,
+    landing_gear_messages,
+)
+from tri_glide_kinematics.nodes.mechanism_messages import check_numbers
+
+Fill = Callable[[Any, Any], None]
+
+SERVICES: tuple[tuple[str, type, Fill], ...] = (
+    ("solve_four_bar", SolveFourBar, four_bar_messages.solve),
+    ("trace_four_bar", TraceFourBar, four_bar_messages.trace),
+    ("solve_f_mechanism", SolveFMechanism, f_mechanism_messages.solve),
+    ("trace_f_mechanism", TraceFMechanism, f_mechanism_messages.trace),
+    ("solve_landing_gear", SolveLandingGear, landing_gear_messages.solve),
+)
+
+
+class MechanismNode(Node):
+    """Holds nothing between two requests: each is answered from what it brings."""
+
+    def __init__(self) -> None:
+        """Offer the services."""
+        super().__init__("mechanism_node")
+        for name, kind, fill in SERVICES:
+            self.create_service(kind, f"~/{name}", self._callback(name, fill))
+
+    def _callback(self, name: str, fill: Fill) -> Callable[[Any, Any], Any]:
+        """Return a callback that answers whatever comes, so that no request ends the node."""
+
+        def answer(request: Any, response: Any) -> Any:
+            try:
+                check_numbers(request)
+                fill(request, response)
+                response.success = True
+            except KinematicsError as error:
+                response.message = str(error)
+                self.get_logger().warning(f"{name}: {error}", throttle_duration_sec=1.0)
+            except Exception as error:
+                response = type(response)()
+                response.message = f"internal error: {type(error).__name__}: {error}"
+                self.get_logger().error(f"{name}: {traceback.format_exc()}")
+            return response
+
+        return answer
