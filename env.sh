@@ -30,7 +30,10 @@ fi
 
 if [ -f "$_tri_glide_root/install/$_tri_glide_setup" ]; then
     COLCON_CURRENT_PREFIX="$_tri_glide_root/install"
+    # colcon's scripts do not quote the interpreter: it gets the one behind .venv's link, whose
+    # path has no space where the clone's has one.
+    COLCON_PYTHON_EXECUTABLE=$(readlink -f "$_tri_glide_root/.venv/bin/python")
     . "$_tri_glide_root/install/$_tri_glide_setup"
-    unset COLCON_CURRENT_PREFIX
+    unset COLCON_CURRENT_PREFIX COLCON_PYTHON_EXECUTABLE
 fi
 unset _tri_glide_root _tri_glide_setup

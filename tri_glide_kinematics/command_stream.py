@@ -46,7 +46,7 @@ class CommandStream:
             derivative = np.zeros(rows.shape)
             derivative[order:] = np.diff(rows, n=order, axis=0) / period**order
             derivatives.append(derivative)
-        return cls(np.arange(len(rows)) * period, *derivatives)
+        return cls(period * np.arange(len(rows), dtype=np.float64), *derivatives)
 
     def part(self, first: int, end: int) -> CommandStream:
         """Return the rows from ``first`` up to but not including ``end``."""

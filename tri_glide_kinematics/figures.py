@@ -79,3 +79,5 @@ def _draw_path(
         axes.text(px, py, pz, f" {name}", fontsize=9)
     axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", title="platform path")
     axes.set_aspect("equal")
+    axes.set_box_aspect(None, zoom=0.85)  # the labels of the last axis would be cut off
+    axes.locator_params(nbins=5)
