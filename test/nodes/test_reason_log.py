@@ -10,7 +10,7 @@ def test_few_reasons_are_all_written():
         log.add(reason)
     assert log.end_of_second() == 3
     assert lines == ["a", "b", "c"]
-    assert (log.total, log.recent, log.last) == (3, 0, "c")
+    assert (log.total, log.last) == (3, "c")
 
 
 def test_a_flood_becomes_one_line_and_is_counted():
@@ -25,3 +25,14 @@ def test_a_flood_becomes_one_line_and_is_counted():
     log.add("afterwards")
     assert lines[3:] == ["afterwards"]
     assert log.total == 10_001
+
+
+def test_a_repeated_reason_is_written_once_a_second():
+    lines: list[str] = []
+    log = ReasonLog(lines.append, lines_per_second=10)
+    for reason in "aaabaa":
+        log.add(reason)
+    assert lines == ["a", "b", "a"]
+    assert log.end_of_second() == 6
+    log.add("a")
+    assert lines[3:] == ["3 more in the last second; the latest: a", "a"]

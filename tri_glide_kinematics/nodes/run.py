@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-PIP_NAMES = {"ruckig": "ruckig", "numpy": "numpy"}
+PIP_NAMES = frozenset(("numpy", "ruckig"))
 
 
 class FatalError(Exception):
@@ -29,6 +29,11 @@ def ik_node() -> int:
 def fk_node() -> int:
     """Run the node that tells where the platform is."""
     return run("fk_node", "FkNode")
+
+
+def mechanism_node() -> int:
+    """Run the node that answers questions about mechanisms."""
+    return run("mechanism_node", "MechanismNode")
 
 
 def simulator_node() -> int:
@@ -56,6 +61,7 @@ def run(module: str, node: str) -> int:
         return _fail(str(error).splitlines()[0])
     import rclpy
     from rclpy.exceptions import ParameterException
+    from rclpy.utilities import ok, try_shutdown
 
     from tri_glide_kinematics.errors import KinematicsError
 
@@ -67,16 +73,21 @@ def run(module: str, node: str) -> int:
         return _fail(str(error))
     try:
         instance = node_class()
-    except (KinematicsError, ParameterException, TypeError, ModuleNotFoundError) as error:
-        rclpy.try_shutdown()
-        return _fail(f"{module}: {error}")
+    except Exception as error:
+        stopped = not ok()
+        try_shutdown()
+        if stopped:
+            return 0
+        if isinstance(error, (KinematicsError, ParameterException)):
+            return _fail(f"{module}: {error}")
+        raise
     try:
         _spin(instance)
     except FatalError as error:
         instance.get_logger().fatal(str(error))
         return 1
     finally:
-        rclpy.try_shutdown()
+        try_shutdown()
     return 0
 
 
@@ -103,7 +114,7 @@ def _spin(node: Node) -> None:
 
 
 def _missing(module: str) -> str:
-    if module.split(".")[0] in PIP_NAMES:
+    if module in PIP_NAMES:
         return f"the Python module {module!r} is missing: python3 -m pip install {module}"
     return f"the Python module {module!r} is missing: is ROS 2 Jazzy sourced?"
 

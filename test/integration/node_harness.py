@@ -1,0 +1,334 @@
+"""Fixtures: a ROS domain of our own, the installed executables as processes, and a client node.
+
+A module of its own, as tests that are run by hand use the same fixtures.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from subprocess import Popen
+from typing import Any
+
+import domain_coordinator
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+
+from tri_glide_kinematics.nodes.processes import NodeProcesses, default_parameter_file
+
+JOINTS = ("slider_1", "slider_2", "slider_3")
+TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
+DEEP_QUEUE = QoSProfile(depth=5000)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class RunningNode:
+    """One executable as a process."""
+
+    def __init__(self, name: str, process: Popen[bytes], log: Path) -> None:
+        self.name = name
+        self.process = process
+        self._log = log
+
+    @property
+    def pid(self) -> int:
+        return self.process.pid
+
+    @property
+    def output(self) -> str:
+        """All that it has written so far."""
+        return self._log.read_text(errors="replace")
+
+    @property
+    def is_running(self) -> bool:
+        return self.process.poll() is None
+
+    def signal(self, number: int) -> int:
+        """Send a signal and return the exit code."""
+        self.process.send_signal(number)
+        return self.process.wait(TIMEOUT)
+
+
+class Launcher:
+    """Starts nodes of one test, all with the parameter file of the README."""
+
+    def __init__(self, folder: Path, namespace: str) -> None:
+        self._processes = NodeProcesses()
+        self._folder = folder
+        self._namespace = namespace
+        self._count = itertools.count()
+        self.started: list[RunningNode] = []
+
+    def start(
+        self,
+        name: str,
+        parameters: dict[str, Any] | None = None,
+        *,
+        namespace: str | None = None,
+        arguments: Sequence[str] = (),
+    ) -> RunningNode:
+        """Start the executable ``name``; parameters are written as in YAML."""
+        log = self._folder / f"{name}_{next(self._count)}.log"
+        command = ["--params-file", str(default_parameter_file())]
+        command += ["-r", f"__ns:={namespace or self._namespace}"]
+        for key, value in (parameters or {}).items():
+            command += ["-p", f"{key}:={_as_yaml(value)}"]
+        process = self._processes.start(name, [*command, *arguments], log)
+        self.started.append(RunningNode(name, process, log))
+        return self.started[-1]
+
+    def stop(self) -> None:
+        self._processes.stop()
+
+
+class Client:
+    """A node as a user would write it, with bounded waiting."""
+
+    def __init__(self, context: Context, namespace: str) -> None:
+        self.namespace = namespace
+        self.node = Node("client", namespace=namespace, context=context)
+        self._executor = SingleThreadedExecutor(context=context)
+        self._executor.add_node(self.node)
+        self._pose = self.node.create_publisher(PoseStamped, "target_pose", 10)
+        self._twist = self.node.create_publisher(TwistStamped, "target_twist", 10)
+
+    def close(self) -> None:
+        self._executor.shutdown()
+        self.node.destroy_node()
+
+    def spin_once(self) -> None:
+        self._executor.spin_once(timeout_sec=0.05)
+
+    def wait_for(self, condition: Callable[[], Any], what: str, timeout: float = TIMEOUT) -> None:
+        """Spin until ``condition`` holds; fail if it does not in time."""
+        end = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < end, f"waited {timeout:g} s in vain for {what}"
+            self.spin_once()
+
+    def record(self, kind: type, topic: str, qos: QoSProfile = DEEP_QUEUE) -> list[Any]:
+        """Return a list to which each message of a topic is appended."""
+        messages: list[Any] = []
+        self.node.create_subscription(kind, topic, messages.append, qos)
+        return messages
+
+    def publisher(self, kind: type, topic: str, qos: QoSProfile | int = 10) -> Any:
+        return self.node.create_publisher(kind, topic, qos)
+
+    def wait_for_subscribers(self, *publishers: Any) -> None:
+        self.wait_for(
+            lambda: all(publisher.get_subscription_count() for publisher in publishers),
+            "somebody who listens",
+        )
+
+    def send_pose(self, position: Sequence[float], frame: str = "tri_glide_base") -> None:
+        self.wait_for_subscribers(self._pose)
+        message = PoseStamped()
+        message.header.frame_id = frame
+        point = message.pose.position
+        point.x, point.y, point.z = map(float, position)
+        self._pose.publish(message)
+
+    def send_twist(self, velocity: Sequence[float], frame: str = "tri_glide_base") -> None:
+        self.wait_for_subscribers(self._twist)
+        message = TwistStamped()
+        message.header.frame_id = frame
+        linear = message.twist.linear
+        linear.x, linear.y, linear.z = map(float, velocity)
+        self._twist.publish(message)
+
+    def call(self, kind: type, service: str, request: Any) -> Any:
+        """Call a service and return its response."""
+        client = self.node.create_client(kind, service)
+        self.wait_for(client.service_is_ready, f"service {service}")
+        future = client.call_async(request)
+        self.wait_for(future.done, f"the response of {service}")
+        self.node.destroy_client(client)
+        return future.result()
+
+    def stop(self, node: str = "ik_node") -> Any:
+        return self.call(Trigger, f"{node}/stop", Trigger.Request())
+
+    def enable(self, data: bool = True, node: str = "ik_node") -> Any:
+        return self.call(SetBool, f"{node}/enable", SetBool.Request(data=data))
+
+    def set_parameters(self, node: str, values: dict[str, Any], *, together: bool = True) -> Any:
+        """Set parameters of a node and return the result."""
+        client = AsyncParameterClient(self.node, node)
+        self.wait_for(client.services_are_ready, f"the parameter services of {node}")
+        parameters = [Parameter(name, value=value) for name, value in values.items()]
+        if together:
+            future = client.set_parameters_atomically(parameters)
+        else:
+            future = client.set_parameters(parameters)
+        self.wait_for(future.done, f"{node} to answer")
+        return future.result().result if together else future.result().results
+
+
+class Machine:
+    """The simulator and ik_node of one namespace, and what the client hears of them."""
+
+    def __init__(self, client: Client, launcher: Launcher, namespace: str | None = None) -> None:
+        self.client = client
+        self.namespace = namespace or client.namespace
+        self._launcher = launcher
+        self.commands = client.record(JointState, f"{self.namespace}/joint_commands")
+        self.measured = client.record(JointState, f"{self.namespace}/joint_states")
+        self.states = client.record(DiagnosticStatus, f"{self.namespace}/ik_node/status", LATCHED)
+
+    def start_simulator(self, parameters: dict[str, Any] | None = None) -> RunningNode:
+        self.simulator = self._launcher.start(
+            "simulator_node", parameters, namespace=self.namespace
+        )
+        return self.simulator
+
+    def start_ik(self, parameters: dict[str, Any] | None = None) -> RunningNode:
+        self.ik = self._launcher.start("ik_node", parameters, namespace=self.namespace)
+        return self.ik
+
+    def start(
+        self,
+        parameters: dict[str, Any] | None = None,
+        simulator_parameters: dict[str, Any] | None = None,
+    ) -> Machine:
+        """Start both and wait until setpoints come."""
+        self.start_simulator(simulator_parameters)
+        self.start_ik(parameters)
+        self.wait_for_state("idle")
+        self.client.wait_for(lambda: self.commands and self.measured, "joint commands")
+        return self
+
+    @property
+    def state(self) -> str:
+        """Name of the latest state."""
+        return self._value("state")
+
+    @property
+    def reason(self) -> str:
+        """Reason of the latest state."""
+        return self._value("reason")
+
+    def wait_for_state(self, state: str, timeout: float = TIMEOUT) -> None:
+        self.client.wait_for(lambda: self.state == state, f"state {state}", timeout)
+
+    def wait_for_new_state(self, state: str, action: Callable[[], Any]) -> None:
+        """Do something and wait until the state has come once more."""
+        count = len(self.states)
+        action()
+
+        def has_come() -> bool:
+            return any(_value_of(status, "state") == state for status in self.states[count:])
+
+        self.client.wait_for(has_come, f"state {state}")
+
+    def move(self, position: Sequence[float]) -> None:
+        """Send a target and wait until the sliders are at rest there."""
+        self.wait_for_new_state("idle", lambda: self.client.send_pose(position))
+        self.catch_up()
+
+    def catch_up(self) -> None:
+        """Wait until a command of this moment is here: messages wait in a queue before that."""
+        now = self.client.now()
+        self.client.wait_for(
+            lambda: self.client.time_of(self.commands[-1]) >= now, "a command of this moment"
+        )
+
+    def wait_for_measured_rest(self) -> None:
+        """Wait until the sliders are measured to stand still, from this moment on."""
+        now = self.client.now()
+
+        def resting() -> bool:
+            message = self.measured[-1]
+            slow = max(map(abs, message.velocity)) < 1e-6
+            return slow and self.client.time_of(message) > now
+
+        self.client.wait_for(resting, "the sliders to stand still")
+
+    def heights(self, message: JointState | None = None) -> tuple[float, ...]:
+        """Return the heights of a message, in the order of the sliders; of the latest command."""
+        message = message or self.commands[-1]
+        return tuple(message.position[message.name.index(name)] for name in JOINTS)
+
+    def _value(self, key: str) -> str:
+        return _value_of(self.states[-1], key) if self.states else ""
+
+
+def _value_of(status: DiagnosticStatus, key: str) -> str:
+    return next(entry.value for entry in status.values if entry.key == key)
+
+
+def _as_yaml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_as_yaml, value)) + "]"
+    return str(value)
+
+
+@pytest.fixture(scope="session")
+def ros_domain() -> Iterator[int]:
+    """Reserve a domain that no other test run on this computer uses; nodes and client join it."""
+    with domain_coordinator.domain_id() as domain, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_DOMAIN_ID", str(domain))
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        yield domain
+
+
+@pytest.fixture(scope="session")
+def ros_context(ros_domain: int) -> Iterator[Context]:
+    context = Context()
+    rclpy.init(context=context, args=[])
+    yield context
+    context.try_shutdown()
+
+
+@pytest.fixture
+def namespace(request: pytest.FixtureRequest) -> str:
+    """Return a namespace that no other test has used."""
+    return f"/{request.node.originalname}_{os.getpid()}_{next(_COUNTER)}"
+
+
+@pytest.fixture
+def client(ros_context: Context, namespace: str) -> Iterator[Client]:
+    node = Client(ros_context, namespace)
+    yield node
+    node.close()
+
+
+@pytest.fixture
+def machine(client: Client, nodes: Launcher) -> Machine:
+    """Return a machine that is not started yet."""
+    return Machine(client, nodes)
+
+
+@pytest.fixture
+def other_machine(client: Client, nodes: Launcher, namespace: str) -> Machine:
+    """Return a second machine in a namespace of its own."""
+    return Machine(client, nodes, f"{namespace}_other")
+
+
+@pytest.fixture
+def nodes(ros_domain: int, tmp_path: Path, namespace: str) -> Iterator[Launcher]:
+    """Start nodes; afterwards none of them has ended by an error of its own, and all are gone."""
+    launcher = Launcher(tmp_path, namespace)
+    yield launcher
+    launcher.stop()
+    for node in launcher.started:
+        assert "Traceback" not in node.output, f"{node.name}:\n{node.output}"
+        assert node.process.returncode in (0, -9), f"{node.name}:\n{node.output}"
+
+
+_COUNTER = itertools.count()

@@ -1,0 +1,178 @@
+"""Rough treatment of a running machine, for as long as one likes."""
+
+from __future__ import annotations
+
+import random
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from hostile_messages import joint_states, parameters, poses, twists
+from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis import strategies as st
+from node_harness import Machine
+from rcl_interfaces.srv import SetParameters
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+
+PERIOD = 0.002
+VELOCITY, ACCELERATION, JERK = 1.0, 10.0, 200.0
+TRAVEL = (0.3, 0.9)
+MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+HOME = (0.0, 0.0, 0.25)
+
+LIVE_VALUES: dict[str, Callable[[random.Random], Any]] = {
+    "velocity_limits": lambda source: [source.uniform(0.1, VELOCITY) for _ in range(3)],
+    "acceleration_limits": lambda source: [source.uniform(2.0, ACCELERATION) for _ in range(3)],
+    "jerk_limits": lambda source: [source.uniform(50.0, JERK) for _ in range(3)],
+    "speed_scale": lambda source: source.uniform(0.05, 1.0),
+}
+NORMAL_VALUES = {
+    "velocity_limits": [VELOCITY] * 3,
+    "acceleration_limits": [ACCELERATION] * 3,
+    "jerk_limits": [JERK] * 3,
+    "speed_scale": 1.0,
+}
+
+
+def assert_commands_within_limits(machine: Machine) -> None:
+    """Check every stretch of commands; it may begin anew elsewhere only from rest to rest.
+
+    A machine that was disabled, or in a fault, is led again from where it is measured to be.
+    """
+    heights = np.array([machine.heights(message) for message in machine.commands])
+    velocities = np.array([message.velocity for message in machine.commands])
+    assert np.isfinite(heights).all()
+    assert heights.min() >= TRAVEL[0]
+    assert heights.max() <= TRAVEL[1]
+    jumps = np.abs(np.diff(heights, axis=0)).max(axis=1) > VELOCITY * PERIOD * (1.0 + 1e-6)
+    resting = ~velocities.any(axis=1)
+    begins = 1 + np.flatnonzero(jumps & resting[:-1] & resting[1:])
+    for stretch in np.split(heights, begins):
+        for order, limit, tolerance in (
+            (1, VELOCITY, 1e-6),
+            (2, ACCELERATION, 1e-6),
+            (3, JERK, 1e-3),
+        ):
+            if len(stretch) > order:
+                largest = np.abs(np.diff(stretch, n=order, axis=0)).max() / PERIOD**order
+                assert largest <= limit * (1.0 + tolerance)
+
+
+def assert_normal_target_is_reached(machine: Machine) -> None:
+    """Enable the machine as long as it needs that, and move it."""
+    client = machine.client
+    client.wait_for(lambda: client.enable().success, "the machine to be enabled")
+    machine.wait_for_state("idle")
+    machine.move(HOME)
+    expected = MACHINE.inverse(HOME)
+    assert max(abs(a - b) for a, b in zip(machine.heights(), expected)) < 1e-5
+
+
+def flood(machine: Machine, rate: float, duration: float) -> None:
+    """Publish ``rate`` targets a second from another process."""
+    script = Path(__file__).with_name("flood.py")
+    arguments = [sys.executable, str(script), machine.namespace, str(rate), str(duration)]
+    with subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True) as process:
+        machine.client.wait_for(
+            lambda: process.poll() is not None, "the flood to end", duration + 60.0
+        )
+        assert process.stdout is not None
+        published = int(process.stdout.read())
+    assert process.returncode == 0
+    assert published >= 0.5 * rate * duration, "this computer is too slow for such a flood"
+
+
+def hostility(machine: Machine, duration: float) -> None:
+    """Send random messages to every input of ik_node and simulator_node."""
+    client = machine.client
+    publishers = {
+        "pose": client.publisher(PoseStamped, "target_pose"),
+        "twist": client.publisher(TwistStamped, "target_twist"),
+        "measured": client.publisher(JointState, "joint_states"),
+        "command": client.publisher(JointState, "joint_commands"),
+    }
+    services = {
+        "enable": client.node.create_client(SetBool, "ik_node/enable"),
+        "stop": client.node.create_client(Trigger, "ik_node/stop"),
+        "ik_node": client.node.create_client(SetParameters, "ik_node/set_parameters"),
+        "simulator_node": client.node.create_client(SetParameters, "simulator_node/set_parameters"),
+    }
+    client.wait_for(
+        lambda: all(service.service_is_ready() for service in services.values()), "all services"
+    )
+    inputs = st.one_of(
+        st.tuples(st.just("pose"), poses()),
+        st.tuples(st.just("twist"), twists()),
+        st.tuples(st.just("measured"), joint_states()),
+        st.tuples(st.just("command"), joint_states()),
+        st.tuples(st.just("enable"), st.builds(SetBool.Request, data=st.booleans())),
+        st.tuples(st.just("enable"), st.just(SetBool.Request(data=True))),
+        st.tuples(st.just("stop"), st.just(Trigger.Request())),
+        *(
+            st.tuples(
+                st.just(node),
+                st.builds(
+                    lambda values: SetParameters.Request(parameters=values),
+                    st.lists(parameters(node), max_size=3),
+                ),
+            )
+            for node in ("ik_node", "simulator_node")
+        ),
+    )
+    end = time.monotonic() + duration
+    for number in range(1_000_000):
+        if time.monotonic() > end:
+            break
+
+        @seed(number)
+        @settings(
+            max_examples=200,
+            deadline=None,
+            database=None,
+            phases=[Phase.generate],
+            suppress_health_check=list(HealthCheck),
+        )
+        @given(inputs)
+        def send(drawn: tuple[str, Any]) -> None:
+            if time.monotonic() > end:
+                return
+            name, message = drawn
+            if name in publishers:
+                publishers[name].publish(message)
+            else:
+                services[name].call_async(message)
+            client.spin_once()
+
+        send()
+    for service in services.values():
+        client.node.destroy_client(service)
+    for publisher in publishers.values():
+        client.node.destroy_publisher(publisher)
+
+
+def parameter_storm(machine: Machine, duration: float) -> int:
+    """Set live parameters of ik_node, valid and not, while it moves; return how many were set."""
+    client = machine.client
+    source = random.Random(3)
+    end = time.monotonic() + duration
+    count = 0
+    targets = [(0.08, 0.03, 0.35), (-0.06, 0.05, 0.22), HOME]
+    while time.monotonic() < end:
+        if count % 10 == 0:
+            client.send_pose(targets[count // 10 % len(targets)])
+        names = source.sample(sorted(LIVE_VALUES), source.randint(1, 4))
+        values = {name: LIVE_VALUES[name](source) for name in names}
+        spoilt = source.random() < 0.3
+        if spoilt:
+            values[names[0]] = source.choice([-1.0, [0.1], "fast", [float("nan")] * 3, True])
+        assert client.set_parameters("ik_node", values).successful is not spoilt
+        count += 1
+    return count

@@ -1,0 +1,227 @@
+"""ik_node as a process, with the simulator as its machine: targets, jogs, refusals, restarts."""
+
+from __future__ import annotations
+
+import math
+import signal
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from sensor_msgs.msg import JointState
+
+from tri_glide_kinematics.command_stream import CommandStream
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+
+JOINTS = ("slider_1", "slider_2", "slider_3")
+PERIOD = 0.002
+MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+VELOCITY, ACCELERATION, JERK = 1.0, 10.0, 200.0
+
+
+def assert_within_limits(machine, speed_scale=1.0):
+    stream = CommandStream.from_heights([machine.heights(m) for m in machine.commands], PERIOD)
+    assert np.abs(stream.velocities).max() <= VELOCITY * speed_scale * (1.0 + 1e-6)
+    assert np.abs(stream.accelerations).max() <= ACCELERATION * (1.0 + 1e-6)
+    assert np.abs(stream.jerks).max() <= JERK * (1.0 + 1e-3)
+    published = np.array([message.velocity for message in machine.commands])
+    mean = (published[1:] + published[:-1]) / 2.0
+    # Within a period, the mean of both ends and the difference of heights differ by jerk only.
+    assert np.allclose(stream.velocities[1:], mean, rtol=0.0, atol=JERK * PERIOD**2)
+
+
+@pytest.mark.parametrize("motion", ["linear", "slider"])
+def test_target_is_reached_from_where_the_machine_is(machine, motion):
+    start = (0.52, 0.55, 0.58)
+    machine.start({"motion": motion}, {"initial_heights": start})
+    assert machine.heights(machine.commands[0]) == pytest.approx(start, abs=2e-6)
+    assert machine.commands[0].name == list(JOINTS)
+    assert machine.commands[0].header.frame_id == "tri_glide_base"
+    for target in ((0.05, -0.03, 0.28), (-0.06, 0.04, 0.22)):
+        machine.move(target)
+        assert machine.heights() == pytest.approx(MACHINE.inverse(target), abs=1e-5)
+    assert_within_limits(machine)
+    machine.client.wait_for(
+        lambda: math.dist(machine.heights(machine.measured[-1]), machine.heights()) < 1e-5,
+        "the simulated sliders to arrive",
+    )
+
+
+def test_nothing_is_published_before_the_machine_has_been_measured(machine, client):
+    ik = machine.start_ik()
+    machine.wait_for_state("waiting")
+    publisher = client.publisher(JointState, "joint_states")
+    client.wait_for_subscribers(publisher)
+    bad = [
+        ({"position": [0.6, 0.6, 0.95]}, "0.95"),
+        ({"position": [0.6, math.nan, 0.6]}, "slider_2 is nan"),
+        ({"position": [0.6, 0.6]}, "2 positions"),
+        ({"name": ["a", "b", "c"], "position": [0.6, 0.6, 0.6]}, None),
+    ]
+    for fields, reason in bad:
+        message = JointState(**{"name": JOINTS, **fields})
+
+        def told(message=message, reason=reason):
+            publisher.publish(message)
+            return reason in ik.output
+
+        if reason is None:
+            publisher.publish(message)
+        else:
+            client.wait_for(told, f"the reason {reason!r}")
+    client.send_pose((0.0, 0.0, 0.25))
+    client.wait_for(lambda: "no motion while waiting for the machine" in ik.output, "a refusal")
+    assert not machine.commands
+    good = JointState(name=JOINTS[::-1], position=[0.61, 0.6, 0.59])
+
+    def started():
+        publisher.publish(good)
+        return machine.commands
+
+    client.wait_for(started, "the first command")
+    assert machine.heights(machine.commands[0]) == pytest.approx((0.59, 0.6, 0.61), abs=0.0)
+
+
+def test_stale_twist_ends_in_a_jerk_limited_stop(machine, client):
+    machine.start()
+    velocity = (0.1, -0.05, 0.02)
+
+    def jogging():
+        client.send_twist(velocity)
+        message = machine.commands[-1]
+        moving = MACHINE.forward_velocity(machine.heights(message), message.velocity)[1]
+        speed, wanted = np.linalg.norm(moving), np.linalg.norm(velocity)
+        return (
+            0.8 * wanted < speed <= wanted * (1.0 + 1e-6)
+            and np.dot(moving, velocity) > math.cos(math.radians(1.0)) * speed * wanted
+        )
+
+    client.wait_for(jogging, "the velocity of the twist")
+    assert machine.state == "jogging"
+    machine.wait_for_state("idle")
+    texts = [status.message for status in machine.states]
+    assert "stopping: no twist for 0.1 s" in texts
+    machine.catch_up()
+    count = len(machine.commands) - 1
+    client.wait_for(lambda: len(machine.commands) > count + 20, "further commands")
+    assert list(machine.commands[-1].velocity) == [0.0, 0.0, 0.0]
+    assert machine.heights() == machine.heights(machine.commands[count])
+    assert_within_limits(machine)
+
+
+def test_stamps_of_another_clock_change_nothing(machine, client):
+    machine.start()
+    publisher = client.publisher(TwistStamped, "target_twist")
+    client.wait_for_subscribers(publisher)
+    message = TwistStamped()
+    message.twist.linear.z = 0.05
+    before = machine.heights()
+    for second in (0, 1, 2**31 - 1):
+        message.header.stamp.sec = second
+
+        def jogging():
+            publisher.publish(message)
+            return machine.state == "jogging" and machine.commands[-1].velocity[0] > 0.049
+
+        client.wait_for(jogging, "jogging")
+        machine.wait_for_state("idle")
+    machine.catch_up()
+    assert machine.heights()[0] > before[0] + 0.003
+
+
+def pose(position=(0.0, 0.0, 0.25), frame="", **orientation):
+    message = PoseStamped()
+    message.header.frame_id = frame
+    point = message.pose.position
+    point.x, point.y, point.z = position
+    for axis, value in orientation.items():
+        setattr(message.pose.orientation, axis, value)
+    return message
+
+
+def twist(frame="", linear=(0.1, 0.0, 0.0), angular=(0.0, 0.0, 0.0)):
+    message = TwistStamped()
+    message.header.frame_id = frame
+    v, w = message.twist.linear, message.twist.angular
+    v.x, v.y, v.z = linear
+    w.x, w.y, w.z = angular
+    return message
+
+
+REFUSED = [
+    (pose((0.35, 0.0, 0.25)), "at (0.35, 0, 0.25) m"),
+    (pose((0.0, 0.0, 0.7)), "at (0, 0, 0.7) m"),
+    (pose((0.0, 0.0, -0.3)), "at (0, 0, -0.3) m"),
+    (pose(frame="map"), "frame_id 'map', it must be 'tri_glide_base'"),
+    (pose(z=math.sin(0.05), w=math.cos(0.05)), "the platform cannot rotate"),
+    (pose((math.nan, 0.0, 0.25)), "target pose position.x = nan"),
+    (pose((0.0, math.inf, 0.25)), "target pose position.y = inf"),
+    (twist(frame="map"), "frame_id 'map', it must be 'tri_glide_base' or 'tri_glide_platform'"),
+    (twist(angular=(0.0, 0.0, 0.1)), "angular velocity (0, 0, 0.1) rad/s"),
+    (twist(linear=(0.0, math.nan, 0.0)), "target twist linear.y = nan"),
+    (twist(angular=(0.0, math.inf, 0.0)), "target twist angular.y = inf"),
+]
+
+
+def test_each_refused_message_leaves_the_motion_going_on_and_a_reason_in_the_log(machine, client):
+    machine.start({"speed_scale": 0.05})
+    publishers = {
+        PoseStamped: client.publisher(PoseStamped, "target_pose"),
+        TwistStamped: client.publisher(TwistStamped, "target_twist"),
+    }
+    client.wait_for_subscribers(*publishers.values())
+    target = (0.08, 0.03, 0.3)
+    client.send_pose(target)
+    machine.wait_for_state("moving")
+    for message, reason in REFUSED:
+        assert reason not in machine.ik.output
+        publishers[type(message)].publish(message)
+        client.wait_for(lambda reason=reason: reason in machine.ik.output, f"reason {reason!r}")
+        assert machine.state == "moving"
+    client.wait_for(lambda: machine.state == "idle", "the target", 60.0)
+    machine.catch_up()
+    assert machine.heights() == pytest.approx(MACHINE.inverse(target), abs=1e-5)
+    assert_within_limits(machine, 0.05)
+
+
+def test_killed_and_restarted_it_resumes_from_the_measured_state_without_a_jump(machine, client):
+    machine.start()
+    client.send_pose((0.05, 0.05, 0.35))
+    client.wait_for(lambda: max(map(abs, machine.commands[-1].velocity)) > 0.2, "full motion")
+    machine.ik.signal(signal.SIGKILL)
+    # The drive keeps the last command that it got, and the sliders come to rest there.
+    machine.wait_for_measured_rest()
+    resting = machine.heights(machine.measured[-1])
+    now = client.now()
+    machine.wait_for_new_state("idle", machine.start_ik)
+    machine.catch_up()
+    resumed = [message for message in machine.commands if client.time_of(message) > now]
+    assert machine.heights(resumed[0]) == pytest.approx(resting, abs=1e-5)
+    for message in resumed:
+        assert machine.heights(message) == machine.heights(resumed[0])
+        assert list(message.velocity) == [0.0, 0.0, 0.0]
+    target = (0.0, -0.05, 0.25)
+    machine.move(target)
+    assert machine.heights() == pytest.approx(MACHINE.inverse(target), abs=1e-5)
+
+
+def test_two_machines_in_one_domain_do_not_disturb_each_other(machine, other_machine, client):
+    machine.start()
+    other_machine.start({}, {"initial_heights": (0.7, 0.7, 0.7)})
+    resting = other_machine.heights()
+    first = len(other_machine.commands)
+    target = (0.05, 0.0, 0.3)
+    machine.move(target)
+    assert machine.heights() == pytest.approx(MACHINE.inverse(target), abs=1e-5)
+    assert len(other_machine.commands) > first
+    assert {other_machine.heights(message) for message in other_machine.commands} == {resting}
+    publisher = client.publisher(PoseStamped, f"{other_machine.namespace}/target_pose")
+    client.wait_for_subscribers(publisher)
+    machine.catch_up()
+    there = machine.heights()
+    second = (0.0, 0.06, 0.4)
+    other_machine.wait_for_new_state("idle", lambda: publisher.publish(pose(second)))
+    other_machine.catch_up()
+    assert other_machine.heights() == pytest.approx(MACHINE.inverse(second), abs=1e-5)
+    machine.catch_up()
+    assert machine.heights() == there

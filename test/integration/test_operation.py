@@ -1,0 +1,284 @@
+"""Stop, enable, state, supervision and live parameters of ik_node, with the simulator's faults."""
+
+from __future__ import annotations
+
+import math
+import signal
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from sensor_msgs.msg import JointState
+
+from tri_glide_kinematics.command_stream import CommandStream
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+
+JOINTS = ("slider_1", "slider_2", "slider_3")
+PERIOD = 0.002
+MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+VELOCITY, ACCELERATION, JERK = 1.0, 10.0, 200.0
+FAR, NEAR = (0.08, 0.03, 0.35), (0.0, 0.0, 0.25)
+
+
+def stream_of(machine, first=0):
+    heights = [machine.heights(message) for message in machine.commands[first:]]
+    return CommandStream.from_heights(heights, PERIOD)
+
+
+def assert_within_limits(machine, first=0):
+    stream = stream_of(machine, first)
+    assert np.abs(stream.velocities).max() <= VELOCITY * (1.0 + 1e-6)
+    assert np.abs(stream.accelerations).max() <= ACCELERATION * (1.0 + 1e-6)
+    assert np.abs(stream.jerks).max() <= JERK * (1.0 + 1e-3)
+
+
+def get_going(machine, speed=0.2):
+    """Send the machine far away and wait until it moves fast."""
+    machine.client.send_pose(FAR)
+    machine.client.wait_for(
+        lambda: max(map(abs, machine.commands[-1].velocity)) > speed, "full motion"
+    )
+
+
+def reach_a_target(machine):
+    machine.move(NEAR)
+    assert machine.heights() == pytest.approx(MACHINE.inverse(NEAR), abs=1e-5)
+
+
+def states_since(machine, count):
+    return [
+        next(entry.value for entry in status.values if entry.key == "state")
+        for status in machine.states[count:]
+    ]
+
+
+def test_stop_is_a_ramp_and_holds_against_a_stream_of_twists(machine, client):
+    machine.start()
+    get_going(machine)
+    count = len(machine.states)
+    response = client.stop()
+    assert (response.success, response.message) == (True, "ramping to a stop")
+    machine.wait_for_state("idle")
+    assert states_since(machine, count) == ["stopping", "idle"]
+    machine.catch_up()
+    assert machine.heights() != pytest.approx(MACHINE.inverse(FAR), abs=1e-3)
+
+    def jogging():
+        client.send_twist((0.0, 0.0, 0.05))
+        return machine.state == "jogging"
+
+    client.wait_for(jogging, "jogging")
+    client.stop()
+    machine.wait_for_state("idle")
+    # The stick is still held, but the machine waits until it is released.
+    first, count = len(machine.commands), len(machine.states)
+
+    def held():
+        client.send_twist((0.0, 0.0, 0.05))
+        return len(machine.commands) > first + 200
+
+    client.wait_for(held, "commands at rest")
+    assert states_since(machine, count) == []
+    assert "jogging was stopped: it needs a twist of zero" in machine.ik.output
+    client.send_twist((0.0, 0.0, 0.0))
+    client.wait_for(jogging, "jogging again")
+    machine.wait_for_state("idle")
+    assert_within_limits(machine)
+
+
+def test_disabled_machine_is_silent_may_be_moved_by_hand_and_is_enabled_where_it_is(
+    machine, client
+):
+    machine.start()
+    get_going(machine)
+    count = len(machine.states)
+    assert client.enable(False).message == "ramping to a stop, then disabled"
+    machine.wait_for_state("disabled")
+    assert states_since(machine, count) == ["stopping", "disabled"]
+    assert_within_limits(machine)
+    client.send_pose(NEAR)
+    client.wait_for(lambda: "no motion while disabled" in machine.ik.output, "a refusal")
+    # Somebody moves the sliders; for the machine, an encoder offset looks the same.
+    moved = {"encoder_offsets": [0.03, -0.02, 0.01]}
+    before, first = machine.heights(machine.measured[-1]), len(machine.commands)
+    assert client.set_parameters("simulator_node", moved).successful
+    client.wait_for(
+        lambda: machine.heights(machine.measured[-1])[0] > before[0] + 0.029, "the new place"
+    )
+    assert len(machine.commands) == first
+    response = client.enable()
+    assert (response.success, response.message) == (True, "enabled")
+    client.wait_for(lambda: len(machine.commands) > first, "commands")
+    expected = [height + offset for height, offset in zip(before, moved["encoder_offsets"])]
+    assert machine.heights(machine.commands[first]) == pytest.approx(expected, abs=1e-5)
+
+
+def test_started_disabled_it_waits_to_be_enabled(machine, client):
+    machine.start_ik({"start_disabled": True})
+    machine.wait_for_state("disabled")
+    response = client.enable()
+    assert not response.success
+    assert response.message == "there are no measured slider heights to start from"
+    machine.start_simulator()
+    client.wait_for(lambda: machine.measured, "the simulator")
+    client.wait_for(lambda: client.enable().success, "enabling")
+    machine.wait_for_state("idle")
+    assert client.enable().message == "is enabled already: idle"
+    reach_a_target(machine)
+
+
+FAULTS = {
+    "silent": ({"drop_out": 1.0}, "measured heights are silent for"),
+    "jump": ({"encoder_offsets": [0.0, 0.045, 0.0]}, "slider_2 jumped by 0.0"),
+    "stuck": ({"stuck_sliders": [True, False, False]}, "slider_1 is measured at"),
+    "frozen": ({"frozen_encoders": [False, False, True]}, "slider_3 is measured at"),
+    "lag": ({"lag": 2.0}, "is measured at"),
+}
+HEALTHY = {
+    "drop_out": 0.0,
+    "encoder_offsets": [0.0, 0.0, 0.0],
+    "stuck_sliders": [False, False, False],
+    "frozen_encoders": [False, False, False],
+    "lag": 0.005,
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(machine, client, name):
+    fault, reason = FAULTS[name]
+    machine.start()
+    diagnostics = client.record(DiagnosticArray, "/diagnostics")
+    get_going(machine)
+    assert client.set_parameters("simulator_node", fault).successful
+    machine.wait_for_state("fault")
+    assert reason in machine.reason
+    assert machine.states[-1].level == DiagnosticStatus.ERROR
+    assert f"fault: {machine.reason}" in machine.ik.output
+    client.wait_for(lambda: not any(machine.commands[-1].velocity), "the end of the ramp")
+    assert_within_limits(machine)
+    client.wait_for(
+        lambda: any(
+            status.level == DiagnosticStatus.ERROR and reason in status.message
+            for array in diagnostics
+            for status in array.status
+            if status.name == f"{client.namespace[1:]}/ik_node"
+        ),
+        "the fault in the diagnostics",
+    )
+    # Once at rest it is silent, and takes no target.
+    first = len(machine.commands)
+    client.send_pose(NEAR)
+    client.wait_for(lambda: "no motion while fault" in machine.ik.output, "a refusal")
+    assert len(machine.commands) == first
+    if name == "silent":
+        response = client.enable()
+        assert not response.success
+        assert "no measured slider heights" in response.message
+    assert client.set_parameters("simulator_node", HEALTHY).successful
+    client.wait_for(lambda: client.enable().success, "the fault to be cleared")
+    client.wait_for(lambda: len(machine.commands) > first, "commands")
+    machine.wait_for_state("idle")
+    reach_a_target(machine)
+    assert_within_limits(machine, first)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_not_finite_measurement_is_a_fault(machine, client, value):
+    machine.start()
+    publisher = client.publisher(JointState, "joint_states")
+    client.wait_for(lambda: publisher.get_subscription_count() >= 1, "ik_node")
+    get_going(machine)
+    message = JointState(name=JOINTS, position=[0.6, value, 0.6])
+
+    def faulty():
+        publisher.publish(message)
+        return machine.state == "fault"
+
+    client.wait_for(faulty, "the fault")
+    assert f"measured height of slider_2 is {value}" in machine.reason
+    client.wait_for(lambda: not any(machine.commands[-1].velocity), "the end of the ramp")
+    assert_within_limits(machine)
+    client.wait_for(lambda: client.enable().success, "the fault to be cleared")
+    reach_a_target(machine)
+
+
+def test_a_frozen_simulator_process_is_a_fault(machine, client):
+    machine.start()
+    get_going(machine)
+    machine.simulator.process.send_signal(signal.SIGSTOP)
+    machine.wait_for_state("fault")
+    assert "silent" in machine.reason
+    client.wait_for(lambda: not any(machine.commands[-1].velocity), "the end of the ramp")
+    machine.simulator.process.send_signal(signal.SIGCONT)
+    client.wait_for(lambda: client.enable().success, "the fault to be cleared")
+    machine.wait_for_state("idle")
+    reach_a_target(machine)
+
+
+def test_state_is_latched_for_those_who_come_later(machine, client):
+    machine.start()
+    reach_a_target(machine)
+    count = len(machine.states)
+    from tri_glide_kinematics.nodes.ik_node import LATCHED
+
+    late = client.record(DiagnosticStatus, "ik_node/status", LATCHED)
+    client.wait_for(lambda: late, "the latched state")
+    assert late[0].message == machine.states[count - 1].message
+    assert late[0].message == "idle: at rest: target (0, 0, 0.25) m"
+
+
+def test_diagnostics_tell_of_loop_and_refusals(machine, client):
+    machine.start()
+    diagnostics = client.record(DiagnosticArray, "/diagnostics")
+    client.send_pose((0.5, 0.0, 0.25))
+    name = f"{client.namespace[1:]}/ik_node"
+
+    def refusal():
+        return [
+            {entry.key: entry.value for entry in status.values} | {"level": status.level}
+            for array in diagnostics
+            for status in array.status
+            if status.name == name and "1 refused commands" in status.message
+        ]
+
+    client.wait_for(refusal, "the refusal in the diagnostics")
+    values = refusal()[0]
+    assert values["level"] == DiagnosticStatus.WARN
+    assert values["state"] == "idle"
+    assert values["refused commands"] == "1"
+    assert "at (0.5, 0, 0.25) m" in values["last refusal"]
+    assert 400.0 < float(values["loop rate [1/s]"]) < 600.0
+    assert float(values["tracking error [m]"]) < 1e-5
+    for key in ("jitter, root mean square [s]", "late cycles", "largest delay of a cycle [s]"):
+        assert float(values[key]) >= 0.0
+    assert diagnostics[0].header.stamp.sec > 0
+
+
+def test_live_parameters_are_checked_as_a_set_and_hold_in_motion(machine, client):
+    machine.start()
+    get_going(machine, speed=0.05)
+    refused = [
+        ({"speed_scale": 0.0}, "speed_scale"),
+        ({"speed_scale": 1.5}, "speed_scale"),
+        ({"velocity_limits": [1.0, 1.0]}, "velocity_limits has 2 elements"),
+        ({"velocity_limits": [1.0, math.nan, 1.0]}, "velocity_limits[1] = nan"),
+        ({"jerk_limits": [200.0, 200.0, -1.0]}, "jerk_limits[2] = -1 m/s^3"),
+        ({"speed_scale": 0.5, "acceleration_limits": [0.0, 1.0, 1.0]}, "acceleration_limits[0]"),
+        ({"arm_length": 0.41}, "read-only"),
+        ({"rate": 250.0}, "read-only"),
+    ]
+    for change, reason in refused:
+        result = client.set_parameters("ik_node", change)
+        assert not result.successful
+        assert reason in result.reason
+    assert client.set_parameters(
+        "ik_node", {"speed_scale": 0.1, "velocity_limits": [0.8, 0.8, 0.8]}
+    ).successful
+    machine.wait_for_state("idle")
+    machine.catch_up()
+    assert machine.heights() == pytest.approx(MACHINE.inverse(FAR), abs=1e-5)
+    assert_within_limits(machine)
+    first = len(machine.commands)
+    reach_a_target(machine)
+    velocities = np.abs(stream_of(machine, first).velocities)
+    assert 0.04 < velocities.max() <= 0.08 * (1.0 + 1e-6)

@@ -1,0 +1,123 @@
+"""Nodes that are killed, flooded and abused: none gives up, and none breaks a limit."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+from geometry_msgs.msg import PoseStamped
+from node_scenarios import (
+    HOME,
+    MACHINE,
+    NORMAL_VALUES,
+    assert_commands_within_limits,
+    assert_normal_target_is_reached,
+    flood,
+    hostility,
+    parameter_storm,
+)
+
+FAR = (0.08, 0.03, 0.35)
+
+
+def get_going(machine):
+    machine.client.send_pose(FAR)
+    machine.client.wait_for(
+        lambda: max(map(abs, machine.commands[-1].velocity)) > 0.2, "full motion"
+    )
+
+
+def test_each_node_is_killed_and_started_again_in_motion(machine, client, nodes):
+    machine.start()
+    poses = client.record(PoseStamped, "platform_pose")
+    fk = nodes.start("fk_node")
+    client.wait_for(lambda: poses, "poses")
+
+    get_going(machine)
+    fk.signal(signal.SIGKILL)
+    machine.wait_for_state("idle")
+    machine.catch_up()
+    assert machine.heights() == pytest.approx(MACHINE.inverse(FAR), abs=1e-5)
+    poses.clear()
+    nodes.start("fk_node")
+    client.wait_for(lambda: poses, "poses again")
+
+    machine.move(HOME)
+    get_going(machine)
+    machine.simulator.signal(signal.SIGKILL)
+    machine.wait_for_state("fault")
+    assert "silent" in machine.reason
+    machine.start_simulator()
+    assert_normal_target_is_reached(machine)
+
+    get_going(machine)
+    machine.ik.signal(signal.SIGKILL)
+    count = len(machine.commands)
+    machine.wait_for_new_state("idle", machine.start_ik)
+    client.wait_for(lambda: len(machine.commands) > count, "commands")
+    assert not any(machine.commands[count].velocity)
+    assert_normal_target_is_reached(machine)
+    final = MACHINE.inverse(HOME)
+    client.wait_for(
+        lambda: abs(poses[-1].pose.position.z - HOME[2]) < 1e-4, "the pose measured back"
+    )
+    assert machine.heights() == pytest.approx(final, abs=1e-5)
+    assert_commands_within_limits(machine)
+
+
+def test_a_stream_of_twists_stops_and_resumes(machine, client):
+    machine.start()
+    for _ in range(3):
+        first = len(machine.commands)
+
+        def jogging(first=first):
+            client.send_twist((0.03, 0.0, 0.0))
+            return machine.state == "jogging" and len(machine.commands) > first + 100
+
+        client.wait_for(jogging, "jogging")
+        machine.wait_for_state("idle")
+        machine.catch_up()
+        resting = machine.heights()
+        first = len(machine.commands)
+        client.wait_for(lambda first=first: len(machine.commands) > first + 100, "commands at rest")
+        # What was sent before the pause is not executed after it.
+        assert machine.heights() == resting
+    assert_commands_within_limits(machine)
+
+
+def test_flood_of_targets(machine):
+    machine.start()
+    flood(machine, rate=10_000.0, duration=4.0)
+    assert machine.ik.is_running
+    assert "more in the last second; the latest: refused a target pose" in machine.ik.output
+    assert machine.ik.output.count("refused a target pose") < 200
+    assert "fault" not in [status.message.split(":")[0] for status in machine.states]
+    assert_normal_target_is_reached(machine)
+    assert_commands_within_limits(machine)
+
+
+def test_hostile_messages_on_every_input(machine):
+    machine.start()
+    hostility(machine, duration=6.0)
+    assert machine.ik.is_running
+    assert machine.simulator.is_running
+    healthy = {
+        "lag": 0.005,
+        "encoder_resolution": 1e-6,
+        "drop_out": 0.0,
+        "frozen_encoders": [False] * 3,
+        "encoder_offsets": [0.0] * 3,
+        "stuck_sliders": [False] * 3,
+    }
+    assert machine.client.set_parameters("simulator_node", healthy).successful
+    assert machine.client.set_parameters("ik_node", NORMAL_VALUES).successful
+    assert_normal_target_is_reached(machine)
+    assert_commands_within_limits(machine)
+
+
+def test_parameter_storm(machine, client):
+    machine.start()
+    assert parameter_storm(machine, duration=4.0) > 100
+    assert client.set_parameters("ik_node", NORMAL_VALUES).successful
+    assert_normal_target_is_reached(machine)
+    assert_commands_within_limits(machine)

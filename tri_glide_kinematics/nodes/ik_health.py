@@ -1,0 +1,72 @@
+"""What ``ik_node`` says about itself: levels as in REP 107, and the numbers behind them."""
+
+from __future__ import annotations
+
+from tri_glide_kinematics.nodes.controller import MotionController
+from tri_glide_kinematics.nodes.diagnostics import ERROR, OK, WARN, Health
+from tri_glide_kinematics.nodes.loop_statistics import LoopStatistics
+from tri_glide_kinematics.nodes.operating_state import DISABLED, FAULT, WAITING, OperatingState
+from tri_glide_kinematics.nodes.reason_log import ReasonLog
+from tri_glide_kinematics.nodes.supervision import Supervisor
+
+# More late cycles than this part of all are worth a look.
+TOO_MANY_LATE = 0.05
+
+LEVELS = {WAITING: WARN, DISABLED: WARN, FAULT: ERROR}
+
+
+def status_of(state: OperatingState, reason: str) -> Health:
+    """Return state and reason as they are latched on ``~/status``."""
+    return Health(
+        LEVELS.get(state, OK),
+        f"{state.value}: {reason}",
+        {"state": state.name.lower(), "reason": reason},
+    )
+
+
+def health_of(
+    controller: MotionController,
+    supervisor: Supervisor,
+    loop: LoopStatistics,
+    refused: ReasonLog,
+    unusable: int,
+) -> Health:
+    """Return the health of the last second.
+
+    Args:
+        controller: state and reason.
+        supervisor: tracking error.
+        loop: intervals of the control loop since the last call.
+        refused: commands that were refused.
+        unusable: measurements without a meaning in the last second.
+    """
+    timing = loop.report()
+    refused_now = refused.end_of_second()
+    level, message, values = status_of(controller.state, controller.reason)
+    warnings = []
+    if timing.late_cycles > TOO_MANY_LATE * timing.rate:
+        warnings.append(f"{timing.late_cycles} late cycles")
+    if refused_now:
+        warnings.append(f"{refused_now} refused commands")
+    if unusable:
+        warnings.append(f"{unusable} unusable measurements")
+    if warnings:
+        level = max(level, WARN)
+        message = f"{message} ({', '.join(warnings)} in the last second)"
+    return Health(
+        level,
+        message,
+        {
+            **values,
+            "loop rate [1/s]": timing.rate,
+            "jitter, root mean square [s]": timing.jitter,
+            "largest delay of a cycle [s]": timing.largest_delay,
+            "late cycles in the last second": timing.late_cycles,
+            "late cycles": loop.total_late,
+            "refused commands in the last second": refused_now,
+            "refused commands": refused.total,
+            "last refusal": refused.last,
+            "unusable measurements in the last second": unusable,
+            "tracking error [m]": supervisor.tracking_error,
+        },
+    )

@@ -1,0 +1,168 @@
+"""Moves the machine: targets and measured joint states in, a stream of joint commands out."""
+
+from __future__ import annotations
+
+import time
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion import MotionEngine, MotionKind
+from tri_glide_kinematics.nodes.command_outputs import CommandOutputs
+from tri_glide_kinematics.nodes.controller import MotionController
+from tri_glide_kinematics.nodes.diagnostics import DiagnosticsPublisher, Health, status_message
+from tri_glide_kinematics.nodes.ik_health import health_of, status_of
+from tri_glide_kinematics.nodes.live_parameters import LiveParameters
+from tri_glide_kinematics.nodes.loop_statistics import LoopStatistics
+from tri_glide_kinematics.nodes.machine import (
+    check_joint_names,
+    limits_of,
+    machine_of,
+    supervision_bounds_of,
+    workspace_limits_of,
+)
+from tri_glide_kinematics.nodes.messages import SliderReader, target_position, target_velocity
+from tri_glide_kinematics.nodes.operating_state import FAULT, OperatingState
+from tri_glide_kinematics.nodes.parameter_table import Values
+from tri_glide_kinematics.nodes.parameters import IK_NODE
+from tri_glide_kinematics.nodes.reason_log import ReasonLog
+from tri_glide_kinematics.nodes.run import FatalError
+from tri_glide_kinematics.nodes.supervision import Supervisor
+from tri_glide_kinematics.workspace import Workspace
+
+# Twists are renewed all the time: the latest one counts, and none is sent again after the
+# connection was lost.
+LATEST_ONLY = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+RELIABLE = QoSProfile(depth=10)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class IkNode(Node):
+    """Turns messages into calls of the controller, and its setpoints into messages."""
+
+    def __init__(self) -> None:
+        """Declare the parameters and wait for the machine.
+
+        Raises:
+            KinematicsError: if a parameter has a value that it cannot work with.
+        """
+        super().__init__("ik_node")
+        parameters = LiveParameters(self, IK_NODE, _check)
+        values = parameters.values
+        period = 1.0 / values["rate"]
+        self._base_frame = values["base_frame"]
+        self._platform_frame = values["platform_frame"]
+        self._reader = SliderReader(values["joint_names"])
+        self._refused = ReasonLog(self.get_logger().warning, lines_per_second=10)
+        self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
+        self._loop = LoopStatistics(period)
+        self._status_publisher = self.create_publisher(DiagnosticStatus, "~/status", LATCHED)
+        self._outputs = CommandOutputs(self, values)
+        self._supervisor = Supervisor(supervision_bounds_of(values), values["joint_names"])
+        self._engine = MotionEngine(
+            Workspace(machine_of(values), workspace_limits_of(values)),
+            limits_of(values),
+            kind=MotionKind[values["motion"].upper()],
+            speed_scale=values["speed_scale"],
+        )
+        self._controller = MotionController(
+            self._engine,
+            self._supervisor,
+            period=period,
+            twist_timeout=values["twist_timeout"],
+            start_disabled=values["start_disabled"],
+            travel=(values["lower_heights"], values["upper_heights"]),
+            on_change=self._on_state,
+            on_refusal=lambda reason: self._refused.add(f"refused after all: {reason}"),
+        )
+        parameters.on_change(self._apply)
+        self.create_subscription(
+            JointState, "joint_states", self._on_measured, qos_profile_sensor_data
+        )
+        self.create_subscription(PoseStamped, "target_pose", self._on_pose, RELIABLE)
+        self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY)
+        self.create_service(Trigger, "~/stop", self._on_stop)
+        self.create_service(SetBool, "~/enable", self._on_enable)
+        DiagnosticsPublisher(self, self._health)
+        self.create_timer(period, self._cycle, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _cycle(self) -> None:
+        now = time.monotonic()
+        self._loop.cycle(now)
+        try:
+            setpoint = self._controller.cycle(now)
+        except Exception as error:
+            raise FatalError(
+                f"the control cycle failed: {type(error).__name__}: {error}"
+            ) from error
+        if setpoint is not None:
+            self._outputs.publish(setpoint, self._engine)
+
+    def _on_measured(self, message: JointState) -> None:
+        try:
+            reading = self._reader.read(message)
+            if reading is not None:
+                self._controller.measured(reading.heights, time.monotonic())
+        except KinematicsError as error:
+            self._unusable.add(f"unusable measurement: {error}")
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        try:
+            self._controller.move_to(target_position(message, self._base_frame))
+        except KinematicsError as error:
+            self._refused.add(f"refused a target pose: {error}")
+
+    def _on_twist(self, message: TwistStamped) -> None:
+        now = time.monotonic()
+        try:
+            velocity = target_velocity(message, self._base_frame, self._platform_frame)
+            self._outputs.check_jogging()
+            self._controller.jog(velocity, now)
+        except KinematicsError as error:
+            self._refused.add(f"refused a target twist: {error}")
+
+    def _on_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.message = self._controller.stop()
+        response.success = True
+        return response
+
+    def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        try:
+            if request.data:
+                response.message = self._controller.enable(time.monotonic())
+            else:
+                response.message = self._controller.disable()
+            response.success = True
+        except KinematicsError as error:
+            response.message = str(error)
+            self._refused.add(f"refused to {'enable' if request.data else 'disable'}: {error}")
+        return response
+
+    def _on_state(self, state: OperatingState, reason: str) -> None:
+        log = self.get_logger()
+        (log.error if state is FAULT else log.info)(f"{state.value}: {reason}")
+        name = self.get_fully_qualified_name()[1:]
+        self._status_publisher.publish(status_message(name, status_of(state, reason)))
+
+    def _apply(self, values: Values) -> None:
+        self._controller.twist_timeout = values["twist_timeout"]
+        self._supervisor.bounds = supervision_bounds_of(values)
+        self._controller.set_limits(limits_of(values), values["speed_scale"])
+
+    def _health(self) -> Health:
+        unusable = self._unusable.end_of_second()
+        return health_of(self._controller, self._supervisor, self._loop, self._refused, unusable)
+
+
+def _check(values: Values) -> None:
+    check_joint_names(values)
+    machine = machine_of(values)
+    limits_of(values)
+    Workspace(machine, workspace_limits_of(values))
