@@ -40,6 +40,12 @@ def figures() -> Iterator[Figure]:
                 Work(_bare_step(machine)),
                 goal,
             )
+            yield compare(
+                "the same",
+                "Ruckig.update and pass_to_input, results read",
+                Work(engine.step, PERIOD),
+                Work(_bare_step(machine, read=True)),
+            )
         for kind in GOALS:
             engine = _engine(machine, kind, LIMITS)
             yield compare(
@@ -79,8 +85,13 @@ def _bare_input(machine: TriGlide, limits: SliderLimits) -> InputParameter:
     return given
 
 
-def _bare_step(machine: TriGlide) -> Callable[[], None]:
-    """Return one step of the same motion by ruckig alone."""
+def _bare_step(machine: TriGlide, *, read: bool = False) -> Callable[[], object]:
+    """Return one step of the same motion by ruckig alone.
+
+    Args:
+        machine: that moves.
+        read: whether position, velocity and acceleration are asked for, as our step returns them.
+    """
     generator, result = Ruckig(3, PERIOD), OutputParameter(3)
     given = _bare_input(machine, SLOW_LIMITS)
     update, pass_to_input = generator.update, result.pass_to_input
@@ -89,7 +100,12 @@ def _bare_step(machine: TriGlide) -> Callable[[], None]:
         update(given, result)
         pass_to_input(given)
 
-    return step
+    def step_and_read() -> object:
+        update(given, result)
+        pass_to_input(given)
+        return result.new_position, result.new_velocity, result.new_acceleration
+
+    return step_and_read if read else step
 
 
 def _bare_plan(machine: TriGlide) -> Callable[[], None]:

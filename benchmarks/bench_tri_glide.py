@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from benchmarks.harness import Figure, Missing, Work, compare, pinned_to_one_core
 from benchmarks.references import tri_glide_c, tri_glide_floats
+from tri_glide_kinematics import tri_glide_compiled
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 
 GEOMETRY = TriGlideGeometry.symmetric(base_radius=0.25, platform_radius=0.05, arm_length=0.40)
@@ -58,20 +59,29 @@ def _single(machine: TriGlide) -> Iterator[Figure]:
     )
 
 
-def _batch(machine: TriGlide) -> Iterator[Figure]:
+def _batch(machine: TriGlide) -> Iterator[Figure | Missing]:
     places = positions(COUNT)
     heights = np.ascontiguousarray(machine.inverse_batch(places))
-    yield compare(
-        "TriGlide.inverse_batch, 1,000,000 poses, per pose",
-        C_LOOP,
-        Work(machine.inverse_batch, places, items=COUNT),
-        Work(tri_glide_c.inverse_batch_of(GEOMETRY), places, items=COUNT),
-        goal=1.5,
-    )
-    yield compare(
-        "TriGlide.forward_batch, 1,000,000 poses, per pose",
-        C_LOOP,
-        Work(machine.forward_batch, heights, items=COUNT),
-        Work(tri_glide_c.forward_batch_of(GEOMETRY), heights, items=COUNT),
-        goal=1.5,
-    )
+    compiled = TriGlide(GEOMETRY, compiled=True)
+    for direction, given, reference in (
+        ("inverse", places, tri_glide_c.inverse_batch_of(GEOMETRY)),
+        ("forward", heights, tri_glide_c.forward_batch_of(GEOMETRY)),
+    ):
+        what = f"TriGlide.{direction}_batch, 1,000,000 poses, per pose"
+        if tri_glide_compiled.is_available():
+            yield compare(
+                f"{what}, compiled=True",
+                C_LOOP,
+                Work(getattr(compiled, f"{direction}_batch"), given, items=COUNT),
+                Work(reference, given, items=COUNT),
+                goal=1.5,
+            )
+        else:
+            yield Missing(f"{what}, compiled=True", "numba is not installed")
+        yield compare(
+            f"{what}, by numpy alone",
+            C_LOOP,
+            Work(getattr(machine, f"{direction}_batch"), given, items=COUNT),
+            Work(reference, given, items=COUNT),
+            goal=1.5,
+        )

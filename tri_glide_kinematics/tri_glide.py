@@ -17,6 +17,7 @@ from math import hypot, inf, isfinite, sqrt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tri_glide_kinematics import tri_glide_batch, tri_glide_compiled
 from tri_glide_kinematics.checks import array_of_shape
 from tri_glide_kinematics.conditioning import (
     Matrix3,
@@ -33,7 +34,6 @@ from tri_glide_kinematics.errors import (
     WrongAssemblyModeError,
     WrongShapeError,
 )
-from tri_glide_kinematics.tri_glide_batch import forward_batch, inverse_batch
 from tri_glide_kinematics.tri_glide_geometry import TriGlideGeometry
 
 __all__ = ["TriGlide", "TriGlideGeometry"]
@@ -49,11 +49,31 @@ class TriGlide:
     times the condition number of the Jacobian.
     """
 
-    __slots__ = ("_forward_constants", "_inverse_constants", "_single_mode", "geometry")
+    __slots__ = (
+        "_forward_batch",
+        "_forward_constants",
+        "_inverse_batch",
+        "_inverse_constants",
+        "_single_mode",
+        "geometry",
+    )
 
-    def __init__(self, geometry: TriGlideGeometry) -> None:
-        """Prepare the constants of ``geometry``."""
+    def __init__(self, geometry: TriGlideGeometry, *, compiled: bool = False) -> None:
+        """Prepare the constants of ``geometry``.
+
+        Args:
+            geometry: of the machine.
+            compiled: whether the batch functions are compiled when they are first called, which
+                takes seconds and makes them about twice as fast. This needs numba; where it is not
+                installed, they work as without this.
+        """
         self.geometry = geometry
+        if compiled and tri_glide_compiled.is_available():
+            self._inverse_batch = tri_glide_compiled.inverse_batch
+            self._forward_batch = tri_glide_compiled.forward_batch
+        else:
+            self._inverse_batch = tri_glide_batch.inverse_batch
+            self._forward_batch = tri_glide_batch.forward_batch
         (x1, y1), (x2, y2), (x3, y3) = geometry.anchors
         length1, length2, length3 = geometry.arm_lengths
         area = geometry.doubled_area
@@ -321,7 +341,7 @@ class TriGlide:
         Raises:
             WrongShapeError: if ``positions`` has another shape.
         """
-        return inverse_batch(
+        return self._inverse_batch(
             self._inverse_constants,
             array_of_shape("positions", positions, (None, 3)),
             single_mode=self._single_mode,
@@ -339,7 +359,8 @@ class TriGlide:
         Raises:
             WrongShapeError: if ``heights`` has another shape.
         """
-        return forward_batch(self._forward_constants, array_of_shape("heights", heights, (None, 3)))
+        rows = array_of_shape("heights", heights, (None, 3))
+        return self._forward_batch(self._forward_constants, rows)
 
     def condition_number_batch(self, positions: ArrayLike) -> NDArray[np.float64]:
         """Return the condition number of the Jacobian of many positions, as for a map.
