@@ -24,8 +24,10 @@ setup(
         "console_scripts": [
             f"ik_node = {PACKAGE}.nodes.run:ik_node",
             f"fk_node = {PACKAGE}.nodes.run:fk_node",
+            f"mechanism_node = {PACKAGE}.nodes.run:mechanism_node",
             f"simulator_node = {PACKAGE}.nodes.run:simulator_node",
             f"demo = {PACKAGE}.nodes.demo:main",
+            f"draw_mechanism = {PACKAGE}.mechanism_figures.command:main",
         ]
     },
 )
