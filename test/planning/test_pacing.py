@@ -1,0 +1,158 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import DEFAULT_GEOMETRY, reproducible
+
+from tri_glide_kinematics.limits import SliderLimits
+from tri_glide_kinematics.planning.pacing import Shape, pace
+from tri_glide_kinematics.planning.phases import (
+    CoordinateLaw,
+    evaluate,
+    knots,
+    shortest_piece,
+    with_knots_of,
+)
+from tri_glide_kinematics.planning.plans import AT_REST, CubicPlan, SliderState
+from tri_glide_kinematics.planning.straight_line import StraightLine
+
+LIMITS = SliderLimits((1.0, 0.8, 0.9), (10.0, 9.0, 8.0), (200.0, 250.0, 180.0))
+ACROSS = StraightLine.between(DEFAULT_GEOMETRY, (-0.12, -0.08, 0.3), (0.1, 0.12, 0.45))
+UPRIGHT = StraightLine.between(DEFAULT_GEOMETRY, (0.03, 0.02, 0.2), (0.03, 0.02, 0.4))
+SHAPES = (Shape(6, 0.0), Shape(6, 1.1), Shape(12, 0.0), Shape(12, 1.4))
+
+
+@pytest.mark.parametrize("line", [ACROSS, UPRIGHT])
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("speed", [math.inf, 0.2])
+def test_weight_is_the_p_norm_and_the_coordinate_its_integral(line, shape, speed):
+    paced = pace(line, LIMITS, shape, speed)
+    ways = np.linspace(0.0, line.length, 20_001)
+    _, first, second, third = line.derivatives(ways)
+    p = shape.exponent
+    terms = np.concatenate(
+        (
+            np.abs(first) / LIMITS.velocity,
+            shape.bend * np.sqrt(np.abs(second) / LIMITS.acceleration),
+            shape.bend * np.cbrt(np.abs(third) / LIMITS.jerk),
+            np.full((len(ways), 1), 1.0 / speed),
+        ),
+        axis=1,
+    )
+    weights = (terms**p).sum(axis=1) ** (1.0 / p)
+    assert np.allclose(np.interp(paced.ways, ways, weights), paced.weights, rtol=1e-6)
+    slopes = np.gradient(weights, ways)
+    scale = np.abs(slopes).max() + 1.0
+    inner = np.interp(paced.ways[1:-1], ways, slopes)
+    assert np.abs(inner - paced.weight_slopes[1:-1]).max() < 1e-3 * scale
+    areas = 0.5 * (weights[1:] + weights[:-1]) * np.diff(ways)
+    integral = np.interp(paced.ways, ways, np.concatenate(([0.0], np.cumsum(areas))))
+    assert np.allclose(paced.coordinates, integral, rtol=1e-4)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_largest_acceleration_and_jerk_bring_one_slider_to_its_limit(shape):
+    paced = pace(ACROSS, LIMITS, shape)
+    _, first, _, _ = ACROSS.derivatives(paced.ways)
+    steps = np.abs(first) / paced.weights[:, np.newaxis]
+    assert (steps * paced.acceleration / LIMITS.acceleration).max() == pytest.approx(1.0)
+    assert (steps * paced.jerk / LIMITS.jerk).max() == pytest.approx(1.0)
+
+
+def test_platform_keeps_its_speed_where_the_sliders_allow_it():
+    paced = pace(ACROSS, LIMITS, Shape(12, 1.6), 0.05)
+    assert np.allclose(1.0 / paced.weights, 0.05, rtol=1e-4)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_law_is_smooth_and_inverts_the_coordinate(shape):
+    paced = pace(ACROSS, LIMITS, shape)
+    total = paced.coordinates[-1]
+    times = np.linspace(0.0, 1.0, 4001)
+    values = total * (3.0 * times**2 - 2.0 * times**3)
+    rates = total * (6.0 * times - 6.0 * times**2)
+    law = paced.law(CoordinateLaw(times, values, rates, total * (6.0 - 12.0 * times)))
+    assert law.ways[0] == 0.0
+    assert law.ways[-1] == pytest.approx(ACROSS.length)
+    assert (np.diff(law.ways) > 0.0).all()
+    assert np.allclose(
+        np.interp(law.ways, paced.ways, paced.coordinates), values, atol=2e-3 * total
+    )
+    step = times[1]
+    speeds = (law.ways[2:] - law.ways[:-2]) / (2.0 * step)
+    assert np.abs(speeds - law.speeds[1:-1]).max() < 1e-4
+    gains = (law.speeds[2:] - law.speeds[:-2]) / (2.0 * step)
+    assert np.abs(gains - law.accelerations[1:-1]).max() < 1e-2
+
+
+def test_refined_pace_is_the_pace_of_the_product():
+    paced = pace(ACROSS, LIMITS, Shape(6, 0.9))
+    factors = 1.0 + paced.ways
+    refined = paced.refined(factors, np.ones_like(factors))
+    assert np.allclose(refined.weights, paced.weights * factors)
+    product = paced.weight_slopes * factors + paced.weights
+    assert np.allclose(refined.weight_slopes, product)
+    assert refined.coordinates[-1] > paced.coordinates[-1]
+
+
+PHASES = st.lists(
+    st.tuples(
+        st.one_of(st.just(0.0), st.just(1e-9), st.floats(0.01, 0.2)), st.floats(-200.0, 200.0)
+    ),
+    min_size=1,
+    max_size=9,
+).filter(lambda phases: max(duration for duration, _ in phases) > 0.0)
+
+
+@reproducible
+@given(PHASES, st.integers(40, 60))
+def test_knots_are_as_many_as_asked_for_and_at_the_changes(phases, pieces):
+    phases = [(duration, jerk) for duration, jerk in phases] + [(0.05, 0.0)]
+    times = knots(phases, pieces, 1e-5)
+    assert len(times) == pieces + 1
+    assert times[0] == 0.0
+    assert times[-1] == pytest.approx(sum(duration for duration, _ in phases))
+    assert (np.diff(times) > 0.0).all()
+    change = 0.0
+    for duration, _ in phases[:-1]:
+        change += duration
+        if duration > 1e-5:
+            assert min(abs(time - change) for time in times) < 1e-7
+
+
+@reproducible
+@given(PHASES, st.floats(-1.0, 1.0), st.floats(-5.0, 5.0))
+def test_coordinate_is_the_integral_of_its_jerks(phases, rate, acceleration):
+    phases = [*phases, (0.05, 0.0)]
+    times = np.linspace(0.0, sum(duration for duration, _ in phases), 501)
+    law = evaluate(phases, (0.3, rate, acceleration), times)
+    assert (law.values[0], law.rates[0], law.accelerations[0]) == (0.3, rate, acceleration)
+    step = times[1]
+    for lower, higher, bound in ((0, 1, 100.0), (1, 2, 400.0)):
+        values, rates = law[1 + lower], law[1 + higher]
+        mean = 0.5 * (rates[1:] + rates[:-1])
+        assert np.abs(np.diff(values) / step - mean).max() < bound * step + 1e-9
+
+
+def test_knots_of_a_blend_are_inserted_and_not_crowded():
+    state = SliderState(AT_REST, (0.1, 0.0, 0.0), AT_REST)
+    jerks = [[(0.031, -10.0), (0.02, 5.0)], [(0.031 + 3e-6, 1.0), (0.04, -1.0)], []]
+    blend = CubicPlan(state, jerks)
+    times = np.linspace(0.0, 0.2, 41).tolist()
+    merged = with_knots_of(times, blend, 1e-5)
+    assert (np.diff(merged) > 1e-5).all()
+    assert merged[0] == 0.0 and merged[-1] == 0.2
+    for change in (0.031, 0.051, blend.duration):
+        assert min(abs(time - change) for time in merged) < 1e-15
+    for time in times:
+        assert min(abs(time - kept) for kept in merged) <= 1e-5
+
+
+def test_shortest_piece_keeps_rounding_below_what_limits_notice():
+    shortest = shortest_piece(0.4, 10.0)
+    # Rounding of a way of 0.4 m in the second derivative of a quintic of this length.
+    assert 12.0 * np.spacing(0.4) / shortest**2 < 1e-5
