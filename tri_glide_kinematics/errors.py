@@ -357,18 +357,6 @@ class DegenerateLinkageError(KinematicsError):
         self.reason = reason
 
 
-class BranchLostError(KinematicsError):
-    """A branch of positions reaches a place from which it cannot be followed uniquely."""
-
-    def __init__(self, crank_angle: float) -> None:
-        """Store the ``crank_angle`` [rad] at which following ends."""
-        super().__init__(
-            f"crank_angle = {crank_angle:.9g} rad: the branch is singular here, and there is no "
-            "unique way on"
-        )
-        self.crank_angle = crank_angle
-
-
 class NotAPoseError(KinematicsError):
     """A pose does not belong to the mechanism at the given crank angle."""
 
@@ -386,7 +374,7 @@ class MechanismFileError(KinematicsError):
     """A file that should describe a mechanism does not."""
 
     def __init__(self, path: str, key: str, reason: str) -> None:
-        """Store the ``path``, the ``key`` in it that is wrong (may be empty), and the ``reason``."""
+        """Store the ``path``, the ``key`` in it that is wrong (or nothing), and the ``reason``."""
         super().__init__(f"{path}: {key}: {reason}" if key else f"{path}: {reason}")
         self.path = path
         self.key = key
