@@ -305,8 +305,10 @@ class MotionEngine:
             raise OutOfBoundsError("dt", dt, "finite and greater than 0", "s")
         if self._time >= self._retry_at:
             self._catch_up()
+        if self._plan is None:
+            raise NotStartedError
         self._time += dt
-        return self._held().state(self._time)
+        return self._plan.state(self._time)
 
     def sample_plan(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints of the held plan at ``times`` from now on.

@@ -21,6 +21,7 @@ from tri_glide_kinematics.planning.plans import (
     FloatArray,
     SampledPlan,
     SliderState,
+    new_state,
 )
 from tri_glide_kinematics.planning.straight_line import StraightLine
 
@@ -48,6 +49,12 @@ class WayLaw(NamedTuple):
             self.speeds / factor,
             self.accelerations / (factor * factor),
         )
+
+    def with_ends(self, start: tuple[float, float, float], length: float) -> WayLaw:
+        """Return the law with exact values at the start, and at rest at ``length`` [m] in the end."""
+        for values, first, last in zip(self[1:], start, (length, 0.0, 0.0)):
+            values[0], values[-1] = first, last
+        return self
 
     def delayed(self, delay: float) -> WayLaw:
         """Return the same law after ``delay`` seconds of rest at its first way."""
@@ -107,9 +114,17 @@ class LinePlan:
         index = bisect_right(self._starts, time) - 1
         t = time - self._starts[index]
         c0, c1, c2, c3, c4, c5 = self._rows[index]
-        way = c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
-        speed = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5))))
-        gain = 2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * (20.0 * c5)))
+        # Horner's scheme, each derivative with what the one before it leaves on its way.
+        p4 = c4 + t * c5
+        p3 = c3 + t * p4
+        p2 = c2 + t * p3
+        p1 = c1 + t * p2
+        way = c0 + t * p1
+        d3 = p4 + t * c5
+        d2 = p3 + t * d3
+        d1 = p2 + t * d2
+        speed = p1 + t * d1
+        gain = 2.0 * (d1 + t * (d2 + t * (d3 + t * c5)))
         q1, b1, q2, b2, q3, b3, m, base, slope = self._arms
         base += slope * way
         square = speed * speed
@@ -119,13 +134,16 @@ class LinePlan:
         r3 = sqrt(q3 + way * (b3 + x3))
         g1, g2, g3 = x1 / r1, x2 / r2, x3 / r3
         f1, f2, f3 = g1 + slope, g2 + slope, g3 + slope
-        state = SliderState(
-            (base + r1, base + r2, base + r3),
-            (f1 * speed, f2 * speed, f3 * speed),
+        state = new_state(
+            SliderState,
             (
-                f1 * gain + (m - g1 * g1) / r1 * square,
-                f2 * gain + (m - g2 * g2) / r2 * square,
-                f3 * gain + (m - g3 * g3) / r3 * square,
+                (base + r1, base + r2, base + r3),
+                (f1 * speed, f2 * speed, f3 * speed),
+                (
+                    f1 * gain + (m - g1 * g1) / r1 * square,
+                    f2 * gain + (m - g2 * g2) / r2 * square,
+                    f3 * gain + (m - g3 * g3) / r3 * square,
+                ),
             ),
         )
         if self.blend is None:

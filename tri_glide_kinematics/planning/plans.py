@@ -33,6 +33,10 @@ class SliderState(NamedTuple):
     accelerations: Vector3
 
 
+# Makes a state of three vectors in half the time that its class takes: one is made in each cycle.
+new_state = tuple.__new__
+
+
 class SampledPlan(NamedTuple):
     """Setpoints at many instants.
 
@@ -113,14 +117,17 @@ class CubicPlan:
         half, sixth = 0.5 * t, t / 6.0
         b1, b2, b3 = a1 + j1 * t, a2 + j2 * t, a3 + j3 * t
         s1, s2, s3 = a1 + b1, a2 + b2, a3 + b3
-        return SliderState(
+        return new_state(
+            SliderState,
             (
-                h1 + t * (v1 + sixth * (a1 + s1)),
-                h2 + t * (v2 + sixth * (a2 + s2)),
-                h3 + t * (v3 + sixth * (a3 + s3)),
+                (
+                    h1 + t * (v1 + sixth * (a1 + s1)),
+                    h2 + t * (v2 + sixth * (a2 + s2)),
+                    h3 + t * (v3 + sixth * (a3 + s3)),
+                ),
+                (v1 + half * s1, v2 + half * s2, v3 + half * s3),
+                (b1, b2, b3),
             ),
-            (v1 + half * s1, v2 + half * s2, v3 + half * s3),
-            (b1, b2, b3),
         )
 
     def sample(self, times: FloatArray) -> SampledPlan:
