@@ -30,6 +30,7 @@ FloatArray = NDArray[np.float64]
 FRAMES_PER_SECOND = 15
 RESOLUTION = 72.0  # dots per inch: small files
 COLOURS = 64  # few, for small files too
+NEARLY_WHITE = 248  # of 255; what is lighter becomes white
 
 
 @dataclass(frozen=True)
@@ -146,6 +147,7 @@ def save_movie(movie: Movie, file: Path, on_frame: Callable[[], None] = lambda: 
     canvas.draw()
     background = canvas.copy_from_bbox(figure.bbox)
     images: list[Image.Image] = []
+    palette: Image.Image | None = None
     for points, caption in zip(movie.points, movie.captions):
         title.set_text(caption)
         drawn.move(points)
@@ -154,11 +156,8 @@ def save_movie(movie: Movie, file: Path, on_frame: Callable[[], None] = lambda: 
             axes.draw_artist(artist)
         image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
         # One palette without dithering lets frames differ only where something has moved.
-        images.append(
-            image.quantize(palette=images[0], dither=Image.Dither.NONE)
-            if images
-            else image.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
-        )
+        palette = palette or _palette(image)
+        images.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
         on_frame()
     images[0].save(
         file,
@@ -167,3 +166,13 @@ def save_movie(movie: Movie, file: Path, on_frame: Callable[[], None] = lambda: 
         duration=round(1000.0 / FRAMES_PER_SECOND),
         loop=0,
     )
+
+
+def _palette(image: Image.Image) -> Image.Image:
+    """Return an image whose palette suits ``image``, and whose lightest colour is white."""
+    reduced = image.quantize(COLOURS, Image.Quantize.MEDIANCUT)
+    colours = np.reshape(reduced.getpalette() or [], (-1, 3))
+    colours[(colours >= NEARLY_WHITE).all(axis=1)] = 255
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colours.ravel().tolist())
+    return palette

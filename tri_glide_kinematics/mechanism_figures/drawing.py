@@ -147,7 +147,10 @@ class DrawnMechanism:
         for index, name in enumerate(self._skeleton.names):
             neighbours = [a if b == index else b for a, b in edges if index in (a, b)]
             x, y = _free_direction(points[neighbours] - points[index])
-            drop = 6.0 if index in self._skeleton.pivots and y < 0.0 else 0.0
+            drop = 0.0
+            if index in self._skeleton.pivots:
+                x, y = 0.0, math.copysign(1.0, y)
+                drop = 6.0 if y < 0.0 else 0.0  # the bearing stands there
             axes.annotate(
                 name,
                 points[index] * self._unit.per_metre,
