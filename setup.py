@@ -18,7 +18,10 @@ setup(
     ],
     python_requires=">=3.10",
     install_requires=["numpy", "ruckig"],
-    extras_require={"figures": ["matplotlib", "pillow", "pyyaml"], "test": ["pytest", "hypothesis"]},
+    extras_require={
+        "figures": ["matplotlib", "pillow", "pyyaml"],
+        "test": ["pytest", "hypothesis"],
+    },
     zip_safe=False,
     entry_points={
         "console_scripts": [

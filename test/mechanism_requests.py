@@ -9,7 +9,9 @@ import numpy as np
 from tri_glide_interfaces.msg import CrankSweep, FMechanism, FourBar, LandingGear, Point2
 from tri_glide_kinematics.nodes.mechanism_messages import check_numbers
 
-TURN = CrankSweep(start_angle=0.0, end_angle=math.tau, steps=360)
+
+def turn():
+    return CrankSweep(start_angle=0.0, end_angle=math.tau, steps=360)
 
 
 def textbook():

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from mechanism_requests import TURN, ask, columns, example_2
+from mechanism_requests import ask, columns, example_2, turn
 
 from tri_glide_interfaces.msg import CrankSweep, FMechanism, Point2, TraceEvent
 from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
@@ -113,7 +113,7 @@ class TestTraceFMechanism:
 
     def test_the_branch_that_turns_fully(self):
         response = trace_f_mechanism(
-            mechanism=example_2(), sweep=TURN, platform_point=Point2(x=-7.0, y=28.0)
+            mechanism=example_2(), sweep=turn(), platform_point=Point2(x=-7.0, y=28.0)
         )
         rows = columns(response)
         assert {len(values) for values in rows.values()} == {361}
@@ -150,7 +150,7 @@ class TestTraceFMechanism:
             assert rows["residual"][row] < 1e-10
 
     def test_a_turning_point_stops_the_trace_or_is_passed(self):
-        request = {"mechanism": example_2(), "sweep": TURN, "pose_index": 1}
+        request = {"mechanism": example_2(), "sweep": turn(), "pose_index": 1}
         stopped = trace_f_mechanism(**request)
         passed = trace_f_mechanism(**request, go_through=True)
         (event,) = stopped.events
@@ -241,5 +241,5 @@ class TestTraceFMechanism:
     )
     def test_what_cannot_be_served_is_refused(self, fields, error, text):
         with pytest.raises(error) as caught:
-            trace_f_mechanism(**{"mechanism": example_2(), "sweep": TURN, **fields})
+            trace_f_mechanism(**{"mechanism": example_2(), "sweep": turn(), **fields})
         assert text in str(caught.value)

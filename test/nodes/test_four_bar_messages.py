@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from mechanism_requests import TURN, ask, columns, textbook
+from mechanism_requests import ask, columns, textbook, turn
 
 from tri_glide_interfaces.msg import (
     CrankSweep,
@@ -165,7 +165,7 @@ class TestTraceFourBar:
     def test_rows_are_the_poses_of_one_branch(self, branch):
         point = Point2(x=3.0, y=1.5)
         motion = {"crank_velocity": 3.0, "crank_acceleration": -2.0, "coupler_point": point}
-        response = trace_four_bar(linkage=textbook(), branch=branch, sweep=TURN, **motion)
+        response = trace_four_bar(linkage=textbook(), branch=branch, sweep=turn(), **motion)
         rows = columns(response)
         assert {len(values) for values in rows.values()} == {361}
         assert len(rows) == 18
@@ -235,14 +235,12 @@ class TestTraceFourBar:
     def test_nothing_within_reach_is_no_success(self):
         linkage = FourBar(crank=5.0, coupler=2.5, rocker=4.0, ground=6.0)
         sweep = CrankSweep(start_angle=3.0, end_angle=3.2, steps=10)
-        with pytest.raises(
-            RefusedRequestError, match=r"none of 11 crank angles from 3 to 3\.2"
-        ):
+        with pytest.raises(RefusedRequestError, match=r"none of 11 crank angles from 3 to 3\.2"):
             trace_four_bar(linkage=linkage, sweep=sweep)
 
     def test_other_branches_do_not_exist(self):
         with pytest.raises(RefusedRequestError, match="branch = 2 must be 0 or 1"):
-            trace_four_bar(linkage=textbook(), branch=FourBarPose.BOTH, sweep=TURN)
+            trace_four_bar(linkage=textbook(), branch=FourBarPose.BOTH, sweep=turn())
 
     def test_a_million_steps_are_served_and_no_more(self):
         million = CrankSweep(end_angle=1.0, steps=1_000_000)
