@@ -21,5 +21,12 @@ test: env ## all tests: mathematics, motion, nodes as real processes
 lint: env ## ruff and mypy
 	@$(IN_ENV) ruff check . && ruff format --check . && mypy
 
+soak: env ## millions of steps of the engine, then ten minutes of all nodes at 1 kHz
+	@$(IN_ENV) python -m benchmarks.soak_motion --steps 5000000 && exec python -m benchmarks.soak_nodes
+
+bench: env ## ratios to references measured in the same run; see docs/performance.md
+	@$(IN_ENV) pip install --quiet --disable-pip-version-check -r requirements-bench.txt -c constraints.txt \
+		&& exec python -m benchmarks
+
 clean: ## remove everything that the other targets made
 	rm -rf .venv build install log out .pytest_cache .hypothesis .mypy_cache .ruff_cache
