@@ -79,6 +79,7 @@ class Launcher:
         *,
         namespace: str | None = None,
         arguments: Sequence[str] = (),
+        prefix: Sequence[str] = (),
     ) -> RunningNode:
         """Start the executable ``name``; parameters are written as in YAML."""
         log = self._folder / f"{name}_{next(self._count)}.log"
@@ -86,7 +87,7 @@ class Launcher:
         command += ["-r", f"__ns:={namespace or self._namespace}"]
         for key, value in (parameters or {}).items():
             command += ["-p", f"{key}:={_as_yaml(value)}"]
-        process = self._processes.start(name, [*command, *arguments], log)
+        process = self._processes.start(name, [*command, *arguments], log, prefix)
         self.started.append(RunningNode(name, process, log))
         return self.started[-1]
 
@@ -104,6 +105,8 @@ class Client:
         self._executor.add_node(self.node)
         self._pose = self.node.create_publisher(PoseStamped, "target_pose", 10)
         self._twist = self.node.create_publisher(TwistStamped, "target_twist", 10)
+        self._services: dict[str, Any] = {}
+        self._parameters: dict[str, AsyncParameterClient] = {}
 
     def close(self) -> None:
         self._executor.shutdown()
@@ -111,6 +114,15 @@ class Client:
 
     def spin_once(self) -> None:
         self._executor.spin_once(timeout_sec=0.05)
+
+    def now(self) -> int:
+        """Return the time of the node's clock [ns]."""
+        return int(self.node.get_clock().now().nanoseconds)
+
+    def time_of(self, message: Any) -> int:
+        """Return the stamp of a message [ns]."""
+        stamp = message.header.stamp
+        return int(stamp.sec * 1_000_000_000 + stamp.nanosec)
 
     def wait_for(self, condition: Callable[[], Any], what: str, timeout: float = TIMEOUT) -> None:
         """Spin until ``condition`` holds; fail if it does not in time."""
@@ -152,11 +164,12 @@ class Client:
 
     def call(self, kind: type, service: str, request: Any) -> Any:
         """Call a service and return its response."""
-        client = self.node.create_client(kind, service)
+        if service not in self._services:
+            self._services[service] = self.node.create_client(kind, service)
+        client = self._services[service]
         self.wait_for(client.service_is_ready, f"service {service}")
         future = client.call_async(request)
         self.wait_for(future.done, f"the response of {service}")
-        self.node.destroy_client(client)
         return future.result()
 
     def stop(self, node: str = "ik_node") -> Any:
@@ -165,17 +178,16 @@ class Client:
     def enable(self, data: bool = True, node: str = "ik_node") -> Any:
         return self.call(SetBool, f"{node}/enable", SetBool.Request(data=data))
 
-    def set_parameters(self, node: str, values: dict[str, Any], *, together: bool = True) -> Any:
-        """Set parameters of a node and return the result."""
-        client = AsyncParameterClient(self.node, node)
+    def set_parameters(self, node: str, values: dict[str, Any]) -> Any:
+        """Set parameters of a node as a set, and return the result."""
+        if node not in self._parameters:
+            self._parameters[node] = AsyncParameterClient(self.node, node)
+        client = self._parameters[node]
         self.wait_for(client.services_are_ready, f"the parameter services of {node}")
         parameters = [Parameter(name, value=value) for name, value in values.items()]
-        if together:
-            future = client.set_parameters_atomically(parameters)
-        else:
-            future = client.set_parameters(parameters)
+        future = client.set_parameters_atomically(parameters)
         self.wait_for(future.done, f"{node} to answer")
-        return future.result().result if together else future.result().results
+        return future.result().result
 
 
 class Machine:
@@ -189,13 +201,18 @@ class Machine:
         self.measured = client.record(JointState, f"{self.namespace}/joint_states")
         self.states = client.record(DiagnosticStatus, f"{self.namespace}/ik_node/status", LATCHED)
 
-    def start_simulator(self, parameters: dict[str, Any] | None = None) -> RunningNode:
+    def start_simulator(
+        self, parameters: dict[str, Any] | None = None, prefix: Sequence[str] = ()
+    ) -> RunningNode:
         self.simulator = self._launcher.start(
-            "simulator_node", parameters, namespace=self.namespace
+            "simulator_node", parameters, namespace=self.namespace, prefix=prefix
         )
         return self.simulator
 
     def start_ik(self, parameters: dict[str, Any] | None = None) -> RunningNode:
+        # A computer that runs other things too may keep a process waiting for longer than a machine
+        # should be silent.
+        parameters = {"measured_timeout": 1.0, **(parameters or {})}
         self.ik = self._launcher.start("ik_node", parameters, namespace=self.namespace)
         return self.ik
 
@@ -207,9 +224,29 @@ class Machine:
         """Start both and wait until setpoints come."""
         self.start_simulator(simulator_parameters)
         self.start_ik(parameters)
-        self.wait_for_state("idle")
-        self.client.wait_for(lambda: self.commands and self.measured, "joint commands")
+        self.wait_until_connected()
         return self
+
+    def wait_until_connected(self) -> None:
+        """Wait until the machine is idle, commands come, and targets get there.
+
+        A publisher may know of a subscription before that knows of it, and what it publishes
+        meanwhile is lost. So targets that are refused are sent until both refusals have come.
+        """
+        self.wait_for_state("idle")
+        if self.namespace != self.client.namespace:
+            return
+
+        def connected() -> bool:
+            refused = [f"refused a target {kind}: " in self.ik.output for kind in ("pose", "twist")]
+            if not refused[0]:
+                self.client.send_pose((0.0, 0.0, 0.0), "connecting")
+            if not refused[1]:
+                self.client.send_twist((0.0, 0.0, 0.0), "connecting")
+            return all(refused)
+
+        self.client.wait_for(connected, "ik_node to hear targets")
+        self.client.wait_for(lambda: self.commands and self.measured, "joint commands")
 
     @property
     def state(self) -> str:

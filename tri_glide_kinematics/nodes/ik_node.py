@@ -146,8 +146,12 @@ class IkNode(Node):
         return response
 
     def _on_state(self, state: OperatingState, reason: str) -> None:
-        log = self.get_logger()
-        (log.error if state is FAULT else log.info)(f"{state.value}: {reason}")
+        text = f"{state.value}: {reason}"
+        # Each place that logs has one severity: rclpy refuses another one.
+        if state is FAULT:
+            self.get_logger().error(text)
+        else:
+            self.get_logger().info(text)
         name = self.get_fully_qualified_name()[1:]
         self._status_publisher.publish(status_message(name, status_of(state, reason)))
 

@@ -34,7 +34,11 @@ class NodeProcesses:
         self._processes: list[subprocess.Popen[bytes]] = []
 
     def start(
-        self, name: str, ros_arguments: Sequence[str] = (), log: Path | None = None
+        self,
+        name: str,
+        ros_arguments: Sequence[str] = (),
+        log: Path | None = None,
+        prefix: Sequence[str] = (),
     ) -> subprocess.Popen[bytes]:
         """Start the node ``name``.
 
@@ -42,11 +46,12 @@ class NodeProcesses:
             name: of the executable.
             ros_arguments: what follows ``--ros-args``.
             log: file to which its output is appended; without it, it goes where ours goes.
+            prefix: command that starts it, ``ip netns exec NAME`` for instance.
 
         Raises:
             FileNotFoundError: if the executable is not installed.
         """
-        command = [str(executable(name)), "--ros-args", *ros_arguments]
+        command = [*prefix, str(executable(name)), "--ros-args", *ros_arguments]
         if log is None:
             process = subprocess.Popen(command, env=self._environment)
         else:
