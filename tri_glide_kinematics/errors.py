@@ -252,7 +252,15 @@ class PlanningError(MotionError):
 class SliderLimitError(MotionError):
     """A trajectory would ask more of a slider than its limit."""
 
-    def __init__(self, quantity: str, slider: int, value: float, limit: float, unit: str) -> None:
+    def __init__(
+        self,
+        quantity: str,
+        slider: int,
+        value: float,
+        limit: float,
+        unit: str,
+        time: float | None = None,
+    ) -> None:
         """Store which limit.
 
         Args:
@@ -261,6 +269,7 @@ class SliderLimitError(MotionError):
             value: largest absolute value on the trajectory.
             limit: the bound that it breaks.
             unit: of both.
+            time: when on the trajectory, if that is known [s].
         """
         super().__init__(
             f"{quantity} of slider {slider + 1} would be {value:.9g} {unit}, its limit is "
@@ -271,6 +280,7 @@ class SliderLimitError(MotionError):
         self.value = value
         self.limit = limit
         self.unit = unit
+        self.time = time
 
     @property
     def slowdown(self) -> float:

@@ -240,6 +240,41 @@ def test_self_motion_is_said(mechanism):
     assert batch.counts.tolist() == [0, 0]
 
 
+def test_self_motion_at_one_crank_angle():
+    # A2 and C2 coincide, and at crank angle zero A1 and C1 do too.
+    mechanism = FMechanism(
+        [[-1.0, -1.0], [-3.0, 1.0], [2.0, -1.0]],
+        (2.0, 1.0, 1.0),
+        (4.0, 3.0, 4.0),
+        [[-1.0, -1.0], [2.0, 0.0], [-1.0, -1.0]],
+        0.0,
+        math.pi,
+    )
+    with pytest.raises(SelfMotionError):
+        mechanism.poses(0.0)
+    batch = mechanism.poses_batch([0.0, 0.1])
+    assert batch.self_motion.tolist() == [True, False]
+    assert batch.counts[1] == len(mechanism.poses(0.1)) > 0
+
+
+def test_double_root_at_half_a_turn():
+    mechanism = FMechanism(
+        [[-3.0, -3.0], [3.0, -2.0], [3.0, -3.0]],
+        (2.0, 2.0, 2.0),
+        (4.0, 4.0, 4.0),
+        [[-2.0, -1.0], [-2.0, 0.0], [0.0, -1.0]],
+        0.5 * math.pi,
+        0.0,
+        counter_rotating=True,
+    )
+    (pose,) = mechanism.poses(0.0)
+    assert pose.double
+    assert pose.angle == pytest.approx(math.pi, abs=1e-9)
+    batch = mechanism.poses_batch([0.0])
+    assert batch.counts.tolist() == [1]
+    assert batch.angle[0, 0] == pytest.approx(math.pi, abs=1e-9)
+
+
 def test_redundant_rod_that_never_closes_is_no_self_motion():
     base = [[0.0, 0.0], [30.0, 0.0], [30.0, 0.0]]
     platform = [[0.0, 0.0], [2.5, 0.0], [2.5, 0.0]]

@@ -118,6 +118,36 @@ def test_coarse_and_fine_overviews_agree():
         ]
 
 
+def test_mechanisms_on_a_grid():
+    # Whole numbers and right angles make every special case frequent.
+    rng = np.random.default_rng(43)
+    bifurcations = singular = 0
+    for _ in range(40):
+        base, platform = rng.integers(-3, 4, (3, 2)), rng.integers(-2, 3, (3, 2))
+        if len(np.unique(platform, axis=0)) == 1:
+            continue
+        if rng.integers(2):
+            base[:, 1] = platform[:, 1] = 0
+            platform[0, 0] = 5
+        mechanism = FMechanism(
+            base,
+            rng.integers(1, 3, 3),
+            rng.integers(1, 5, 3),
+            platform,
+            *(0.5 * math.pi * rng.integers(0, 4, 2)),
+            bool(rng.integers(2)),
+        )
+        overview = mechanism.overview(36)
+        singular += len(overview.singular_poses)
+        for branch in overview.branches:
+            bifurcations += len(branch.bifurcations)
+            assert np.max(branch.residual) < 1e-9 * mechanism.size
+            # The triangle moves continuously along each branch.
+            assert np.max(np.abs(np.diff(branch.crank_angle)), initial=0.0) < math.radians(10.1)
+    assert bifurcations > 5
+    assert singular > 0
+
+
 def test_parallel_crank_mechanism_is_said_to_move_by_itself():
     triangle = [[0.0, 0.0], [2.0, 0.5], [0.7, 1.8]]
     mechanism = FMechanism(triangle, (0.5, 0.5, 0.5), (1.3, 1.3, 1.3), triangle)

@@ -17,7 +17,6 @@ from f_mechanism_samples import (
 )
 
 from tri_glide_kinematics.errors import (
-    BranchLostError,
     NotAPoseError,
     NotFiniteError,
     OutOfBoundsError,
@@ -484,12 +483,40 @@ def test_parallel_cranks_let_the_platform_translate():
         assert np.max(np.abs(trace.angular_velocity)) < 1e-9
 
 
-def test_a_branch_that_is_singular_everywhere_is_refused():
+def test_a_branch_that_is_singular_everywhere_is_said():
     mechanism = parallel_cranks(np.random.default_rng(39), concurrent=True)
     (pose,) = (pose for pose in mechanism.poses(0.7) if pose.double)
-    with pytest.raises(BranchLostError, match="singular") as caught:
-        mechanism.trace(0.7, pose)
-    assert caught.value.crank_angle == pytest.approx(0.7, abs=1e-3)
+    trace = mechanism.trace(0.7, pose)
+    assert kinds(trace) == [EventKind.SINGULAR]
+    assert len(trace.angle) == 1
+    assert not trace.closed
+    overview = mechanism.overview(24)
+    assert len(overview.singular_poses) == 24
+    assert all(branch.turns_fully for branch in overview.branches)
+
+
+def test_a_branch_that_closes_after_two_turns():
+    mechanism = FMechanism(
+        [[3.0, 2.0], [3.0, -2.0], [-3.0, -1.0]],
+        (1.0, 0.5, 0.5),
+        (4.0, 4.0, 4.0),
+        [[-3.0, -2.0], [-3.0, 2.0], [3.0, 1.0]],
+        0.5 * math.pi,
+        math.pi,
+    )
+    doubled = [b for b in mechanism.overview(36).branches if abs(round(b.turns)) == 2]
+    assert doubled
+    for branch in doubled:
+        assert branch.turns_fully
+        start = branch.pose(0)
+        once = mechanism.trace(start.crank_angle, start)
+        assert kinds(once) == [EventKind.END]
+        assert not once.turns_fully
+        assert turn_difference(once.angle[-1], once.angle[0]) > 1e-3
+        twice = mechanism.trace(start.crank_angle, start, start.crank_angle + 4.0 * math.pi)
+        assert kinds(twice) == [EventKind.CLOSED]
+        assert twice.turns == pytest.approx(2.0)
+        assert twice.turns_fully
 
 
 def test_mechanism_sizes_do_not_matter():

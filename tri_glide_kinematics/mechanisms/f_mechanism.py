@@ -196,7 +196,6 @@ class FMechanism:
                 are not monotone or do not hold the start.
             WrongShapeError: if ``crank_angles`` or ``phases`` has another shape.
             NotAPoseError: if ``pose`` is not a position of this mechanism at ``crank_angle``.
-            BranchLostError: where the branch is singular, and the way on is not unique.
         """
         start = finite("crank_angle", crank_angle)
         positive("largest_step", largest_step, "rad")
@@ -238,7 +237,6 @@ class FMechanism:
 
         Raises:
             OutOfBoundsError: if ``samples`` is less than 8.
-            BranchLostError: where a branch is singular, and the way on is not unique.
         """
         if samples < 8:
             raise OutOfBoundsError("samples", samples, "at least 8")

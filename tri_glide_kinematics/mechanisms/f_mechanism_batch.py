@@ -217,6 +217,9 @@ def _roots(polynomial: Cubic, tolerance: Array, special: Mask) -> _Roots:
     row, angle = row[order], angle[order]
     close = (row[1:] == row[:-1]) & (angle[1:] - angle[:-1] < _CLOSE)
     special[row[1:][close]] = True
+    # The first and the last root of a row may be neighbours across pi.
+    lowest, highest = row[angle < _CLOSE - np.pi], row[angle > np.pi - _CLOSE]
+    special[np.intersect1d(lowest, highest)] = True
     return _Roots(row, angle)
 
 

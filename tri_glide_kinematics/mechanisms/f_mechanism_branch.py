@@ -22,6 +22,7 @@ class EventKind(enum.Enum):
 
     TURNING_POINT = "turning point"
     BIFURCATION = "bifurcation"
+    SINGULAR = "singular"
     END = "end of the range"
     CLOSED = "closed"
 
@@ -31,8 +32,10 @@ class FMechanismEvent:
     """An event on a branch; the last one of a trace says why it ended.
 
     Attributes:
-        kind: turning point (the cranks must reverse), bifurcation (another branch crosses), end of
-            the requested range, or closed (back in the starting position).
+        kind: turning point (the cranks must reverse), bifurcation (another branch crosses),
+            singular (no unique way on: an isolated position, or a branch that is singular along
+            more than a point), end of the requested range, or closed (back in the starting
+            position).
         crank_angle: angle of crank A, counted on from the start [rad].
         phase_b: phase shift of crank B there [rad].
         phase_c: phase shift of crank C there [rad].

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 # Scalars and arrays run through the same lines: Python complex/float, or numpy arrays of them.
 Number = Any
 
-# Rounding of the closure polynomial, relative to the size of the terms that cancel in it.
-ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
+# Rounding of the closure polynomial, relative to ``Closure.scale``.
+ROUNDING = 8.0 * float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Closure(NamedTuple):
 
     Attributes:
         polynomial: F, whose real roots are the platform angles [m^6].
-        scale: size of the terms that cancel in F [m^6]; its rounding error is ROUNDING * scale.
+        scale: size [m^6] to which rounding errors of F refer: they are below ROUNDING * scale.
         product_b: m_b = (l_b^2 - l_a^2 - |w_b|^2) / 2, the scalar product v . w_b [m^2].
         product_c: m_c, likewise.
         determinant: D = w_b x w_c, determinant of the linear system for v [m^2].
@@ -166,11 +166,12 @@ def closure(linkage: Linkage, pins: CrankPins) -> Closure:
     )
     reach_b, reach_c = abs(b0) + abs(b1), abs(c0) + abs(c1)
     reach_d, reach_t = abs(d0) + abs(d1), abs(t0) + abs(t1)
-    scale = (
-        abs(s_c) * reach_b * reach_b
-        + abs(s_b) * reach_c * reach_c
-        + square_a * reach_d * reach_d
-        + 2.0 * reach_b * reach_c * reach_t
+    # Each factor is known to rounding of size^2 only, even where it nearly vanishes.
+    scale = linkage.size**2 * (
+        reach_b * (reach_b + abs(s_c) + reach_t)
+        + reach_c * (reach_c + abs(s_b) + reach_t)
+        + reach_b * reach_c
+        + square_a * reach_d
     )
     return Closure(polynomial, scale, Linear(b0, b1), Linear(c0, c1), Linear(d0, d1))
 

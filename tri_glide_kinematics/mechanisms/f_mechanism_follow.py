@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tri_glide_kinematics.errors import BranchLostError
 from tri_glide_kinematics.mechanisms.f_mechanism_curve import (
     Curve,
     Frame,
@@ -24,10 +24,15 @@ from tri_glide_kinematics.mechanisms.f_mechanism_singular import (
 
 # Another branch this near [rad] is a reason to look for a bifurcation ahead.
 _SUSPICIOUS_RADIUS = 5e-3
-# The bifurcation may be this many times farther, since branches may cross at a small angle.
-_SEARCH = 300.0
+# The search is repeated whenever the other branch has come nearer by this factor.
+_NEARER = 0.25
+# A bifurcation is stepped over from no farther away than this [rad].
+_LONGEST_PASSAGE = 0.05
 # Below this radius the branch cannot be told from another one any more.
-_SMALLEST_RADIUS = 1e-9
+_SMALLEST_RADIUS = 3e-8
+# So many arcs must cover this length [rad]; a branch that is nearly singular throughout does not.
+_LEG = 5000
+_LEG_LENGTH = 0.01
 _HALVINGS = 40
 
 
@@ -71,25 +76,35 @@ class Bifurcation:
     passable: bool
 
 
+@dataclass(frozen=True)
+class Singular:
+    """There is no unique way on from ``point``."""
+
+    point: Vector
+
+
 def follow(
     curve: Curve, x: Vector, sense: float, largest_step: float
-) -> Iterator[Arc | Turning | Bifurcation]:
+) -> Iterator[Arc | Turning | Bifurcation | Singular]:
     """Walk along the curve from ``x``; ``sense`` is +1 or -1 along ``Frame.tangent``.
 
-    The walk never ends by itself unless at a bifurcation that cannot be passed.
-
-    Raises:
-        BranchLostError: where the curve is singular, and the way on is not unique.
+    The walk never ends by itself unless at a bifurcation that cannot be passed, or where the curve
+    is singular along more than a point.
     """
     frame = curve.frame(x)
     searched = math.inf
-    while True:
-        if frame is None:
-            raise BranchLostError(curve.drive.crank_angles(x[2])[0])
+    covered = _LEG_LENGTH
+    for count in itertools.count():
+        if count % _LEG == 0:
+            stuck, covered = covered < _LEG_LENGTH, 0.0
+        if frame is None or stuck:
+            yield Singular(frame.x if frame else x)
+            return
         ball = 1.0 / frame.across if frame.across else math.inf
         if ball < _SMALLEST_RADIUS:
-            raise BranchLostError(curve.drive.crank_angles(frame.x[2])[0])
-        if ball < min(_SUSPICIOUS_RADIUS, 0.1 * searched):
+            yield Singular(frame.x)
+            return
+        if ball < min(_SUSPICIOUS_RADIUS, _NEARER * searched):
             searched = ball
             passage = _bifurcation_ahead(curve, frame, sense)
             if passage is not None:
@@ -103,10 +118,13 @@ def follow(
                 continue
         if ball > _SUSPICIOUS_RADIUS:
             searched = math.inf
-        x, at, h, radius = _advance(curve, frame, sense, largest_step)
-        following = curve.frame(x, at)
-        if following is None:
-            raise BranchLostError(curve.drive.crank_angles(x[2])[0])
+        advanced = _advance(curve, frame, sense, largest_step)
+        following = curve.frame(*advanced[:2]) if advanced else None
+        if advanced is None or following is None:
+            yield Singular(frame.x)
+            return
+        x, _, h, radius = advanced
+        covered += abs(h)
         start_tangent, end_tangent = (
             _scaled(frame.tangent, sense),
             _scaled(following.tangent, sense),
@@ -125,7 +143,7 @@ def follow(
 
 def _advance(
     curve: Curve, frame: Frame, sense: float, largest_step: float
-) -> tuple[Vector, Gradients, float, float]:
+) -> tuple[Vector, Gradients, float, float] | None:
     """Next point, its gradients, its signed tangential coordinate and the radius of the tube."""
     step, radius, _ = tube(frame, largest_step)
     for _ in range(_HALVINGS):
@@ -133,7 +151,7 @@ def _advance(
         if corrected is not None and distance(corrected[0], ahead(frame, sense * step)) <= radius:
             return corrected[0], corrected[1], sense * step, radius
         step *= 0.5
-    raise BranchLostError(curve.drive.crank_angles(frame.x[2])[0])
+    return None
 
 
 def ahead(frame: Frame, h: float) -> Vector:
@@ -154,7 +172,7 @@ def _bifurcation_ahead(
     curve: Curve, frame: Frame, sense: float
 ) -> tuple[tuple[Arc, Arc], Bifurcation, Frame, float] | None:
     """Step over a bifurcation just ahead, keeping the direction; None if there is none."""
-    point = find_bifurcation(curve, frame.x, _SEARCH / frame.across)
+    point = find_bifurcation(curve, frame.x, _LONGEST_PASSAGE)
     if point is None:
         return None
     gap = distance(point, frame.x)

@@ -42,12 +42,15 @@ class FMechanismOverview:
         self_motion: where the platform can move with the cranks at rest, shape (n,).
         branches: each connected curve once, with its events. Its samples lie at the crank angles
             above, counted on over full turns.
+        singular_poses: positions through which no branch can be followed: isolated ones, and those
+            on branches that are singular everywhere.
     """
 
     crank_angles: Array
     counts: NDArray[np.int64]
     self_motion: NDArray[np.bool_]
     branches: tuple[FMechanismTrace, ...]
+    singular_poses: tuple[FMechanismPose, ...]
 
     @property
     def fully_turning(self) -> tuple[int, ...]:
@@ -61,7 +64,8 @@ def survey(linkage: Linkage, samples: int) -> FMechanismOverview:
     crank_angles: Array = spacing * np.arange(samples, dtype=np.float64)
     poses = solve_batch(linkage, crank_angles)
     missing = ~np.isnan(poses.angle)
-    branches = []
+    branches: list[FMechanismTrace] = []
+    singular: list[FMechanismPose] = []
     while True:
         # Start far from singular positions, where the branch is well told from others.
         strength = np.where(missing, np.abs(poses.singularity), -1.0)
@@ -74,15 +78,20 @@ def survey(linkage: Linkage, samples: int) -> FMechanismOverview:
             poses_at(linkage, crank_angle),
             key=lambda pose: _distance(linkage, poses, row, slot, pose),
         )
-        for branch in _whole_branch(linkage, crank_angle, start, spacing):
+        found = _whole_branch(linkage, crank_angle, start, spacing)
+        if not found:
+            singular.append(start)
+        for branch in found:
             _mark(poses, branch, missing, linkage.size, spacing)
-            branches.append(branch)
+        branches += found
     for crank_angle in find_islands(linkage, crank_angles):
         for pose in poses_at(linkage, crank_angle):
             for branch in _whole_branch(linkage, crank_angle, pose, spacing):
                 if len(branch.angle) == 1 and not _known(branches, branch):
                     branches.append(branch)
-    return FMechanismOverview(crank_angles, poses.counts, poses.self_motion, tuple(branches))
+    return FMechanismOverview(
+        crank_angles, poses.counts, poses.self_motion, tuple(branches), tuple(singular)
+    )
 
 
 def _distance(
@@ -98,7 +107,7 @@ def _distance(
 def _whole_branch(
     linkage: Linkage, crank_angle: float, pose: FMechanismPose, spacing: float
 ) -> list[FMechanismTrace]:
-    """Follow a branch to its closure; both ways where it ends before."""
+    """Follow a branch to its closure; both ways where it ends before, none where it is singular."""
     branches = []
     for sense in (1.0, -1.0):
         drive, _ = straight_drive(linkage, crank_angle, (sense, 0.0, 0.0))
@@ -115,7 +124,7 @@ def _whole_branch(
         branches.append(trace_branch(curve, starting_point(curve, pose), plan))
         if branches[-1].closed:
             return branches[-1:]
-    return branches
+    return [branch for branch in branches if branch.arcs]
 
 
 def _mark(

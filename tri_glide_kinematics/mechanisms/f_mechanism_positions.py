@@ -36,6 +36,8 @@ _ACCEPTED = 1e-11
 _LONGEST_CORRECTION = 1e-4
 _LONGEST_STEP = 0.01
 _SAME_POSITION = 1e-7
+# Rounding of products of lengths, relative to the same power of the size.
+_LENGTH_ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
 # Agreement of lengths that makes a mechanism special, relative to the size.
 SPECIAL = 1e-12
 
@@ -101,8 +103,9 @@ def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Pos
             continue
         degenerate = True
         w, m = (w_b, m_b) if abs(w_b) >= abs(w_c) else (w_c, m_c)
-        for v in _rod_on_line(linkage, w, m):
-            position, gap = refine(linkage, pins, Position(z, v, False), 20)
+        candidates = _rod_on_line(linkage, w, m)
+        for v in candidates:
+            position, gap = refine(linkage, pins, Position(z, v, len(candidates) == 1), 20)
             near = abs(position.z - z) < _LONGEST_CORRECTION
             if near and gap <= _ACCEPTED * linkage.size**2:
                 found.append(position)
@@ -138,26 +141,28 @@ def _assembles_somewhere(linkage: Linkage, pins: CrankPins, condition: Closure) 
     everywhere, rod A must reach the line that the one independent equation leaves for v.
     """
     determinant = condition.determinant
-    if abs(determinant.constant) + abs(determinant.first) > ROUNDING * linkage.size**2:
+    if abs(determinant.constant) + abs(determinant.first) > _LENGTH_ROUNDING * linkage.size**2:
         return True
     z = np.exp(1j * NODES)
     w_b = z * linkage.platform_b - (pins.b - pins.a)
     w_c = z * linkage.platform_c - (pins.c - pins.a)
-    radius = linkage.rods[0]
-    reached = (abs(condition.product_b.at(z)) <= radius * abs(w_b)) & (
-        abs(condition.product_c.at(z)) <= radius * abs(w_c)
+    radius, slack = linkage.rods[0], _LENGTH_ROUNDING * linkage.size**2
+    reached = (abs(condition.product_b.at(z)) <= radius * abs(w_b) + slack) & (
+        abs(condition.product_c.at(z)) <= radius * abs(w_c) + slack
     )
     return bool(np.any(reached))
 
 
 def _rod_on_line(linkage: Linkage, w: complex, m: float) -> list[complex]:
-    """Rod vectors v on the circle |v| = l_a and the line v . w = m."""
+    """Rod vectors v on the circle |v| = l_a and the line v . w = m; one if it is tangent."""
     square = abs(w) ** 2
     radius = linkage.rods[0]
     rest = radius * radius * square - m * m
     if square == 0.0 or rest < -1e-9 * linkage.size**4:
         return []
-    half_chord = math.sqrt(max(rest, 0.0))
+    if rest <= _LENGTH_ROUNDING * linkage.size**4:
+        return [m * w / square]
+    half_chord = math.sqrt(rest)
     return [(m + 1j * side) * w / square for side in (half_chord, -half_chord)]
 
 

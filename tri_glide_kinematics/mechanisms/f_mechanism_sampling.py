@@ -16,6 +16,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism_closure import (
 )
 from tri_glide_kinematics.mechanisms.f_mechanism_curve import Curve, Vector
 from tri_glide_kinematics.mechanisms.f_mechanism_follow import Arc
+from tri_glide_kinematics.mechanisms.f_mechanism_positions import newton_step
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -58,20 +59,20 @@ def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[Request]) 
     z = np.exp(1j * points[:, 1])
     pins = pins_along(curve, s)
     tolerance = _ON_CURVE * curve.linkage.size**2
-    for _ in range(_NEWTON_STEPS):
+    # At a singular sample the corrections are infinite; it is then found by bisection.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for _ in range(_NEWTON_STEPS):
+            jacobian = rod_jacobian(curve.linkage, pins, z, v)
+            swing, turn = newton_step(jacobian)
+            moving = np.maximum(abs(jacobian.gap_b), abs(jacobian.gap_c)) > 0.01 * tolerance
+            points[:, 0] += np.where(moving, swing, 0.0)
+            points[:, 1] += np.where(moving, turn, 0.0)
+            v = curve.linkage.rods[0] * np.exp(1j * points[:, 0])
+            z = np.exp(1j * points[:, 1])
         jacobian = rod_jacobian(curve.linkage, pins, z, v)
-        gap_b, gap_c, rod_b, rod_c, turn_b, turn_c, _, _, determinant = jacobian
-        open_ = np.maximum(abs(gap_b), abs(gap_c)) > tolerance * 0.01
-        with np.errstate(divide="ignore", invalid="ignore"):
-            swing = np.where(open_, (gap_c * turn_b - gap_b * turn_c) / determinant, 0.0)
-            turn = np.where(open_, (gap_b * rod_c - gap_c * rod_b) / determinant, 0.0)
-        points[:, 0] += swing
-        points[:, 1] += turn
-        v = curve.linkage.rods[0] * np.exp(1j * points[:, 0])
-        z = np.exp(1j * points[:, 1])
-    jacobian = rod_jacobian(curve.linkage, pins, z, v)
-    solved = np.maximum(abs(jacobian.gap_b), abs(jacobian.gap_c)) <= tolerance
-    for index in np.flatnonzero(~(solved & _on_arc(arcs, which, points))).tolist():
+        solved = np.maximum(abs(jacobian.gap_b), abs(jacobian.gap_c)) <= tolerance
+        solved &= _on_arc(arcs, which, points)
+    for index in np.flatnonzero(~solved).tolist():
         points[index] = point_on_arc(curve, arcs[which[index]], float(s[index]))
     return points
 

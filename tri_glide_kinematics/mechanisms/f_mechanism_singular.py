@@ -44,7 +44,8 @@ def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector, float
     for _ in range(_BISECTIONS):
         if abs(high - low) < 1e-13:
             break
-        h = low + (high - low) * at_low / (at_low - at_high)
+        spread = at_low - at_high
+        h = low + (high - low) * at_low / spread if spread else low
         if not min(low, high) < h < max(low, high):
             h = 0.5 * (low + high)
         corrected = curve.correct(frame, h)

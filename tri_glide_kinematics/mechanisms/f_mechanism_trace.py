@@ -23,7 +23,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism_closure import (
     singularity_unit,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism_curve import Curve, Drive, Vector
-from tri_glide_kinematics.mechanisms.f_mechanism_follow import Arc, Turning, follow
+from tri_glide_kinematics.mechanisms.f_mechanism_follow import Arc, Bifurcation, Turning, follow
 from tri_glide_kinematics.mechanisms.f_mechanism_pose import FMechanismPose
 from tri_glide_kinematics.mechanisms.f_mechanism_positions import (
     Position,
@@ -236,10 +236,12 @@ def trace_branch(curve: Curve, start: Vector, plan: Plan) -> FMechanismTrace:
             elif isinstance(item, Turning):
                 if recorder.turning(item.point):
                     break
-            else:
+            elif isinstance(item, Bifurcation):
                 recorder.event(EventKind.BIFURCATION, item.point)
                 if not (plan.through and item.passable):
                     break
+            else:
+                recorder.event(EventKind.SINGULAR, item.point)
     return _assemble(recorder)
 
 
