@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 from array import array
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -80,3 +82,23 @@ class TestCrankAngles:
         with pytest.raises(KinematicsError) as caught:
             crank_angles(sweep, 1000, 10)
         assert text in str(caught.value)
+
+
+class TestInterfaceFiles:
+    FOLDER = Path(__file__).parents[2] / "tri_glide_interfaces"
+    DIMENSIONLESS = ("tolerance", "singularity", "turns")
+
+    def test_every_number_says_its_unit(self):
+        """Which stands first in the comment behind the field, or on the line above it."""
+        numbers = 0
+        for path in sorted(self.FOLDER.glob("*/*.[ms][sr][gv]")):
+            before = ""
+            for line in path.read_text().splitlines():
+                field = re.match(r"float64\S* (\w+)", line)
+                if field and field[1] not in self.DIMENSIONLESS:
+                    comment = line.partition("#")[2] or before.lstrip("#")
+                    unit = re.match(r" (m|rad|kg|N)\b|( likewise$| as in )", comment)
+                    assert unit, f"{path.name}: {line}"
+                    numbers += 1
+                before = line
+        assert numbers > 130

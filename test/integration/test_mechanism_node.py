@@ -1,0 +1,352 @@
+"""mechanism_node as a process: all services, asked well and badly, and the README's samples."""
+
+from __future__ import annotations
+
+import math
+import random
+import re
+import shlex
+import signal
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from mechanism_requests import example_2, nose_gear, textbook, turn
+
+from tri_glide_interfaces.msg import (
+    CrankSweep,
+    FMechanism,
+    FourBar,
+    FourBarPose,
+    LandingGearMotion,
+    Point2,
+    TraceEvent,
+)
+from tri_glide_interfaces.srv import (
+    SolveFMechanism,
+    SolveFourBar,
+    SolveLandingGear,
+    TraceFMechanism,
+    TraceFourBar,
+)
+
+README = Path(__file__).parents[2] / "README.md"
+SERVICES = {
+    "solve_four_bar": SolveFourBar,
+    "trace_four_bar": TraceFourBar,
+    "solve_f_mechanism": SolveFMechanism,
+    "trace_f_mechanism": TraceFMechanism,
+    "solve_landing_gear": SolveLandingGear,
+}
+NAN, INFINITY = math.nan, math.inf
+
+
+class Services:
+    """The five services of one mechanism_node, each asked through one client."""
+
+    def __init__(self, client, nodes, namespace=None):
+        self.node = nodes.start("mechanism_node", namespace=namespace)
+        self._client = client
+        root = "" if namespace == "/" else namespace or client.namespace
+        self._clients = {
+            name: client.node.create_client(kind, f"{root}/mechanism_node/{name}")
+            for name, kind in SERVICES.items()
+        }
+        for name, service in self._clients.items():
+            client.wait_for(service.service_is_ready, name)
+
+    def send(self, name, request):
+        return self._clients[name].call_async(request)
+
+    def answer(self, name, request):
+        future = self.send(name, request)
+        self._client.wait_for(future.done, f"the answer of {name}")
+        return future.result()
+
+    def assert_alive(self, name):
+        """Ask a good question and check the answer."""
+        response = self.answer(name, GOOD[name]())
+        assert response.success, response.message
+        assert not response.message
+        CHECKS[name](response)
+
+
+@pytest.fixture
+def services(client, nodes):
+    return Services(client, nodes)
+
+
+GOOD = {
+    "solve_four_bar": lambda: SolveFourBar.Request(
+        linkage=textbook(), crank_angle=math.radians(30.0), crank_velocity=10.0
+    ),
+    "trace_four_bar": lambda: TraceFourBar.Request(linkage=textbook(), sweep=turn()),
+    "solve_f_mechanism": lambda: SolveFMechanism.Request(
+        mechanism=example_2(), crank_angle=math.radians(146.0)
+    ),
+    "trace_f_mechanism": lambda: TraceFMechanism.Request(mechanism=example_2(), sweep=turn()),
+    "solve_landing_gear": lambda: SolveLandingGear.Request(gear=nose_gear()),
+}
+
+
+def check_four_bar(response):
+    open_pose, crossed_pose = response.poses
+    assert math.degrees(open_pose.coupler_angle) == pytest.approx(88.837241, abs=1e-6)
+    assert crossed_pose.rocker_velocity == pytest.approx(-2.661583, abs=1e-6)
+
+
+def check_f_mechanism(response):
+    angles = [math.degrees(pose.angle) for pose in response.poses]
+    assert angles == pytest.approx([-75.688, -55.562, -18.443, -0.982], abs=5e-4)
+
+
+def check_full_turn(response):
+    assert len(response.angle) == len(response.c2_y) == 361
+    assert response.turns_fully == TraceFMechanism.Response.YES
+
+
+CHECKS = {
+    "solve_four_bar": check_four_bar,
+    "trace_four_bar": lambda response: np.testing.assert_equal(len(response.rocker_angle), 361),
+    "solve_f_mechanism": check_f_mechanism,
+    "trace_f_mechanism": check_full_turn,
+    "solve_landing_gear": lambda response: np.testing.assert_allclose(
+        response.hinge.force, (0.0, 0.0, 150.0 * 9.80665)
+    ),
+}
+
+
+def four_bar(**changes):
+    linkage = textbook()
+    for name, value in changes.items():
+        setattr(linkage, name, value)
+    return linkage
+
+
+def sweep(**fields):
+    return CrankSweep(**fields)
+
+
+BAD_LINKAGES = [
+    (FourBar(), "crank = 0 m must be greater than 0"),
+    (four_bar(rocker=-9.0), "rocker = -9 m must be greater than 0"),
+    (four_bar(ground=NAN), "linkage.ground = nan"),
+    (four_bar(coupler=INFINITY), "linkage.coupler = inf"),
+    (four_bar(coupler=1e300), "linkage.coupler = 1e+300 must be at most 1e+09"),
+    (four_bar(coupler=100.0), "coupler = 100 m must be shorter"),
+    (four_bar(crank=1e-300), "crank = 1e-300 m must be at least"),
+    (four_bar(given_by=9), "given_by = 9"),
+    (FourBar(given_by=FourBar.JOINTS), "crank = 0 m"),
+    (FourBar(given_by=FourBar.JOINTS, crank_pin=Point2(x=NAN)), "linkage.crank_pin.x = nan"),
+]
+BAD_MECHANISMS = [
+    (FMechanism(), "crank_lengths[0] = 0 m"),
+    (example_2(crank_lengths=[19.0, 14.0, -16.0]), "crank_lengths[2] = -16 m"),
+    (example_2(rod_lengths=[35.0, 0.0, 54.0]), "rod_lengths[1] = 0 m"),
+    (example_2(rod_lengths=[NAN, 34.0, 54.0]), "mechanism.rod_lengths[0] = nan"),
+    (example_2(phase_c=-INFINITY), "mechanism.phase_c = -inf"),
+    (example_2(base=[Point2(x=1e200)] * 3), "mechanism.base[0].x = 1e+200"),
+    (example_2(platform=[Point2()] * 3), "coincide"),
+    (example_2(rod_lengths=[1.0, 1.0, 1.0]), "no position"),
+]
+BAD_SWEEPS = [
+    (sweep(), "steps = 0 must be from 1"),
+    (sweep(end_angle=NAN, steps=10), "sweep.end_angle = nan"),
+    (sweep(end_angle=1e6, steps=10), "turns must be at most"),
+    (sweep(end_angle=1.0, steps=2**32 - 1), "steps = 4.2949673e+09 must be from 1 to"),
+    (sweep(crank_angles=[1.0]), "len(crank_angles) - 1 = 0"),
+    (sweep(crank_angles=[0.0, 1.0, NAN]), "crank_angles[2] = nan"),
+    (sweep(crank_angles=[0.0, 1.0, 0.5]), "crank_angles[2] = 0.5"),
+    (sweep(crank_angles=np.linspace(0.0, 1.0, 2_000_000)), "len(crank_angles) - 1 = 1999999"),
+]
+
+
+def bad_requests():
+    """Yield the name of a service, a request, and a part of the message that it deserves."""
+    for linkage, reason in BAD_LINKAGES:
+        yield "solve_four_bar", SolveFourBar.Request(linkage=linkage), reason
+        yield "trace_four_bar", TraceFourBar.Request(linkage=linkage, sweep=turn()), reason
+    for mechanism, reason in BAD_MECHANISMS:
+        yield "solve_f_mechanism", SolveFMechanism.Request(mechanism=mechanism), reason
+        yield (
+            "trace_f_mechanism",
+            TraceFMechanism.Request(mechanism=mechanism, sweep=turn()),
+            reason,
+        )
+    for bad, reason in BAD_SWEEPS:
+        yield "trace_four_bar", TraceFourBar.Request(linkage=textbook(), sweep=bad), reason
+        yield "trace_f_mechanism", TraceFMechanism.Request(mechanism=example_2(), sweep=bad), reason
+    beyond = FourBar(crank=5.0, coupler=2.5, rocker=4.0, ground=6.0)
+    yield (
+        "solve_four_bar",
+        SolveFourBar.Request(linkage=beyond, crank_angle=3.0),
+        "crank_angle = 3 rad is beyond",
+    )
+    yield (
+        "trace_four_bar",
+        TraceFourBar.Request(linkage=textbook(), branch=FourBarPose.BOTH, sweep=turn()),
+        "branch = 2",
+    )
+    yield (
+        "trace_f_mechanism",
+        TraceFMechanism.Request(mechanism=example_2(), sweep=turn(), pose_index=6),
+        "pose_index = 6 must be less than 2",
+    )
+    yield (
+        "trace_f_mechanism",
+        TraceFMechanism.Request(mechanism=example_2(), sweep=sweep(end_angle=1.0, steps=1_000_000)),
+        "steps = 1000000 must be from 1 to 100000",
+    )
+    for changes, reason in (
+        ({"wheel_mass": 0.0}, "wheel_mass = 0 kg must be greater than 0"),
+        ({"l3": -1.4}, "l3 = -1.4 m must be at least 0"),
+        ({"gear_iyy": NAN}, "gear.gear_iyy = nan"),
+        ({"gravity": [0.0, INFINITY, 0.0]}, "gear.gravity[1] = inf"),
+        ({"wheel_axial_inertia": 1e155}, "gear.wheel_axial_inertia = 1e+155"),
+    ):
+        yield "solve_landing_gear", SolveLandingGear.Request(gear=nose_gear(**changes)), reason
+    yield (
+        "solve_landing_gear",
+        SolveLandingGear.Request(
+            gear=nose_gear(), motion=LandingGearMotion(spin_acceleration=-INFINITY)
+        ),
+        "motion.spin_acceleration = -inf",
+    )
+
+
+def test_each_bad_request_is_told_why_and_the_next_good_one_is_answered(services):
+    asked = set()
+    for name, request, reason in bad_requests():
+        response = services.answer(name, request)
+        assert not response.success
+        assert reason in response.message
+        services.assert_alive(name)
+        asked.add(name)
+    assert asked == set(SERVICES)
+    assert services.node.is_running
+
+
+def test_a_million_steps_are_served_and_then_the_next_request(services):
+    million = sweep(end_angle=math.tau, steps=1_000_000)
+    response = services.answer(
+        "trace_four_bar", TraceFourBar.Request(linkage=textbook(), sweep=million)
+    )
+    assert response.success
+    assert len(response.crank_angle) == len(response.coupler_point_acceleration_y) == 1_000_001
+    # It has the same rows as a coarse trace.
+    coarse = services.answer(
+        "trace_four_bar",
+        TraceFourBar.Request(linkage=textbook(), sweep=sweep(end_angle=math.tau, steps=1000)),
+    )
+    fine = np.array(response.rocker_angle)[::1000]
+    assert np.allclose(fine, coarse.rocker_angle, rtol=0.0, atol=1e-12)
+    many = sweep(end_angle=math.tau, steps=100_000)
+    response = services.answer(
+        "trace_f_mechanism", TraceFMechanism.Request(mechanism=example_2(), sweep=many)
+    )
+    assert len(response.angle) == 100_001
+    for name in SERVICES:
+        services.assert_alive(name)
+
+
+def test_requests_that_come_together_are_all_answered(services, client):
+    futures = [(name, services.send(name, GOOD[name]())) for _ in range(10) for name in SERVICES]
+    client.wait_for(lambda: all(future.done() for _, future in futures), "all answers")
+    for name, future in futures:
+        assert future.result().success
+        CHECKS[name](future.result())
+
+
+def test_random_contents_never_end_the_node(services):
+    source = random.Random(3)
+    numbers = [0.0, -1.0, 1.0, 0.5, 3.0, NAN, INFINITY, 1e9, 1e-300, -1e300, 5e-324]
+
+    def scramble(message):
+        for field, kind in message.get_fields_and_field_types().items():
+            value = getattr(message, field)
+            if isinstance(value, float):
+                setattr(message, field, source.choice([*numbers, source.uniform(-4.0, 4.0)]))
+            elif isinstance(value, np.ndarray):
+                value[:] = [source.choice([1.0, 1.0, 2.0, *numbers]) for _ in value]
+            elif isinstance(value, bool):
+                setattr(message, field, source.random() < 0.5)
+            elif kind.startswith("sequence<double>"):
+                angles = [source.choice(numbers) for _ in range(source.randrange(4))]
+                setattr(message, field, angles)
+            elif isinstance(value, int):
+                setattr(message, field, source.choice([0, 1, 2, 7, 255]))
+            elif isinstance(value, list):
+                for item in value:
+                    scramble(item)
+            else:
+                scramble(value)
+
+    outcomes = set()
+    for name, kind in SERVICES.items():
+        for _ in range(60):
+            request = GOOD[name]()
+            # Some of them are scrambled in one part only, and get farther than the first check.
+            fields = list(request.get_fields_and_field_types())
+            part = getattr(request, source.choice(fields))
+            scramble(part if hasattr(part, "get_fields_and_field_types") else request)
+            response = services.answer(name, request)
+            assert isinstance(response, kind.Response)
+            assert response.success != bool(response.message)
+            assert "internal error" not in response.message
+            outcomes.add((name, response.success))
+        services.assert_alive(name)
+    assert {name for name, success in outcomes if not success} == set(SERVICES)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signals_end_the_node_in_silence(services, number):
+    services.assert_alive("solve_four_bar")
+    assert services.node.signal(number) == 0
+    assert services.node.output == ""
+
+
+def readme_samples():
+    """Return service, type and request of each sample call of the README."""
+    text = README.read_text()
+    calls = re.findall(r'^ros2 service call (?:[^"]|\\\n)*"[^"]*"', text, re.MULTILINE)
+    return [shlex.split(call.replace("\\\n", " "))[3:] for call in calls]
+
+
+def fill(message, values):
+    """Set the fields of a message as ``ros2 service call`` does."""
+    for name, value in values.items():
+        if isinstance(value, dict):
+            fill(getattr(message, name), value)
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            for item, content in zip(getattr(message, name), value):
+                fill(item, content)
+        else:
+            assert name in message.get_fields_and_field_types()
+            setattr(message, name, value)
+
+
+def test_samples_of_the_readme_run_as_written(client, nodes):
+    services = Services(client, nodes, "/")
+    answers = {}
+    for service, type_name, text in readme_samples():
+        package, folder, name = type_name.split("/")
+        kind = getattr(import_module(f"{package}.{folder}"), name)
+        node, service_name = service.lstrip("/").split("/")
+        assert node == "mechanism_node"
+        assert SERVICES[service_name] is kind
+        request = kind.Request()
+        fill(request, yaml.safe_load(text))
+        answers[service_name] = services.answer(service_name, request)
+        assert answers[service_name].success, answers[service_name].message
+    assert set(answers) == set(SERVICES)
+
+    # What the README says about them.
+    check_four_bar(answers["solve_four_bar"])
+    check_f_mechanism(answers["solve_f_mechanism"])
+    check_full_turn(answers["trace_f_mechanism"])
+    trace = answers["trace_four_bar"]
+    assert {event.kind for event in trace.events} == {TraceEvent.LIMIT}
+    assert 0 < np.isnan(trace.rocker_angle).sum() < len(trace.rocker_angle) == 361
+    assert np.isfinite(answers["solve_landing_gear"].hinge.moment).all()
