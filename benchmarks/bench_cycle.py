@@ -16,7 +16,7 @@ from benchmarks.harness import Figure, figure
 from benchmarks.ros_session import Session, session
 from benchmarks.timed_cycle import RATE
 
-WINDOWS = 16
+WINDOWS = 12
 WINDOW_TIME = 2.0  # s
 TARGETS = ((0.08, 0.0, 0.25), (-0.05, 0.06, 0.22), (-0.04, -0.07, 0.30))
 TARGET_PERIOD = 0.25  # s: the machine is always moving

@@ -96,7 +96,7 @@ def _four_bar() -> Iterator[Figure | Missing]:
         Work(linkage.sweep, many, CRANK_VELOCITY, items=len(many)),
         Work(four_bar_numpy.sweep, LENGTHS, many, CRANK_VELOCITY, items=len(many)),
         goal=0.5,
-        rounds=21,
+        rounds=11,
     )
     yield compare(
         "the same with the angles of coupler and rocker",
@@ -138,12 +138,12 @@ def _f_mechanism() -> Iterator[Figure]:
         trace,
         Work(lambda: [mechanism.poses(angle) for angle in angles]),
         goal=1.0,
-        rounds=21,
+        rounds=11,
     )
     yield compare(
         "the same",
         "FMechanism.poses_batch of 360 angles",
         trace,
         Work(mechanism.poses_batch, angles),
-        rounds=21,
+        rounds=11,
     )

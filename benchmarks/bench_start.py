@@ -10,7 +10,7 @@ from rcl_interfaces.srv import ListParameters
 from benchmarks.harness import Figure, figure
 from benchmarks.ros_session import Session, session
 
-ROUNDS = 10
+ROUNDS = 7
 NODES = ("ik_node", "fk_node", "simulator_node", "mechanism_node")
 RETRY_TIME = 0.2  # s: a call can get lost while two nodes are still finding each other
 

@@ -23,7 +23,7 @@ from tri_glide_interfaces.srv import TraceFMechanism, TraceFourBar
 
 MOST_STEPS = {TraceFourBar: 1_000_000, TraceFMechanism: 100_000}  # that a request may ask for
 MACHINES = range(1, 9)
-MACHINE_TIME = 10.0  # s of motion that are judged
+MACHINE_TIME = 8.0  # s of motion that are judged
 TARGET_PERIOD = 0.5  # s
 LATE = "late cycles in the last second"
 RATE = "loop rate [1/s]"
