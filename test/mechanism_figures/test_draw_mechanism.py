@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from tri_glide_kinematics.errors import DrawingError
 from tri_glide_kinematics.mechanism_figures import animation, pictures
 from tri_glide_kinematics.mechanism_figures.command import find_file, main
 from tri_glide_kinematics.mechanism_figures.pictures import Wish, pictures_of
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.files import load_mechanism
 
 ROOT = Path(__file__).parents[2]
@@ -138,9 +140,17 @@ def test_a_mechanism_that_moves_by_itself_is_refused(capsys, tmp_path):
     )
     code, _, err = draw(capsys, file, "--output", tmp_path)
     assert code == 1 and "the platform can move while the cranks stand still" in err[-1]
-    file.write_text(file.read_text().replace("0.5, 0.5, 0.5", "0.01, 5.0, 0.01"))
-    code, _, err = draw(capsys, file, "--output", tmp_path)
-    assert code == 1 and "no position at any crank angle" in err[-1]
+
+
+def test_a_mechanism_without_branches_is_refused(monkeypatch):
+    content = load_mechanism(F_MECHANISM)
+    overview = replace(content.mechanism.overview(), branches=())
+    monkeypatch.setattr(FMechanism, "overview", lambda *_: overview)
+    with pytest.raises(DrawingError, match="no position over any range of crank angles"):
+        pictures_of(content, Wish(None, None, 0))
+    overview = replace(overview, singular_poses=content.mechanism.poses(0.0))
+    with pytest.raises(DrawingError, match="all positions of the F-mechanism are singular"):
+        pictures_of(content, Wish(None, None, 0))
 
 
 def test_a_folder_that_cannot_be_written_is_named(capsys, tmp_path):

@@ -30,6 +30,7 @@ from tri_glide_kinematics.mechanism_figures.f_mechanism_branches import (
     telling_crank_angle,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.f_mechanism_branch import EventKind
 
 LENGTHS = {
     "base": [[0.0, 0.0], [0.0525, 0.008], [0.040, 0.099]],
@@ -287,3 +288,24 @@ def test_events_stand_at_their_places_in_a_curve(overview):
 
 def test_branches_are_described(overview):
     assert [describe(branch) for branch in overview.branches] == ["4 turning points", "turns fully"]
+    branch = overview.branches[0]
+    *before, last = branch.events
+    ended = replace(branch, events=(*before, replace(last, kind=EventKind.END)))
+    assert describe(ended) == "4 turning points, not closed"
+
+
+def test_singular_positions_are_marked(overview):
+    branch = overview.branches[0]
+    *before, last = branch.events
+    ended = replace(branch, events=(*before, replace(last, kind=EventKind.SINGULAR)))
+    assert describe(ended) == "4 turning points, ends in a singular position"
+    isolated = EXAMPLE.poses(1.0)[0]
+    drawn = replace(
+        overview, branches=(ended, overview.branches[1]), singular_poses=(isolated, isolated)
+    )
+    (marks,) = lines_labelled(angle_figure(drawn).axes[0], "singular position (2)")
+    places = [
+        (math.degrees(pose.crank_angle) % 360.0, math.degrees(pose.angle))
+        for pose in (last.pose, isolated)
+    ]
+    np.testing.assert_allclose(marks.get_xydata(), sorted(places), atol=1e-5)

@@ -44,6 +44,13 @@ FloatArray = NDArray[np.float64]
 
 BRANCH_STYLES = ("-", "--", "-.", ":")
 
+MARKS = {
+    EventKind.TURNING_POINT: ("turning point", "o", "white"),
+    EventKind.BIFURCATION: ("bifurcation", "X", INK),
+    EventKind.SINGULAR: ("singular position", "D", INK),
+}
+"""Name, marker and its face of the places that are marked on branches."""
+
 
 def angle_figure(overview: FMechanismOverview) -> Figure:
     """Draw the platform angle over the crank angle on all branches, and the number of positions."""
@@ -62,21 +69,18 @@ def angle_figure(overview: FMechanismOverview) -> Figure:
             linewidth=1.6,
             label=f"branch {number + 1}: {describe(branch)}",
         )
-    for kind, marker, size in (
-        (EventKind.TURNING_POINT, "o", 6.0),
-        (EventKind.BIFURCATION, "X", 8.0),
-    ):
+    for kind, (name, marker, face) in MARKS.items():
         places = np.array(_places(overview, kind))
         if places.size:
             upper.plot(
                 *places.T,
                 linestyle="",
                 marker=marker,
-                markersize=size,
-                markerfacecolor="white" if marker == "o" else INK,
+                markersize=7.0,
+                markerfacecolor=face,
                 markeredgecolor=INK,
                 zorder=5,
-                label=f"{kind.value} ({len(places)})",
+                label=f"{name} ({len(places)})",
             )
     lower.step(np.degrees(overview.crank_angles), overview.counts, where="mid", color=INK)
     for self_motion in overview.crank_angles[overview.self_motion]:
@@ -97,16 +101,15 @@ def angle_figure(overview: FMechanismOverview) -> Figure:
 
 
 def _places(overview: FMechanismOverview, kind: EventKind) -> list[tuple[float, float]]:
-    """Return crank angle and platform angle [deg] of all events of one kind, each place once."""
+    """Return crank angle and platform angle [deg] of all places of one kind, each once."""
+    events = [event for branch in overview.branches for event in branch.events]
+    poses = [event.pose for event in events if event.kind is kind]
+    if kind is EventKind.SINGULAR:
+        poses += overview.singular_poses
     # Both branches that cross in a bifurcation report it.
     places = {
-        (
-            round(math.degrees(event.crank_angle % math.tau), 6),
-            round(math.degrees(event.pose.angle), 6),
-        )
-        for branch in overview.branches
-        for event in branch.events
-        if event.kind is kind
+        (round(math.degrees(pose.crank_angle % math.tau), 6), round(math.degrees(pose.angle), 6))
+        for pose in poses
     }
     return sorted(places)
 

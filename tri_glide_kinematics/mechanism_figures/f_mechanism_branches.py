@@ -18,7 +18,7 @@ from tri_glide_kinematics.mechanism_figures.drawing import (
     Skeleton,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.f_mechanism_branch import FMechanismTrace
+from tri_glide_kinematics.mechanisms.f_mechanism_branch import EventKind, FMechanismTrace
 from tri_glide_kinematics.mechanisms.f_mechanism_overview import FMechanismOverview
 from tri_glide_kinematics.mechanisms.f_mechanism_pose import FMechanismPose
 
@@ -103,9 +103,6 @@ def detailed_overview(
         mechanism: to be drawn.
         samples: number of crank angles over one turn.
         fewest: number of samples that a branch has at least, however little the crank moves on it.
-
-    Raises:
-        BranchLostError: where a branch is singular along more than a point.
     """
     overview = mechanism.overview(samples)
     branches = tuple(_refined(mechanism, branch, fewest) for branch in overview.branches)
@@ -131,8 +128,11 @@ def describe(branch: FMechanismTrace) -> str:
         turns = abs(round(branch.turns))
         return "turns fully" if turns == 1 else f"turns fully, closes after {turns} turns"
     count = len(branch.turning_points)
-    ending = "" if branch.closed else ", not closed"
-    return f"{count} turning point{'' if count == 1 else 's'}{ending}"
+    text = f"{count} turning point{'' if count == 1 else 's'}"
+    last = branch.events[-1].kind
+    if last is EventKind.SINGULAR:
+        return f"{text}, ends in a singular position"
+    return text if last is EventKind.CLOSED else f"{text}, not closed"
 
 
 def evenly(curve: BranchCurve, count: int) -> list[int]:

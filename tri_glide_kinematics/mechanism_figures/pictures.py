@@ -121,8 +121,10 @@ def _of_f_mechanism(mechanism: FMechanism, wish: Wish) -> Pictures:
             "the F-mechanism has no branches: wherever it has positions, the platform can move "
             "while the cranks stand still"
         )
+    if not overview.branches and overview.singular_poses:
+        raise DrawingError("all positions of the F-mechanism are singular: it has no branches")
     if not overview.branches:
-        raise DrawingError("the F-mechanism has no position at any crank angle")
+        raise DrawingError("the F-mechanism has no position over any range of crank angles")
     chosen = _main_branch(overview) + 1 if wish.branch is None else wish.branch
     number = _checked_branch(chosen, len(overview.branches))
     crank_angle = wish.crank_angle
