@@ -6,6 +6,7 @@ import traceback
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from tri_glide_interfaces.srv import (
@@ -25,6 +26,8 @@ from tri_glide_kinematics.nodes.mechanism_messages import check_numbers
 
 Fill = Callable[[Any, Any], None]
 
+WAKE_PERIOD = 1.0  # s
+
 SERVICES: tuple[tuple[str, type, Fill], ...] = (
     ("solve_four_bar", SolveFourBar, four_bar_messages.solve),
     ("trace_four_bar", TraceFourBar, four_bar_messages.trace),
@@ -42,6 +45,9 @@ class MechanismNode(Node):
         super().__init__("mechanism_node")
         for name, kind, fill in SERVICES:
             self.create_service(kind, f"~/{name}", self._callback(name, fill))
+        # Without any timer the executor waits without end: should the middleware fail to wake it
+        # for a request, the request would lie there until the next one.
+        self.create_timer(WAKE_PERIOD, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _callback(self, name: str, fill: Fill) -> Callable[[Any, Any], Any]:
         """Return a callback that answers whatever comes, so that no request ends the node."""
