@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -19,7 +20,7 @@ from tri_glide_kinematics.tri_glide import TriGlide
 
 SIZES = [10**power for power in range(8)]
 LEAST_TIME = 0.05  # s: shorter calls are repeated
-LONG_TIME = 5.0  # s: longer ones are not
+LONG_TIME = 2.0  # s: longer ones are not
 MOST_CALLS = 1000
 MEGABYTE = 1e6
 
@@ -31,7 +32,7 @@ class Growth(NamedTuple):
         name: of the function.
         sizes: items in the call.
         times: per item [s].
-        peaks: of the memory above what was in use before [MB].
+        peaks: of what a call allocates [MB].
     """
 
     name: str
@@ -67,30 +68,25 @@ def batches() -> Iterator[Growth]:
 
 
 def _measured(function: Callable[..., object], argument: object) -> tuple[float, float]:
-    """Return by how much a call lets the memory of this process grow [MB], and its time [s]."""
-    Path("/proc/self/clear_refs").write_text("5", encoding="ascii")  # forgets the former peak
-    before = _memory("VmRSS")
-    times: list[float] = []
-    while len(times) < 3 or (sum(times) < LEAST_TIME and len(times) < MOST_CALLS):
-        begin = time.perf_counter()
-        function(argument)
-        times.append(time.perf_counter() - begin)
-        if times[0] > LONG_TIME:
-            break
-    return max(_memory("VmHWM") - before, 0.0), float(np.median(times))
+    """Return the peak of what a call allocates [MB], and its processor time [s]."""
+    tracemalloc.start()
+    begin = time.process_time()
+    function(argument)
+    times = [time.process_time() - begin]
+    peak = tracemalloc.get_traced_memory()[1] / MEGABYTE
+    tracemalloc.stop()
+    if times[0] < LONG_TIME:
+        times.clear()
+        while len(times) < 3 or (sum(times) < LEAST_TIME and len(times) < MOST_CALLS):
+            begin = time.process_time()
+            function(argument)
+            times.append(time.process_time() - begin)
+    return peak, float(np.median(times))
 
 
 def available_memory() -> float:
     """Return the memory that could be used now [MB]."""
-    return _entry(Path("/proc/meminfo"), "MemAvailable")
-
-
-def _memory(name: str) -> float:
-    return _entry(Path("/proc/self/status"), name)
-
-
-def _entry(file: Path, name: str) -> float:
-    for line in file.read_text(encoding="ascii").splitlines():
-        if line.startswith(f"{name}:"):
+    for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
+        if line.startswith("MemAvailable:"):
             return int(line.split()[1]) * 1024 / MEGABYTE
-    return math.nan
+    return math.inf

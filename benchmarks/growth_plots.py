@@ -17,12 +17,12 @@ def save_batches(path: Path, growths: Sequence[Growth]) -> None:
     times, peaks = figure.subplots(1, 2)
     for growth in growths:
         times.loglog(growth.sizes, growth.times, marker="o", markersize=4, label=growth.name)
-        seen = [(size, peak) for size, peak in zip(growth.sizes, growth.peaks) if peak > 0.1]
+        seen = [(size, peak) for size, peak in zip(growth.sizes, growth.peaks)]
         peaks.loglog(*zip(*seen), marker="o", markersize=4, label=growth.name)
     times.set(xlabel="items in one call", ylabel="time per item [s]", title="Time")
     peaks.set(
         xlabel="items in one call",
-        ylabel="growth of the process [MB]",
+        ylabel="allocated at most [MB]",
         title="Peak memory of a call",
     )
     for axes in (times, peaks):

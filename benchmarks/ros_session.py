@@ -19,7 +19,7 @@ from rclpy.node import Node
 from benchmarks.machine import ROOT
 from tri_glide_kinematics.nodes.processes import default_parameter_file, executable
 
-TIMEOUT = 30.0  # s
+TIMEOUT = 90.0  # s
 
 
 class NoAnswerError(Exception):
@@ -51,7 +51,9 @@ class Session:
         self, module: str, arguments: Sequence[str], namespace: str, **parameters: object
     ) -> int:
         """Start a Python module as a process and return its id."""
-        ros_arguments = ["--params-file", str(default_parameter_file())] if parameters else []
+        ros_arguments = ["--log-level", "ERROR"]
+        if parameters:
+            ros_arguments += ["--params-file", str(default_parameter_file())]
         for key, value in parameters.items():
             ros_arguments += ["-p", f"{key}:={value}"]
         return self._start([sys.executable, "-m", module, *arguments], namespace, ros_arguments)
