@@ -15,7 +15,12 @@ from enum import Enum
 import numpy as np
 
 from tri_glide_kinematics.checks import finite_vector, positive
-from tri_glide_kinematics.errors import KinematicsError, NotStartedError, OutOfBoundsError
+from tri_glide_kinematics.errors import (
+    KinematicsError,
+    NoRoomError,
+    NotStartedError,
+    OutOfBoundsError,
+)
 from tri_glide_kinematics.limits import SliderLimits
 from tri_glide_kinematics.planning.motion_planner import MotionKind, MotionPlanner
 from tri_glide_kinematics.planning.plans import (
@@ -251,9 +256,15 @@ class MotionEngine:
             return
         jog = _Jog((x / speed, y / speed, z / speed), speed)
         newest = self._waiting or self._command
-        if isinstance(newest, _Jog) and _is_same(jog, newest):
+        renewed = isinstance(newest, _Jog) and _is_same(jog, newest)
+        if renewed and self.remaining > 0.0:
             return
-        self._obey(jog)
+        try:
+            self._obey(jog)
+        except NoRoomError:
+            # A jog that is held at the edge has been told before.
+            if not renewed:
+                raise
 
     def stop(self) -> None:
         """Come to rest as soon as the limits allow.

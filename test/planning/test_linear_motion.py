@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 
 import numpy as np
@@ -98,9 +99,12 @@ def test_short_and_slow_lines_are_planned_too(length, limits):
     assert plan.duration < 1.5 * max(lower_bound(line, limits), 1e-9)
 
 
-def test_platform_speed_is_kept_from_rest():
-    line = line_between((-0.1, 0.0, 0.3), (0.1, 0.03, 0.35))
-    plan = LinearMotion(MACHINE).from_rest(line, LIMITS, 0.05)
+def test_jog_keeps_the_speed_of_the_platform():
+    state = SliderState(MACHINE.inverse((-0.1, 0.0, 0.3)), AT_REST, AT_REST)
+    direction = (0.2 / math.sqrt(0.05), 0.1 / math.sqrt(0.05), 0.0)
+    aim = JogAim(WORKSPACE, direction, 0.05)
+    plan = LinearMotion(MACHINE).jog(state, aim, LIMITS, 0.1, 0.05)
+    line = plan.line
     sampled = plan.sample(np.linspace(0.0, plan.duration, 500))
     speeds = np.gradient(
         MACHINE.forward_batch(sampled.heights) @ np.array(line.direction), sampled.times
@@ -137,7 +141,7 @@ def test_new_target_in_mid_motion_blends_without_a_step():
     blended = tried = 0
     for seed in range(60):
         state, rng = moving_state(seed)
-        target = tuple(rng.uniform((-0.1, -0.1, 0.1), (0.1, 0.1, 0.45)).tolist())
+        target = tuple(rng.uniform((-0.08, -0.08, 0.1), (0.08, 0.08, 0.42)).tolist())
         aim = TargetAim(WORKSPACE, target)
         for way in (
             partial(motion.in_motion, state, aim, LIMITS, 0.3),
@@ -158,7 +162,7 @@ def test_new_target_in_mid_motion_blends_without_a_step():
             offsets = MACHINE.forward_batch(plan.sample(times).heights) - np.array(target)
             beside = np.cross(offsets, np.array(plan.line.direction))
             assert np.abs(beside).max() < 1e-7
-    assert blended > 0.6 * tried
+    assert blended > 0.5 * tried
 
 
 def test_same_target_in_mid_motion_stays_on_the_line():
@@ -214,7 +218,7 @@ def test_target_too_near_to_stop_at_is_refused():
 
 
 def test_jog_aim_ends_short_of_the_edge_and_needs_room():
-    aim = JogAim(WORKSPACE, (1.0, 0.0, 0.0))
+    aim = JogAim(WORKSPACE, (1.0, 0.0, 0.0), 0.1)
     line = aim.fitted(aim.line((0.0, 0.0, 0.3)))
     WORKSPACE.check_position(line.point(line.length))
     with pytest.raises(KinematicsError):

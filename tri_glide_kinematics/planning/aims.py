@@ -13,6 +13,9 @@ from tri_glide_kinematics.workspace import Workspace
 # A jog ends this far from the edge of the workspace, and needs as much room to begin [m].
 EDGE_CLEARANCE = 1e-6
 
+# Ruckig plans no more than two hours; a jog that is so slow ends after this time [s].
+LONGEST_JOG = 1000.0
+
 
 class Aim(Protocol):
     """Gives the line for a place where it may begin; the check is apart, as it takes longer."""
@@ -51,17 +54,18 @@ class TargetAim:
 
 
 class JogAim:
-    """Leads in a direction, up to the edge of the workspace."""
+    """Leads in a direction, up to the edge of the workspace or for a long time."""
 
-    def __init__(self, room: Workspace, direction: Vector3) -> None:
-        """Aim along the unit vector ``direction`` inside ``room``."""
+    def __init__(self, room: Workspace, direction: Vector3, speed: float) -> None:
+        """Aim along the unit vector ``direction`` inside ``room``, at a ``speed`` [m/s]."""
         self._room = room
         self._direction = direction
         limits = room.limits
         # No straight line inside the workspace is longer.
-        self._longest = 2.0 * max(room.machine.geometry.arm_lengths) + max(
+        longest = 2.0 * max(room.machine.geometry.arm_lengths) + max(
             upper - lower for lower, upper in zip(limits.lower_heights, limits.upper_heights)
         )
+        self._longest = min(longest, LONGEST_JOG * speed)
 
     def line(self, start: Vector3) -> StraightLine:
         """Return the beginning of the line from ``start``."""
@@ -73,7 +77,8 @@ class JogAim:
         Raises:
             NoRoomError: if it begins there.
         """
-        distance = self._room.exit_distance(line.start, line.direction, self._longest)
+        longest = max(self._longest, 3.0 * EDGE_CLEARANCE)
+        distance = self._room.exit_distance(line.start, line.direction, longest)
         if distance < 2.0 * EDGE_CLEARANCE:
             raise NoRoomError(line.start, line.direction, self._edge(line))
         geometry = self._room.machine.geometry

@@ -51,7 +51,7 @@ class WayLaw(NamedTuple):
         )
 
     def with_ends(self, start: tuple[float, float, float], length: float) -> WayLaw:
-        """Return the law with exact values at the start, and at rest at ``length`` [m] in the end."""
+        """Return the law with exact values at the start, and rest at ``length`` [m]."""
         for values, first, last in zip(self[1:], start, (length, 0.0, 0.0)):
             values[0], values[-1] = first, last
         return self

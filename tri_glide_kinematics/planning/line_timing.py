@@ -13,7 +13,12 @@ from tri_glide_kinematics.planning.line_demand import line_demand, slowdown
 from tri_glide_kinematics.planning.line_entry import Entry
 from tri_glide_kinematics.planning.line_plan import WayLaw
 from tri_glide_kinematics.planning.pacing import Pace, Shape, pace
-from tri_glide_kinematics.planning.phases import evaluate, knots, shortest_piece, with_knots_of
+from tri_glide_kinematics.planning.phases import (
+    evaluate,
+    knots,
+    knots_with_blend,
+    shortest_piece,
+)
 from tri_glide_kinematics.planning.plans import FloatArray
 from tri_glide_kinematics.planning.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.planning.straight_line import StraightLine
@@ -37,8 +42,7 @@ class Style(NamedTuple):
 # in the middle or near the ends; all found by trial over thousands of random lines.
 EVEN = Style(Shape(12, 0.0), 1.0, 0.9)
 STYLES = (EVEN, Style(Shape(6, 1.1), 1.0, 0.9), Style(Shape(12, 1.4), 1.3, 1.0))
-# With a given platform speed, and in mid-motion.
-CAPPED = Style(Shape(12, 1.6), 1.0, 0.6)
+# In mid-motion.
 MOVING = Style(Shape(6, 1.1), 1.0, 0.9)
 
 # What is done if the best law takes longer than the even one would without bends, by more than a
@@ -60,9 +64,7 @@ class LineTiming:
         """Prepare ruckig."""
         self._ruckig = RuckigPlanner(1)
 
-    def from_rest(
-        self, line: StraightLine, limits: SliderLimits, platform_speed: float = math.inf
-    ) -> WayLaw:
+    def from_rest(self, line: StraightLine, limits: SliderLimits) -> WayLaw:
         """Return the law of the shortest motion found from rest to rest at the end of ``line``.
 
         Each motion tried is stretched in time by the factor with which all limits just hold.
@@ -70,15 +72,10 @@ class LineTiming:
         Args:
             line: of positive length.
             limits: of the sliders.
-            platform_speed: largest speed of the platform [m/s].
 
         Raises:
             PlanningError: if ruckig finds none.
         """
-        if platform_speed < math.inf:
-            capped = pace(line, limits, CAPPED.shape, platform_speed)
-            law, factors = self._rest_to_rest(line, capped, CAPPED, limits)
-            return law.slower(max(float(factors.max()), 1.0))
         laws = []
         even = math.inf
         for style in STYLES:
@@ -94,54 +91,33 @@ class LineTiming:
                 best = min((best, *laws), key=_duration)
         return best
 
-    def in_motion(
-        self,
-        entry: Entry,
-        limits: SliderLimits,
-        platform_speed: float,
-        part: float,
-        haste: float,
-    ) -> WayLaw:
+    def in_motion(self, entry: Entry, paced: Pace, part: float, haste: float) -> WayLaw:
         """Return the law that continues the motion of ``entry`` to rest at the end of its line.
 
         Args:
             entry: line, speed and acceleration at its start, and blend.
-            limits: of the sliders.
-            platform_speed: largest speed of the platform [m/s].
+            paced: coordinate of the line, of the shape of ``MOVING``.
             part: of acceleration and jerk that may be used.
             haste: factor of the speed with which the law is planned, at most 1.
 
         Raises:
             PlanningError: if ruckig finds none.
         """
-        line, speed, gain, blend = entry
-        style = MOVING if platform_speed == math.inf else CAPPED
-        paced = pace(line, limits, style.shape, platform_speed)
-        weight = float(paced.weights[0])
-        initial = (
-            0.0,
-            weight * speed,
-            weight * gain + float(paced.weight_slopes[0]) * speed * speed,
-        )
+        initial = paced.start(entry.speed, entry.gain)
         target = float(paced.coordinates[-1])
-        acceleration = part * style.gain * haste**2 * paced.acceleration
-        jerk = part * style.gain * haste**3 * paced.jerk
+        acceleration = part * MOVING.gain * haste**2 * float(paced.accelerations.min())
+        jerk = part * MOVING.gain * haste**3 * float(paced.jerks.min())
         (phases,) = self._ruckig.to_rest_at(
             [target],
-            [0.0],
+            [initial[0]],
             [initial[1]],
             [initial[2]],
-            ([haste * style.speed], [acceleration], [jerk]),
+            ([haste * MOVING.speed], [acceleration], [jerk]),
         )
-        duration = sum(time for time, _ in phases)
-        if blend is not None and blend.duration > duration:
-            phases.append((blend.duration - duration, 0.0))
         shortest = shortest_piece(target, acceleration)
-        times = knots(phases, PIECES, shortest)
-        if blend is not None:
-            times = with_knots_of(times, blend, shortest)
-        law = paced.law(evaluate(phases, initial, np.array(times)))
-        return _with_ends(law, (0.0, speed, gain), line.length)
+        times = knots_with_blend(phases, PIECES, shortest, entry.blend)
+        law = paced.law(evaluate(phases, initial, times))
+        return law.with_ends((0.0, entry.speed, entry.gain), entry.line.length)
 
     def braking(self, entry: Entry, limits: SliderLimits, part: float) -> WayLaw:
         """Return the law that brakes the motion of ``entry`` along its line.
@@ -160,28 +136,24 @@ class LineTiming:
         )
         jerk = part * min(j / slope for j, slope in zip(limits.jerk, steep))
         (phases,) = self._ruckig.to_rest([speed], [gain], ([1.0], [acceleration], [jerk]))
-        duration = sum(time for time, _ in phases)
-        if blend is not None and blend.duration > duration:
-            phases.append((blend.duration - duration, 0.0))
         shortest = shortest_piece(speed * speed / acceleration, acceleration)
-        times = knots(phases, BRAKING_PIECES, shortest)
-        if blend is not None:
-            times = with_knots_of(times, blend, shortest)
-        law = WayLaw(*evaluate(phases, (0.0, speed, gain), np.array(times)))
-        return _with_ends(law, (0.0, speed, gain), float(law.ways[-1]))
+        times = knots_with_blend(phases, BRAKING_PIECES, shortest, blend)
+        law = WayLaw(*evaluate(phases, (0.0, speed, gain), times))
+        return law.with_ends((0.0, speed, gain), float(law.ways[-1]))
 
     def _rest_to_rest(
         self, line: StraightLine, paced: Pace, style: Style, limits: SliderLimits
     ) -> tuple[WayLaw, FloatArray]:
         """Return a law from rest to rest, and how much slower each piece of it would have to be."""
         target = float(paced.coordinates[-1])
-        acceleration, jerk = style.gain * paced.acceleration, style.gain * paced.jerk
+        acceleration = style.gain * float(paced.accelerations.min())
+        jerk = style.gain * float(paced.jerks.min())
         (phases,) = self._ruckig.to_rest_at(
             [target], [0.0], [0.0], [0.0], ([style.speed], [acceleration], [jerk])
         )
         times = np.array(knots(phases, PIECES, shortest_piece(target, acceleration)))
         law = paced.law(evaluate(phases, (0.0, 0.0, 0.0), times))
-        law = _with_ends(law, (0.0, 0.0, 0.0), line.length)
+        law = law.with_ends((0.0, 0.0, 0.0), line.length)
         return law, slowdown(line_demand(line, law), limits)
 
     def _refined(
@@ -214,10 +186,3 @@ class LineTiming:
 
 def _duration(law: WayLaw) -> float:
     return float(law.times[-1])
-
-
-def _with_ends(law: WayLaw, start: tuple[float, float, float], length: float) -> WayLaw:
-    """Set the exact values at the start, and rest at ``length`` [m]."""
-    for values, first, last in zip(law[1:], start, (length, 0.0, 0.0)):
-        values[0], values[-1] = first, last
-    return law

@@ -13,12 +13,15 @@ import numpy as np
 from tri_glide_kinematics.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
 from tri_glide_kinematics.planning.aims import Aim, StopAim
-from tri_glide_kinematics.planning.line_demand import line_demand
+from tri_glide_kinematics.planning.jog_timing import SHAPE as JOG_SHAPE
+from tri_glide_kinematics.planning.jog_timing import JogGains, JogTiming
+from tri_glide_kinematics.planning.line_demand import line_demand, slowdown
 from tri_glide_kinematics.planning.line_entry import LineEntry
 from tri_glide_kinematics.planning.line_plan import LinePlan
-from tri_glide_kinematics.planning.line_timing import LineTiming
+from tri_glide_kinematics.planning.line_timing import MOVING, LineTiming
+from tri_glide_kinematics.planning.pacing import pace
 from tri_glide_kinematics.planning.phases import shortest_piece, with_knots_of
-from tri_glide_kinematics.planning.plans import SliderState
+from tri_glide_kinematics.planning.plans import CubicPlan, SliderState
 from tri_glide_kinematics.planning.straight_line import StraightLine
 from tri_glide_kinematics.tri_glide import TriGlide
 
@@ -29,6 +32,14 @@ NO_BACKWARD_SPEED = 1e-8
 # so often and to that factor at most.
 ATTEMPTS = 3
 LEAST_HASTE = 0.5
+MORE_THAN_ENOUGH = 1.02
+
+# A blend may take longer than it takes to stop, by this factor. A jog is to follow the hand.
+LONGEST_BLEND = 4.0
+LONGEST_JOG_BLEND = 2.0
+
+# A jog has more to adapt: two ramps and the speed in between.
+JOG_ATTEMPTS = 4
 
 # Which part of a braking is over when a new line begins, tried one after the other.
 DELAYS = (0.5, 0.75)
@@ -42,29 +53,22 @@ class LinearMotion:
         self._machine = machine
         self._entry = LineEntry(machine)
         self._timing = LineTiming()
+        self._jogs = JogTiming()
 
-    def from_rest(
-        self, line: StraightLine, limits: SliderLimits, platform_speed: float = math.inf
-    ) -> LinePlan:
+    def from_rest(self, line: StraightLine, limits: SliderLimits) -> LinePlan:
         """Return the shortest plan found from rest at the start of ``line`` to rest at its end.
 
         Args:
             line: of positive length.
             limits: of the sliders.
-            platform_speed: largest speed of the platform [m/s].
 
         Raises:
             PlanningError: if ruckig finds none.
         """
-        return LinePlan(line, self._timing.from_rest(line, limits, platform_speed))
+        return LinePlan(line, self._timing.from_rest(line, limits))
 
     def in_motion(
-        self,
-        state: SliderState,
-        aim: Aim,
-        limits: SliderLimits,
-        share: float,
-        platform_speed: float = math.inf,
+        self, state: SliderState, aim: Aim, limits: SliderLimits, share: float
     ) -> LinePlan:
         """Return a plan that goes over from ``state`` to a line without stopping.
 
@@ -73,36 +77,34 @@ class LinearMotion:
             aim: gives the line.
             limits: of the sliders.
             share: part of acceleration and jerk for the blend; the line gets the rest.
-            platform_speed: largest speed of the platform once it is on the line [m/s].
 
         Raises:
             KinematicsError: if it does not keep the limits, or there is none.
         """
         entry = self._entry.moving(state, aim, limits, share)
-        refusal: SliderLimitError | None = None
+        _check_length(entry.blend, state, limits, LONGEST_BLEND)
+        paced = pace(entry.line, limits, MOVING.shape)
         haste = 1.0
-        for _ in range(ATTEMPTS):
-            law = self._timing.in_motion(entry, limits, platform_speed, 1.0 - share, haste)
+        for attempt in range(ATTEMPTS):
+            law = self._timing.in_motion(entry, paced, 1.0 - share, haste)
+            plan = LinePlan(entry.line, law, entry.blend)
             try:
-                return _checked(LinePlan(entry.line, law, entry.blend), limits)
+                check_line(plan, limits)
             except SliderLimitError as error:
-                refusal = error
-                haste /= 1.02 * error.slowdown
-                if haste < LEAST_HASTE:
-                    break
-        assert refusal is not None
-        raise refusal
+                haste /= MORE_THAN_ENOUGH * error.slowdown
+                if attempt == ATTEMPTS - 1 or haste < LEAST_HASTE:
+                    raise
+            else:
+                return plan
+        raise AssertionError("the last attempt returns or raises")
 
-    def delayed(
-        self, state: SliderState, aim: Aim, limits: SliderLimits, platform_speed: float = math.inf
-    ) -> LinePlan:
+    def delayed(self, state: SliderState, aim: Aim, limits: SliderLimits) -> LinePlan:
         """Return a plan that brakes, and begins with the line before all sliders rest.
 
         Args:
             state: of the sliders.
             aim: gives the line.
             limits: of the sliders.
-            platform_speed: largest speed of the platform once it is on the line [m/s].
 
         Raises:
             KinematicsError: if it does not keep the limits, or there is none.
@@ -110,7 +112,7 @@ class LinearMotion:
         entry = self._entry.resting(state, aim, limits)
         assert entry.blend is not None
         shortest = shortest_piece(entry.line.length, max(limits.acceleration))
-        undelayed = self._timing.from_rest(entry.line, limits, platform_speed)
+        undelayed = self._timing.from_rest(entry.line, limits)
         refusal: SliderLimitError | None = None
         for delay in DELAYS:
             law = undelayed.delayed(delay * entry.blend.duration)
@@ -124,6 +126,41 @@ class LinearMotion:
                 refusal = error
         assert refusal is not None
         raise refusal
+
+    def jog(
+        self,
+        state: SliderState,
+        aim: Aim,
+        limits: SliderLimits,
+        share: float,
+        platform_speed: float,
+    ) -> LinePlan:
+        """Return a plan that goes over to steady speed along a line, and to rest at its end.
+
+        Args:
+            state: of the sliders, at rest or in motion.
+            aim: gives the line.
+            limits: of the sliders.
+            share: part of acceleration and jerk for the blend; the line gets the rest.
+            platform_speed: largest speed of the platform once it is on the line [m/s].
+
+        Raises:
+            KinematicsError: if it does not keep the limits, or there is none.
+        """
+        entry = self._entry.moving(state, aim, limits, share)
+        _check_length(entry.blend, state, limits, LONGEST_JOG_BLEND)
+        paced = pace(entry.line, limits, JOG_SHAPE, platform_speed)
+        gains = JogGains(begin=1.0 - share)
+        for _ in range(JOG_ATTEMPTS):
+            timed = self._jogs.law(entry, paced, gains)
+            slowdowns = slowdown(line_demand(entry.line, timed.law, entry.blend), limits)
+            if slowdowns.max() <= 1.0:
+                break
+            gains = gains.after(timed, slowdowns)
+        law = timed.law
+        if entry.blend is None and entry.speed == 0.0:
+            law = law.slower(max(float(slowdowns.max()), 1.0))
+        return _checked(LinePlan(entry.line, law, entry.blend), limits)
 
     def brake(self, state: SliderState, limits: SliderLimits, part: float) -> LinePlan:
         """Return a plan that comes to rest along the direction in which the platform moves.
@@ -147,6 +184,22 @@ class LinearMotion:
         return _checked(LinePlan(entry.line, law, entry.blend), limits)
 
 
+def _check_length(
+    blend: CubicPlan | None, state: SliderState, limits: SliderLimits, longest: float
+) -> None:
+    """Raise a PlanningError if a blend takes so long that to stop before would be better."""
+    if blend is None:
+        return
+    stop = max(
+        (abs(v) + 0.5 * abs(a) * abs(a) / j) / largest + largest / j + abs(a) / j
+        for v, a, largest, j in zip(
+            state.velocities, state.accelerations, limits.acceleration, limits.jerk
+        )
+    )
+    if blend.duration > longest * stop:
+        raise PlanningError("the motion before would go on for too long")
+
+
 def _checked(plan: LinePlan, limits: SliderLimits) -> LinePlan:
     """Return the ``plan`` if it is inside the limits; raise what ``check_line`` does otherwise."""
     check_line(plan, limits)
@@ -166,14 +219,15 @@ def check_line(plan: LinePlan, limits: SliderLimits, since: float = 0.0) -> None
         PlanningError: if the platform would go back along the line.
     """
     # A braking may lead out of reach; the NaN that this gives fails every comparison below.
+    law = plan.law.since(since)
     with np.errstate(invalid="ignore"):
-        demand = line_demand(plan.line, plan.law.since(since), plan.blend)
+        demand = line_demand(plan.line, law, plan.blend)
     if not demand.backwards <= NO_BACKWARD_SPEED:
         raise PlanningError("the platform cannot stop before the end of the line")
     bounds = (limits.velocity, limits.acceleration, limits.jerk)
     for (quantity, unit), values, bound in zip(QUANTITIES, demand, bounds):
-        peaks = values.max(axis=0)
-        ratios = peaks / np.array(bound)
-        worst = int(ratios.argmax())
-        if not ratios[worst] <= 1.0 + RELATIVE_ROUNDING:
-            raise SliderLimitError(quantity, worst, float(peaks[worst]), bound[worst], unit)
+        ratios = values / np.array(bound)
+        piece, slider = divmod(int(ratios.argmax()), 3)
+        if not ratios[piece, slider] <= 1.0 + RELATIVE_ROUNDING:
+            value, time = float(values[piece, slider]), float(law.times[piece])
+            raise SliderLimitError(quantity, slider, value, bound[slider], unit, time)

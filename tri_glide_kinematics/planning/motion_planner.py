@@ -38,9 +38,11 @@ from tri_glide_kinematics.workspace import Workspace
 
 # Part of acceleration and jerk that blends use at most; the motion along the line has the rest.
 BLEND_SHARES = (0.3, 0.6)
+FROM_REST_SHARE = 0.1
 
 # Part of acceleration and jerk for braking along a line.
-BRAKE_PARTS = (0.95, 0.75, 0.5)
+BRAKE_PARTS = (0.95, 0.75)
+LEAST_BRAKE_PART = 0.5
 
 # Targets closer than this are reached [m].
 SAME_PLACE = 1e-9
@@ -100,7 +102,7 @@ class MotionPlanner:
                 yield partial(self._slider_move, state, position, limits, room)
             else:
                 aim = TargetAim(room, position)
-                yield from self._line_candidates(state, aim, limits, math.inf, room)
+                yield from self._line_moves(state, aim, limits, room)
             for braking in self._brakings(state, limits, room):
                 yield partial(self._then_move, braking, position, limits)
             if held is not None:
@@ -129,13 +131,14 @@ class MotionPlanner:
             KinematicsError: if there is no way, with the reason.
         """
         room = self._room(state)
-        aim = JogAim(room, direction)
+        aim = JogAim(room, direction, speed)
         if not moving:
-            line = aim.fitted(aim.line(self._machine.forward(state.heights)))
-            return self._lines.from_rest(line, limits, speed)
+            return self._lines.jog(state, aim, limits, FROM_REST_SHARE, speed)
 
         def candidates() -> Iterator[Candidate]:
-            yield from self._line_candidates(state, aim, limits, speed, room)
+            for share in BLEND_SHARES:
+                jog = partial(self._lines.jog, state, aim, limits, share, speed)
+                yield partial(self._blended, jog, limits, room)
             for braking in self._brakings(state, limits, room):
                 yield partial(self._then_jog, braking, direction, limits, speed)
 
@@ -152,8 +155,7 @@ class MotionPlanner:
         Raises:
             KinematicsError: if no braking keeps all limits now.
         """
-        brakings = list(self._brakings(state, limits, self._room(state)))
-        return _first(brakings if on_line else [brakings[-1], *brakings[:-1]])
+        return _first(self._brakings(state, limits, self._room(state), on_line))
 
     def keeps(self, plan: Plan, limits: SliderLimits, since: float) -> bool:
         """Return whether what is left of ``plan`` at a time [s] is inside ``limits``."""
@@ -210,15 +212,14 @@ class MotionPlanner:
         self._check_sliders(plan, limits, room)
         return plan
 
-    def _line_candidates(
-        self, state: SliderState, aim: Aim, limits: SliderLimits, speed: float, room: Workspace
+    def _line_moves(
+        self, state: SliderState, aim: Aim, limits: SliderLimits, room: Workspace
     ) -> Iterator[Candidate]:
         """Yield plans that go over to a line without a stop, the smoothest first."""
         small, large = (
-            partial(self._lines.in_motion, state, aim, limits, share, speed)
-            for share in BLEND_SHARES
+            partial(self._lines.in_motion, state, aim, limits, share) for share in BLEND_SHARES
         )
-        overlapping = partial(self._lines.delayed, state, aim, limits, speed)
+        overlapping = partial(self._lines.delayed, state, aim, limits)
         for candidate in (small, overlapping, large):
             yield partial(self._blended, candidate, limits, room)
 
@@ -231,9 +232,9 @@ class MotionPlanner:
         return plan
 
     def _brakings(
-        self, state: SliderState, limits: SliderLimits, room: Workspace
+        self, state: SliderState, limits: SliderLimits, room: Workspace, on_line: bool = True
     ) -> Iterator[Candidate]:
-        """Yield plans that come to rest: along the line, and last with each slider by itself."""
+        """Yield plans that come to rest, along the line or with each slider by itself."""
 
         def along(part: float) -> Plan:
             plan = self._lines.brake(state, limits, part)
@@ -246,9 +247,13 @@ class MotionPlanner:
             self._check_sliders(plan, limits, room)
             return plan
 
+        if not on_line:
+            yield apart
         for part in BRAKE_PARTS:
             yield partial(along, part)
-        yield apart
+        if on_line:
+            yield apart
+        yield partial(along, LEAST_BRAKE_PART)
 
     def _check_sliders(self, plan: CubicPlan, limits: SliderLimits, room: Workspace) -> None:
         """Check travel, by the exact extremes of the heights, and the platform's path."""

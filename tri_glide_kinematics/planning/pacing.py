@@ -49,16 +49,17 @@ class Pace(NamedTuple):
         coordinates: ascending from 0. Shape (n,) [s].
         weights: derivative of the coordinate. Shape (n,) [s/m].
         weight_slopes: their derivative. Shape (n,) [s/m^2].
-        acceleration: largest one of the coordinate that no slider limit forbids [1/s].
-        jerk: likewise [1/s^2].
+        accelerations: largest ones of the coordinate that no slider limit forbids at a place.
+            Shape (n,) [1/s].
+        jerks: likewise. Shape (n,) [1/s^2].
     """
 
     ways: FloatArray
     coordinates: FloatArray
     weights: FloatArray
     weight_slopes: FloatArray
-    acceleration: float
-    jerk: float
+    accelerations: FloatArray
+    jerks: FloatArray
 
     def refined(self, factors: FloatArray, slopes: FloatArray) -> Pace:
         """Return the pace whose weights are multiplied.
@@ -74,6 +75,33 @@ class Pace(NamedTuple):
             weights=weights,
             weight_slopes=weight_slopes,
         )
+
+    def start(self, speed: float, gain: float) -> tuple[float, float, float]:
+        """Return the coordinate, its rate and acceleration at the start of the line.
+
+        Args:
+            speed: of the platform [m/s].
+            gain: acceleration of the platform [m/s^2].
+        """
+        weight, slope = float(self.weights[0]), float(self.weight_slopes[0])
+        return 0.0, weight * speed, weight * gain + slope * speed * speed
+
+    def ramp_limits(self, rate: float, *, at_end: bool) -> tuple[float, float]:
+        """Return acceleration and jerk for a ramp between rest and ``rate`` at one end of the line.
+
+        Only the places that the ramp may pass count.
+        """
+        way = self.coordinates[-1] - self.coordinates[::-1] if at_end else self.coordinates
+        accelerations = self.accelerations[::-1] if at_end else self.accelerations
+        jerks = self.jerks[::-1] if at_end else self.jerks
+        places = 1
+        for _ in range(3):
+            acceleration = float(accelerations[:places].min())
+            jerk = float(jerks[:places].min())
+            # Twice the way of a ramp at these limits.
+            reach = rate * (rate / acceleration + acceleration / jerk)
+            places = int(np.searchsorted(way, reach)) + 1
+        return acceleration, jerk
 
     def law(self, coordinate: CoordinateLaw) -> WayLaw:
         """Return the way over time that belongs to a coordinate over time."""
@@ -144,8 +172,8 @@ def pace(
         _integrated(ways, weights, weight_slopes),
         weights,
         weight_slopes,
-        float(1.0 / (share / acceleration).max()),
-        float(1.0 / (share / jerk).max()),
+        1.0 / (share / acceleration).max(axis=-1),
+        1.0 / (share / jerk).max(axis=-1),
     )
 
 

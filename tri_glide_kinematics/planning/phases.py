@@ -65,22 +65,57 @@ def knots(phases: Sequence[tuple[float, float]], pieces: int, shortest: float) -
     return result
 
 
+def knots_with_blend(
+    phases: list[tuple[float, float]], pieces: int, shortest: float, blend: CubicPlan | None
+) -> FloatArray:
+    """Return knots like ``knots``, for a motion that is not over before its ``blend``.
+
+    The ``phases`` get a rest at their end if they are shorter.
+    """
+    if blend is None:
+        return np.array(knots(phases, pieces, shortest))
+    duration = sum(time for time, _ in phases)
+    if blend.duration > duration:
+        phases.append((blend.duration - duration, 0.0))
+    return np.array(with_knots_of(knots(phases, pieces, shortest), blend, shortest))
+
+
 def with_knots_of(times: list[float], blend: CubicPlan, shortest: float) -> list[float]:
     """Return ``times`` and the times at which ``blend`` changes its jerk, none too close [s]."""
-    inserted: list[float] = []
-    for time in [*blend.starts.tolist(), blend.duration]:
-        if shortest < time < times[-1] - shortest and (
-            not inserted or time - inserted[-1] > shortest
-        ):
-            inserted.append(time)
-    kept = [times[0], times[-1], *inserted]
+    return merged(times, [*blend.starts.tolist(), blend.duration], shortest)
+
+
+def merged(times: list[float], inserted: list[float], shortest: float) -> list[float]:
+    """Return ascending ``times`` with others ``inserted``, each at least ``shortest`` apart [s].
+
+    Of two that are too close the inserted one is kept, but for the first and the last time.
+    """
+    last = times[-1]
+    kept: list[float] = []
+    for time in inserted:
+        if shortest < time < last - shortest and (not kept or time - kept[-1] > shortest):
+            kept.append(time)
+    result = [times[0]]
     position = 0
     for time in times[1:-1]:
-        while position < len(inserted) and inserted[position] < time - shortest:
+        while position < len(kept) and kept[position] < time - shortest:
+            result.append(kept[position])
             position += 1
-        if position == len(inserted) or inserted[position] > time + shortest:
-            kept.append(time)
-    return sorted(kept)
+        if position == len(kept) or kept[position] > time + shortest:
+            result.append(time)
+    return [*result, *kept[position:], last]
+
+
+def after_phase(
+    state: tuple[float, float, float], duration: float, jerk: float
+) -> tuple[float, float, float]:
+    """Return value, rate and acceleration after a phase of constant jerk."""
+    value, rate, acceleration = state
+    return (
+        value + duration * (rate + duration * (acceleration / 2.0 + duration * jerk / 6.0)),
+        rate + duration * (acceleration + duration * jerk / 2.0),
+        acceleration + duration * jerk,
+    )
 
 
 def evaluate(
@@ -95,14 +130,12 @@ def evaluate(
     """
     rows = []
     time = 0.0
-    value, rate, acceleration = initial
+    state = initial
     for duration, jerk in phases:
         if duration > 0.0:
-            rows.append((time, value, rate, acceleration, jerk))
+            rows.append((time, *state, jerk))
             time += duration
-            value += duration * (rate + duration * (acceleration / 2.0 + duration * jerk / 6.0))
-            rate += duration * (acceleration + duration * jerk / 2.0)
-            acceleration += duration * jerk
+            state = after_phase(state, duration, jerk)
     table = np.array(rows)
     index = np.searchsorted(table[:, 0], times, side="right") - 1
     begins, values, rates, accelerations, jerks = table[index].T

@@ -75,8 +75,29 @@ class RuckigPlanner:
         Raises:
             PlanningError: if ruckig finds no solution.
         """
-        self._input.control_interface = ControlInterface.Velocity
-        return self._calculate(velocity, acceleration, limits, Synchronization.No)
+        return self.to_velocity([0.0] * len(velocity), velocity, acceleration, limits)
+
+    def to_velocity(
+        self,
+        target: Sequence[float],
+        velocity: Sequence[float],
+        acceleration: Sequence[float],
+        limits: tuple[Sequence[float], Sequence[float], Sequence[float]],
+    ) -> list[Phases]:
+        """Return the phases that lead to steady motion at the velocities ``target``.
+
+        Ruckig ignores the velocity limits here.
+
+        Raises:
+            PlanningError: if ruckig finds no solution.
+        """
+        parameters = self._input
+        parameters.control_interface = ControlInterface.Velocity
+        parameters.target_velocity = target
+        try:
+            return self._calculate(velocity, acceleration, limits, Synchronization.No)
+        finally:
+            parameters.target_velocity = [0.0] * len(target)
 
     def _calculate(
         self,
@@ -94,7 +115,8 @@ class RuckigPlanner:
             parameters.max_jerk = [factor * jerk for jerk in limits[2]]
             try:
                 self._ruckig.calculate(parameters, self._trajectory)
-            except RuckigError as error:
+            # The binding has no name for some results and raises a ValueError then.
+            except (RuckigError, ValueError) as error:
                 reason = str(error).strip().splitlines()
             else:
                 return [

@@ -1,0 +1,76 @@
+"""An engine for the default machine, and what its tests look at."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from strategies import DEFAULT_GEOMETRY, DEFAULT_LIMITS
+
+from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, SliderLimits
+from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+
+Floats = NDArray[np.float64]
+
+DT = 0.001
+LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
+WORKSPACE = Workspace(MACHINE, DEFAULT_LIMITS)
+HOME = (0.6, 0.6, 0.6)
+
+KINDS = tuple(MotionKind)
+
+
+def engine(
+    kind: MotionKind = MotionKind.SLIDER,
+    limits: SliderLimits = LIMITS,
+    workspace_limits: WorkspaceLimits = DEFAULT_LIMITS,
+    heights=HOME,
+    **options,
+) -> MotionEngine:
+    """Return an engine that rests at ``heights``."""
+    started = MotionEngine(Workspace(MACHINE, workspace_limits), limits, kind=kind, **options)
+    started.start(heights)
+    return started
+
+
+def run(moving: MotionEngine, seconds: float) -> Floats:
+    """Step an engine; return the heights, the first of them before the first step."""
+    rows = [moving.state.heights]
+    rows += [moving.step(DT).heights for _ in range(round(seconds / DT))]
+    return np.array(rows)
+
+
+def run_to_rest(moving: MotionEngine, longest: float = 60.0) -> Floats:
+    """Step an engine until it is idle; return the heights."""
+    rows = [moving.state.heights]
+    while moving.phase is not MotionPhase.IDLE:
+        rows.append(moving.step(DT).heights)
+        assert len(rows) < longest / DT, "never came to rest"
+    return np.array(rows)
+
+
+def peaks(heights: Floats) -> Floats:
+    """Return the largest velocity, acceleration and jerk of any slider, by differences."""
+    found = []
+    for order in (1, 2, 3):
+        differences = np.abs(np.diff(heights, order, axis=0)) / DT**order
+        found.append(float(differences.max(initial=0.0)))
+    return np.array(found)
+
+
+def within(heights: Floats, limits: SliderLimits = LIMITS) -> bool:
+    """Return whether all sliders keep uniform ``limits``."""
+    bounds = (limits.velocity[0], limits.acceleration[0], limits.jerk[0])
+    return bool((peaks(heights) <= np.array(bounds) * (1.0 + np.array((1e-6, 1e-6, 1e-3)))).all())
+
+
+def place(moving: MotionEngine) -> Floats:
+    """Return where the platform is [m]."""
+    return np.array(MACHINE.forward(moving.state.heights))
+
+
+def platform_velocity(moving: MotionEngine) -> Floats:
+    """Return the velocity of the platform [m/s]."""
+    state = moving.state
+    return np.array(MACHINE.forward_velocity(state.heights, state.velocities)[1])
