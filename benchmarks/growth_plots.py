@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from benchmarks.growth_batches import Growth
 from benchmarks.growth_nodes import MachineLoad, ServiceGrowth
@@ -59,5 +60,6 @@ def save_machines(path: Path, loads: Sequence[MachineLoad]) -> None:
     late.set(ylabel="late cycles [%]", title="Late cycles of each ik_node", ylim=(0.0, None))
     for axes in (rates, late):
         axes.set_xlabel("machines, three nodes each")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.grid(alpha=0.3)
     figure.savefig(path, dpi=110)
