@@ -6,13 +6,29 @@ import math
 
 import numpy as np
 import pytest
+from f_mechanism_samples import bifurcating_mechanism
 from mechanism_requests import ask, columns, example_2, turn
 
 from tri_glide_interfaces.msg import CrankSweep, FMechanism, Point2, TraceEvent
 from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
 from tri_glide_kinematics.errors import DegenerateLinkageError, OutOfBoundsError, SelfMotionError
+from tri_glide_kinematics.mechanisms.f_mechanism_branch import EventKind
 from tri_glide_kinematics.nodes import f_mechanism_messages
 from tri_glide_kinematics.nodes.mechanism_messages import RefusedRequestError
+
+
+def message_of(mechanism):
+    """Return the message that describes a mechanism of the library."""
+    linkage = mechanism.linkage
+    return FMechanism(
+        base=[Point2(x=p.real, y=p.imag) for p in linkage.pivots],
+        crank_lengths=linkage.cranks,
+        rod_lengths=linkage.rods,
+        platform=[Point2(x=p.real, y=p.imag) for p in linkage.joints],
+        phase_b=mechanism.phase_b,
+        phase_c=mechanism.phase_c,
+        counter_rotating=mechanism.counter_rotating,
+    )
 
 
 def solve_f_mechanism(**fields):
@@ -165,6 +181,35 @@ class TestTraceFMechanism:
         # Beyond a turning point the cranks run the other way.
         crank = np.array(passed.crank_angle)
         assert crank[event.row + 2] < crank[event.row + 1] < event.crank_angle
+
+    def test_a_bifurcation_stops_the_trace_or_is_passed(self):
+        mechanism, crank_angle, (angle, place) = bifurcating_mechanism(np.random.default_rng(5))
+        request = {
+            "mechanism": message_of(mechanism),
+            "sweep": CrankSweep(
+                start_angle=crank_angle - 0.01, end_angle=crank_angle + 0.01, steps=20
+            ),
+            "start_by": TraceFMechanism.Request.BY_ANGLE,
+            "pose_angle": angle,
+        }
+        stopped = trace_f_mechanism(**request)
+        passed = trace_f_mechanism(**request, go_through=True)
+        event = stopped.events[-1]
+        assert event.kind == TraceEvent.BIFURCATION
+        assert event.row == len(stopped.angle) - 1 == 10
+        assert event.crank_angle == pytest.approx(crank_angle, abs=1e-9)
+        assert math.remainder(event.angle - angle, math.tau) == pytest.approx(0.0, abs=1e-8)
+        assert (event.position.x, event.position.y) == pytest.approx((place.real, place.imag))
+        assert [event.kind for event in passed.events] == [TraceEvent.BIFURCATION, TraceEvent.END]
+        assert len(passed.angle) == 21
+        assert np.abs(np.diff(passed.angle, 2)).max() < 1e-3
+
+    def test_events_have_the_names_of_the_library(self):
+        numbers = f_mechanism_messages.EVENT_KINDS
+        assert set(numbers) == set(EventKind)
+        for kind, number in numbers.items():
+            assert number == getattr(TraceEvent, kind.name)
+        assert len(set(numbers.values())) == len(numbers)
 
     def test_start_by_angle_takes_the_nearest_position(self):
         poses = solve_f_mechanism(mechanism=example_2(), crank_angle=math.radians(146.0)).poses

@@ -34,9 +34,10 @@ MAX_STEPS = 100_000
 MAX_TURNS = 100
 """A trace covers at most this many turns of the crank: they take about two seconds."""
 
-_EVENT_KINDS = {
+EVENT_KINDS = {
     EventKind.TURNING_POINT: TraceEvent.TURNING_POINT,
     EventKind.BIFURCATION: TraceEvent.BIFURCATION,
+    EventKind.SINGULAR: TraceEvent.SINGULAR,
     EventKind.END: TraceEvent.END,
     EventKind.CLOSED: TraceEvent.CLOSED,
 }
@@ -203,7 +204,7 @@ def _columns(points: NDArray[np.float64]) -> tuple[object, object]:
 
 def _event_message(event: FMechanismEvent) -> TraceEvent:
     return TraceEvent(
-        kind=_EVENT_KINDS[event.kind],
+        kind=EVENT_KINDS[event.kind],
         row=event.index - 1,
         crank_angle=event.crank_angle,
         angle=event.pose.angle,
