@@ -18,7 +18,7 @@ from benchmarks.bench_services import (
     mean_time,
     service_name,
 )
-from benchmarks.ros_session import session
+from benchmarks.ros_session import NoAnswerError, session
 from tri_glide_interfaces.srv import TraceFMechanism, TraceFourBar
 
 MOST_STEPS = {TraceFourBar: 1_000_000, TraceFMechanism: 100_000}  # that a request may ask for
@@ -85,7 +85,7 @@ def services() -> Iterator[ServiceGrowth]:
 
 
 def machines() -> Iterator[MachineLoad]:
-    """Move 1 to 8 machines at the default rate, each with its three nodes in its namespace."""
+    """Move 1 to 8 machines, if so many start, each with its three nodes in its namespace."""
     for count in MACHINES:
         with session() as running:
             reports: dict[str, list[tuple[float, float]]] = defaultdict(list)
@@ -104,10 +104,13 @@ def machines() -> Iterator[MachineLoad]:
                     running.start_node(node, f"/machine_{number}")
                 topic = f"/machine_{number}/target_pose"
                 publishers.append(running.probe.create_publisher(PoseStamped, topic, 10))
-            running.spin_until(
-                lambda: len(reports) == count,  # noqa: B023
-                "diagnostics of each machine",
-            )
+            try:
+                running.spin_until(
+                    lambda: len(reports) == count,  # noqa: B023
+                    "diagnostics of each machine",
+                )
+            except NoAnswerError:
+                return  # more than this computer can start: the curve ends here
             running.spin_for(3.0)
             reports.clear()
             for index in range(int(MACHINE_TIME / TARGET_PERIOD)):
