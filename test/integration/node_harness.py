@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 import os
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from subprocess import Popen
@@ -131,10 +132,12 @@ class Client:
             assert time.monotonic() < end, f"waited {timeout:g} s in vain for {what}"
             self.spin_once()
 
-    def record(self, kind: type, topic: str, qos: QoSProfile = DEEP_QUEUE) -> list[Any]:
-        """Return a list to which each message of a topic is appended."""
-        messages: list[Any] = []
-        self.node.create_subscription(kind, topic, messages.append, qos)
+    def record(
+        self, kind: type, topic: str, qos: QoSProfile = DEEP_QUEUE, keep: int | None = None
+    ) -> Any:
+        """Return a list of all messages of a topic, or a deque of the last ``keep`` ones."""
+        messages: Any = [] if keep is None else deque(maxlen=keep)
+        self.node.create_subscription(kind, topic, lambda message: messages.append(message), qos)
         return messages
 
     def publisher(self, kind: type, topic: str, qos: QoSProfile | int = 10) -> Any:
@@ -193,12 +196,24 @@ class Client:
 class Machine:
     """The simulator and ik_node of one namespace, and what the client hears of them."""
 
-    def __init__(self, client: Client, launcher: Launcher, namespace: str | None = None) -> None:
+    def __init__(
+        self,
+        client: Client,
+        launcher: Launcher,
+        namespace: str | None = None,
+        *,
+        listen: bool = True,
+    ) -> None:
+        """Listen to the state, and unless ``listen`` is false to commands and measurements."""
         self.client = client
         self.namespace = namespace or client.namespace
         self._launcher = launcher
-        self.commands = client.record(JointState, f"{self.namespace}/joint_commands")
-        self.measured = client.record(JointState, f"{self.namespace}/joint_states")
+        self._listen = listen
+        self.commands: list[JointState] = []
+        self.measured: list[JointState] = []
+        if listen:
+            self.commands = client.record(JointState, f"{self.namespace}/joint_commands")
+            self.measured = client.record(JointState, f"{self.namespace}/joint_states")
         self.states = client.record(DiagnosticStatus, f"{self.namespace}/ik_node/status", LATCHED)
 
     def start_simulator(
@@ -228,14 +243,19 @@ class Machine:
         return self
 
     def wait_until_connected(self) -> None:
-        """Wait until the machine is idle, commands come, and targets get there.
+        """Wait until the machine is idle, commands come, and targets get there."""
+        self.wait_for_state("idle")
+        if self._listen:
+            self.client.wait_for(lambda: self.commands and self.measured, "joint commands")
+        if self.namespace == self.client.namespace:
+            self.wait_until_targets_get_there()
+
+    def wait_until_targets_get_there(self) -> None:
+        """Send targets that are refused until both refusals have come.
 
         A publisher may know of a subscription before that knows of it, and what it publishes
-        meanwhile is lost. So targets that are refused are sent until both refusals have come.
+        meanwhile is lost.
         """
-        self.wait_for_state("idle")
-        if self.namespace != self.client.namespace:
-            return
 
         def connected() -> bool:
             refused = [f"refused a target {kind}: " in self.ik.output for kind in ("pose", "twist")]
@@ -246,7 +266,6 @@ class Machine:
             return all(refused)
 
         self.client.wait_for(connected, "ik_node to hear targets")
-        self.client.wait_for(lambda: self.commands and self.measured, "joint commands")
 
     @property
     def state(self) -> str:

@@ -75,6 +75,9 @@ def test_a_stop_is_a_trajectory_too(machine, client):
     machine.wait_for_state("idle")
     machine.catch_up()
     client.wait_for(lambda: len(trajectories) == 2, "the trajectory of the stop")
+    client.send_twist((0.0, 0.0, 0.1))
+    reason = "no jog while command_outputs has joint_trajectory"
+    client.wait_for(lambda: reason in machine.ik.output, reason)
     last = trajectories[-1].points[-1]
     assert list(last.positions) == pytest.approx(machine.heights(), abs=1e-9)
     assert list(last.velocities) == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
@@ -132,13 +135,14 @@ def test_documented_remaps_fit_the_topic_hardware_interface(machine, client, nod
         return [word for remap in documented_remaps(node) for word in ("-r", remap)]
 
     nodes.start("simulator_node", arguments=arguments("simulator_node"))
-    nodes.start(
+    machine.ik = nodes.start(
         "ik_node",
         {"command_outputs": ["forward_command"], "tracking_error_limit": 0.2},
         arguments=arguments("ik_node"),
     )
     client.wait_for(lambda: hardware.commanded, "the chain to close")
     machine.wait_for_state("idle")
+    machine.wait_until_targets_get_there()
     machine.wait_for_new_state("idle", lambda: client.send_pose(TARGET))
     client.wait_for(
         lambda: math.dist(hardware.states.position, MACHINE.inverse(TARGET)) < 5e-5,

@@ -93,7 +93,7 @@ def test_cable_is_cut_in_mid_motion(cable, machine, client):
     machine.wait_for_state("idle")
     machine.catch_up()
     resumed = [message for message in machine.commands if client.time_of(message) > now]
-    assert not any(resumed[0].velocity)
+    assert max(map(abs, resumed[0].velocity)) < 0.01
     machine.move(TARGET)
     machine.wait_for_measured_rest()
     assert machine.heights(machine.measured[-1]) == pytest.approx(MACHINE.inverse(TARGET), abs=1e-5)

@@ -83,6 +83,7 @@ class MotionController:
         self._machine = StateMachine(first, reason, on_change)
         self._travel = travel
         self._on_refusal = on_refusal
+        self._limits = (engine.limits, engine.speed_scale)
         self._leading = False
         self._commanded: Vector3 | None = None
         self._measured: Vector3 | None = None
@@ -235,6 +236,10 @@ class MotionController:
 
     def set_limits(self, limits: SliderLimits, speed_scale: float) -> None:
         """Change the limits; a motion that is too fast for them slows down first."""
+        # The engine makes a new plan for each change.
+        if (limits, speed_scale) == self._limits:
+            return
+        self._limits = (limits, speed_scale)
         self._engine.set_limits(limits)
         self._engine.set_speed_scale(speed_scale)
 

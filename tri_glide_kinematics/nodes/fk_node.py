@@ -19,7 +19,6 @@ from tri_glide_kinematics.nodes.diagnostics import (
 from tri_glide_kinematics.nodes.live_parameters import LiveParameters
 from tri_glide_kinematics.nodes.machine import check_joint_names, machine_of
 from tri_glide_kinematics.nodes.messages import SliderReader
-from tri_glide_kinematics.nodes.parameter_table import Values
 from tri_glide_kinematics.nodes.parameters import FK_NODE
 from tri_glide_kinematics.nodes.reason_log import ReasonLog
 
@@ -37,7 +36,7 @@ class FkNode(Node):
             KinematicsError: if a parameter has a value that it cannot work with.
         """
         super().__init__("fk_node")
-        values = LiveParameters(self, FK_NODE, _check).values
+        values = LiveParameters(self, FK_NODE, check_joint_names).values
         self._machine = machine_of(values)
         self._reader = SliderReader(values["joint_names"])
         self._reasons = ReasonLog(self.get_logger().warning, lines_per_second=1)
@@ -95,8 +94,3 @@ class FkNode(Node):
         if not poses:
             return Health(STALE, "no measured slider heights", values)
         return Health(OK, "platform pose is published", values)
-
-
-def _check(values: Values) -> None:
-    check_joint_names(values)
-    machine_of(values)

@@ -59,6 +59,7 @@ class IkNode(Node):
         period = 1.0 / values["rate"]
         self._base_frame = values["base_frame"]
         self._platform_frame = values["platform_frame"]
+        check_joint_names(values)
         self._reader = SliderReader(values["joint_names"])
         self._refused = ReasonLog(self.get_logger().warning, lines_per_second=10)
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
@@ -166,7 +167,5 @@ class IkNode(Node):
 
 
 def _check(values: Values) -> None:
-    check_joint_names(values)
-    machine = machine_of(values)
+    """Check what can be set live; the rest is checked by what is made of it at the start."""
     limits_of(values)
-    Workspace(machine, workspace_limits_of(values))

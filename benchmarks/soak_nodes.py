@@ -1,0 +1,193 @@
+"""Soak of the nodes as real processes: rough treatment for minutes, then ten minutes at 1 kHz.
+
+Run it as ``python -m benchmarks.soak_nodes``; it exits with 1 if a process ended, a limit was
+broken, a target was not reached, or the memory of a process grew by more than 1 MB after the first
+minute.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import domain_coordinator
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
+
+from tri_glide_interfaces.msg import FourBar
+from tri_glide_interfaces.srv import SolveFourBar
+
+# The tests do the same for seconds.
+sys.path.insert(0, str(Path(__file__).parents[1] / "test" / "integration"))
+
+from node_harness import Client, Launcher, Machine, RunningNode
+from node_scenarios import (
+    NORMAL_VALUES,
+    assert_commands_within_limits,
+    assert_normal_target_is_reached,
+    flood,
+    hostility,
+    parameter_storm,
+)
+
+TARGETS = ((0.08, 0.03, 0.35), (-0.06, 0.05, 0.22), (0.0, 0.0, 0.25))
+ALL_NODES = ("simulator_node", "ik_node", "fk_node", "mechanism_node")
+ALLOWED_GROWTH = 1.0  # MB, after the first minute
+MEGABYTE = 1024.0 * 1024.0
+HEALTHY = {
+    "lag": 0.005,
+    "encoder_resolution": 1e-6,
+    "drop_out": 0.0,
+    "frozen_encoders": [False] * 3,
+    "encoder_offsets": [0.0] * 3,
+    "stuck_sliders": [False] * 3,
+}
+
+
+def say(text: str) -> None:
+    """Print one line at once."""
+    print(f"soak: {text}", flush=True)
+
+
+@contextmanager
+def own_domain() -> Iterator[Context]:
+    """Give a context in a domain that nothing else on this computer uses."""
+    with domain_coordinator.domain_id() as domain:
+        os.environ["ROS_DOMAIN_ID"] = str(domain)
+        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+        context = Context()
+        rclpy.init(context=context, args=[])
+        try:
+            yield context
+        finally:
+            context.try_shutdown()
+
+
+@contextmanager
+def session(context: Context, name: str) -> Iterator[tuple[Client, Launcher]]:
+    """Give a client and a launcher in a namespace of their own."""
+    with tempfile.TemporaryDirectory() as folder:
+        client = Client(context, f"/soak_{name}")
+        launcher = Launcher(Path(folder), client.namespace)
+        try:
+            yield client, launcher
+        finally:
+            launcher.stop()
+            client.close()
+        for node in launcher.started:
+            assert "Traceback" not in node.output, node.output
+
+
+def rough_treatment(context: Context, minutes: float) -> None:
+    """Abuse a machine in three ways, for so long each, and check it afterwards."""
+    duration = 60.0 * minutes
+    for name in ("hostility", "flood", "parameter storm"):
+        say(f"{name} for {duration:.0f} s")
+        with session(context, name.replace(" ", "_")) as (client, launcher):
+            machine = Machine(client, launcher).start()
+            if name == "hostility":
+                hostility(machine, duration)
+            elif name == "flood":
+                flood(machine, 10_000.0, duration)
+            else:
+                say(f"{parameter_storm(machine, duration)} sets of parameters")
+            assert machine.ik.is_running
+            assert machine.simulator.is_running
+            assert client.set_parameters("simulator_node", HEALTHY).successful
+            assert client.set_parameters("ik_node", NORMAL_VALUES).successful
+            assert_normal_target_is_reached(machine)
+            assert_commands_within_limits(machine)
+            say(f"{len(machine.commands)} commands, none outside the limits")
+
+
+def resident(node: RunningNode) -> float:
+    """Return the resident memory of a process [MB]."""
+    pages = int(Path(f"/proc/{node.pid}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / MEGABYTE
+
+
+def processor_time(node: RunningNode) -> float:
+    """Return the processor time that a process has used [s]."""
+    fields = Path(f"/proc/{node.pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def endurance(context: Context, minutes: float, rate: float) -> bool:
+    """Run all nodes, with targets all the time; return whether memory stayed flat."""
+    say(f"all nodes at {rate:g} Hz for {minutes:g} minutes")
+    with session(context, "endurance") as (client, launcher):
+        machine = Machine(client, launcher, listen=False)
+        for name in ALL_NODES:
+            parameters = {} if name == "mechanism_node" else {"rate": rate}
+            node = launcher.start(name, {**parameters, "measured_timeout": 1.0})
+            if name == "ik_node":
+                machine.ik = node
+        diagnostics = client.record(DiagnosticArray, "/diagnostics", keep=1000)
+        machine.wait_until_connected()
+        request = SolveFourBar.Request(
+            linkage=FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0), crank_angle=0.5
+        )
+        begin = time.monotonic()
+        busy = [processor_time(node) for node in launcher.started]
+        sizes: list[list[float]] = [[] for _ in launcher.started]
+        settled = 0
+        moves = 0
+        while (elapsed := time.monotonic() - begin) < 60.0 * minutes:
+            target = TARGETS[moves % len(TARGETS)]
+            machine.wait_for_new_state("idle", lambda target=target: client.send_pose(target))
+            moves += 1
+            assert client.call(SolveFourBar, "mechanism_node/solve_four_bar", request).success
+            assert all(node.is_running for node in launcher.started)
+            for size, node in zip(sizes, launcher.started):
+                size.append(resident(node))
+            if elapsed < 60.0:
+                settled = len(sizes[0]) - 1
+        elapsed = time.monotonic() - begin
+        flat = True
+        for node, size, before in zip(launcher.started, sizes, busy):
+            growth = max(size[settled:]) - size[settled]
+            flat = flat and growth <= ALLOWED_GROWTH
+            load = 100.0 * (processor_time(node) - before) / elapsed
+            say(
+                f"{node.name:15} {size[settled]:6.1f} MB after a minute, then at most "
+                f"{growth:+.2f} MB; {load:.0f} % of a core"
+            )
+        values = [
+            {entry.key: entry.value for entry in status.values}
+            for array in diagnostics
+            for status in array.status
+            if status.name.endswith("ik_node")
+        ]
+        rates = sorted(float(entry["loop rate [1/s]"]) for entry in values[1:])
+        say(
+            f"{moves} moves; {rates[len(rates) // 2]:.1f} cycles a second, "
+            f"{values[-1]['late cycles']} late"
+        )
+        assert "fault" not in machine.ik.output
+    return flat
+
+
+def main() -> int:
+    """Run the soak from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rough-minutes", type=float, default=1.0, help="of each rough treatment")
+    parser.add_argument("--minutes", type=float, default=10.0, help="of endurance")
+    parser.add_argument("--rate", type=float, default=1000.0, help="cycles a second")
+    arguments = parser.parse_args()
+    with own_domain() as context:
+        if arguments.rough_minutes > 0.0:
+            rough_treatment(context, arguments.rough_minutes)
+        flat = endurance(context, arguments.minutes, arguments.rate)
+    say("passed" if flat else "FAILED: the memory of a process grows")
+    return 0 if flat else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
