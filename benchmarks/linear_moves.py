@@ -7,7 +7,7 @@ No motion along a line can be faster than two bounds allow (docs/motion.md deriv
   is at most $\rho(t)$ after the start and before the end, where $\rho$ is the largest part of its
   velocity limit that any slider can have reached: $\Sigma \le 2 \int_0^{T/2} \rho\, dt$.
 
-Run it as ``python benchmarks/linear_moves.py --moves 10000``; it exits with 1 if a requirement of
+Run it as ``python -m benchmarks.linear_moves --moves 10000``; it exits with 1 if a requirement of
 the measurement is not met.
 """
 

@@ -5,7 +5,9 @@ mid-motion and in floods. What comes out is checked by finite differences of the
 a drive sees it: velocity, acceleration and jerk of each slider, its travel, and by the forward
 kinematics the place of the platform.
 
-Run it as ``python benchmarks/soak_motion.py --steps 5000000``; it exits with 1 after a violation.
+After that come the 10,000 moves of ``linear_moves`` and the 10,000 jogs of ``edge_jogs``.
+
+Run it as ``python -m benchmarks.soak_motion --steps 5000000``; it exits with 1 after a violation.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks import edge_jogs, linear_moves
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
@@ -418,7 +421,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(f"farthest beyond the rest of the workspace {findings.place:.3g} m")
     for violation in findings.violations:
         print("VIOLATION:", violation)
-    return 1 if findings.violations else 0
+    print("linear moves:", flush=True)
+    moves = linear_moves.main([])
+    print("jogs into the edge:", flush=True)
+    jogs = edge_jogs.main([])
+    return 1 if findings.violations or moves or jogs else 0
 
 
 if __name__ == "__main__":

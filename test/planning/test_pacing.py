@@ -59,8 +59,19 @@ def test_largest_acceleration_and_jerk_bring_one_slider_to_its_limit(shape):
     paced = pace(ACROSS, LIMITS, shape)
     _, first, _, _ = ACROSS.derivatives(paced.ways)
     steps = np.abs(first) / paced.weights[:, np.newaxis]
-    assert (steps * paced.acceleration / LIMITS.acceleration).max() == pytest.approx(1.0)
-    assert (steps * paced.jerk / LIMITS.jerk).max() == pytest.approx(1.0)
+    assert (steps * paced.accelerations.min() / LIMITS.acceleration).max() == pytest.approx(1.0)
+    assert (steps * paced.jerks.min() / LIMITS.jerk).max() == pytest.approx(1.0)
+
+
+def test_ramps_look_at_their_own_part_of_the_line_alone():
+    steep_end = StraightLine.between(DEFAULT_GEOMETRY, (0.0, 0.0, 0.3), (0.0, -0.19, 0.3))
+    paced = pace(steep_end, LIMITS, Shape(12, 3.0), 0.05)
+    begin, end = (paced.ramp_limits(1.0, at_end=at_end) for at_end in (False, True))
+    assert begin[0] > 3.0 * end[0]
+    assert begin[1] > 3.0 * end[1]
+    assert begin[0] <= paced.accelerations[0]
+    assert end[0] <= paced.accelerations[-1]
+    assert min(begin[0], end[0]) >= paced.accelerations.min()
 
 
 def test_platform_keeps_its_speed_where_the_sliders_allow_it():

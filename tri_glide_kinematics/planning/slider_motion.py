@@ -110,6 +110,6 @@ def height_extremes(plan: CubicPlan, since: float = 0.0) -> tuple[FloatArray, Fl
         turnings = np.stack((sum_of_terms / jerk, 2.0 * velocity / sum_of_terms))
         inside = (turnings > 0.0) & (turnings < lengths[:, np.newaxis])
     time = np.where(inside, turnings, 0.0)
-    heights = height + time * (velocity + time * (acceleration / 2.0 + time * jerk / 6.0))
-    heights = np.concatenate((final, *heights))
+    turns = height + time * (velocity + time * (acceleration / 2.0 + time * jerk / 6.0))
+    heights = np.concatenate((final, height, *turns))
     return heights.min(axis=0), heights.max(axis=0)

@@ -1,0 +1,128 @@
+"""Jogs into the edge of the workspace: straight, inside, and to the edge.
+
+Run it as ``python -m benchmarks.edge_jogs --jogs 10000``; it exits with 1 if one is not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.linear_moves import LIMITS, MACHINE, WORKSPACE
+from tri_glide_kinematics.errors import KinematicsError, NoRoomError
+from tri_glide_kinematics.motion import MotionEngine
+
+Floats = NDArray[np.float64]
+
+SAMPLES = 200
+LARGEST_ANGLE = math.radians(1.0)
+ROUNDING = 1e-9
+
+# Beyond the end of a jog by so much there has to be the outside [m].
+BEYOND = 2e-4
+
+# Ways shorter than this have no direction but that of their rounding [m].
+SHORTEST_WAY = 1e-9
+
+
+@dataclass
+class Jogs:
+    """What many jogs from rest have shown.
+
+    Attributes:
+        done: how many were not refused.
+        angle: largest angle between the way of the platform and the twist [rad].
+        overrun: largest overrun of slider travel or reach, at any time [m].
+        at_edge: how many ended at the edge.
+    """
+
+    done: int = 0
+    angle: float = 0.0
+    overrun: float = -math.inf
+    at_edge: int = 0
+
+
+def overrun(heights: Floats) -> float:
+    """Return by how much slider travel or reach is passed, negative if it is not [m]."""
+    limits = WORKSPACE.limits
+    across = np.array(MACHINE.geometry.anchors) - MACHINE.forward_batch(heights)[:, np.newaxis, :2]
+    reach = np.array(MACHINE.geometry.arm_lengths) - limits.reach_margin
+    return max(
+        float((np.array(limits.lower_heights) - heights).max()),
+        float((heights - np.array(limits.upper_heights)).max()),
+        float((np.linalg.norm(across, axis=-1) - reach).max()),
+    )
+
+
+def random_heights(rng: np.random.Generator) -> tuple[float, float, float]:
+    """Return slider heights of a place inside the workspace."""
+    while True:
+        place = rng.uniform((-0.25, -0.25, -0.1), (0.25, 0.25, 0.6)).tolist()
+        try:
+            return WORKSPACE.check_position(place)
+        except KinematicsError:
+            continue
+
+
+def random_twist(rng: np.random.Generator, slowest: float = 0.02) -> list[float]:
+    """Return a velocity in any direction, of up to 2 m/s."""
+    direction = rng.normal(size=3)
+    speed = slowest * (2.0 / slowest) ** rng.random()
+    return [float(speed * part) for part in direction / np.linalg.norm(direction)]
+
+
+def measure(count: int, seed: int) -> Jogs:
+    """Jog from random places in random directions up to the edge."""
+    rng = np.random.default_rng(seed)
+    engine = MotionEngine(WORKSPACE, LIMITS)
+    found = Jogs()
+    for _ in range(count):
+        engine.start(random_heights(rng))
+        begin = np.array(MACHINE.forward(engine.state.heights))
+        twist = random_twist(rng)
+        unit = np.array(twist) / math.hypot(*twist)
+        try:
+            engine.jog(twist)
+        except NoRoomError:
+            continue
+        found.done += 1
+        heights = engine.sample_plan(np.linspace(0.0, engine.remaining, SAMPLES)).heights
+        found.overrun = max(found.overrun, overrun(heights))
+        offsets = MACHINE.forward_batch(heights) - begin
+        along = offsets @ unit
+        beside = np.linalg.norm(offsets - along[:, np.newaxis] * unit, axis=1)
+        far = along > SHORTEST_WAY
+        found.angle = max(found.angle, float(np.arctan2(beside[far], along[far]).max()))
+        try:
+            WORKSPACE.check_position((begin + offsets[-1] + BEYOND * unit).tolist())
+        except KinematicsError:
+            found.at_edge += 1
+    return found
+
+
+def is_met(found: Jogs) -> bool:
+    """Return whether all jogs were as they have to be."""
+    return found.angle < LARGEST_ANGLE and found.overrun <= ROUNDING and found.at_edge == found.done
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Measure, and print what was found."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--jogs", type=int, default=10_000)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args(arguments)
+    found = measure(options.jogs, options.seed)
+    print(f"{found.done} of {options.jogs} jogs had room, {found.at_edge} ended at the edge")
+    print(f"largest angle between way and twist {math.degrees(found.angle):.3g} deg")
+    print(f"farthest beyond travel or reach {found.overrun:.3g} m")
+    return 0 if is_met(found) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
