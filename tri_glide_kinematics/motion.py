@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
-from tri_glide_kinematics.checks import finite_vector, positive
+from tri_glide_kinematics.checks import finite_vector
 from tri_glide_kinematics.errors import (
     KinematicsError,
     NoRoomError,
@@ -22,6 +21,7 @@ from tri_glide_kinematics.errors import (
     OutOfBoundsError,
 )
 from tri_glide_kinematics.limits import SliderLimits
+from tri_glide_kinematics.planning.commands import Command, DriveLimits, Jog, Move, stays_within
 from tri_glide_kinematics.planning.motion_planner import MotionKind, MotionPlanner
 from tri_glide_kinematics.planning.plans import (
     AT_REST,
@@ -54,10 +54,6 @@ COMMAND_INTERVAL = 0.005
 # A jog that is slower than this is a stop [m/s].
 SLOWEST_JOG = 1e-7
 
-# Twists whose directions differ by less than this are the same [rad], and whose sizes by less than
-# this part.
-SAME_TWIST = 1e-9
-
 
 class MotionPhase(Enum):
     """What the engine is doing."""
@@ -66,32 +62,6 @@ class MotionPhase(Enum):
     MOVING = "moving"
     JOGGING = "jogging"
     STOPPING = "stopping"
-
-
-@dataclass(frozen=True)
-class _Move:
-    position: Vector3
-
-
-@dataclass(frozen=True)
-class _Jog:
-    direction: Vector3
-    speed: float
-
-
-_Command = _Move | _Jog
-
-
-@dataclass(frozen=True)
-class _Limits:
-    """Limits of the drives, and how much of their velocity is used."""
-
-    sliders: SliderLimits
-    speed_scale: float
-
-    @property
-    def effective(self) -> SliderLimits:
-        return self.sliders.with_velocity_scaled(self.speed_scale)
 
 
 class MotionEngine:
@@ -128,13 +98,13 @@ class MotionEngine:
         self._workspace = workspace
         self._planner = MotionPlanner(workspace, kind)
         self._kind = kind
-        self._limits = _Limits(limits, _checked_scale(speed_scale))
-        self._pending_limits: _Limits | None = None
+        self._limits = DriveLimits(limits, speed_scale)
+        self._pending_limits: DriveLimits | None = None
         self._plan: Plan | None = None
         self._time = 0.0
         # What the held plan carries out, or is to be once what waits is done.
-        self._command: _Command | None = None
-        self._waiting: _Command | None = None
+        self._command: Command | None = None
+        self._waiting: Command | None = None
         self._stopping = False
         self._stop_waits = False
         self._retry_at = math.inf
@@ -172,7 +142,7 @@ class MotionEngine:
             return MotionPhase.IDLE
         if self._stopping:
             return MotionPhase.STOPPING
-        return MotionPhase.JOGGING if isinstance(self._command, _Jog) else MotionPhase.MOVING
+        return MotionPhase.JOGGING if isinstance(self._command, Jog) else MotionPhase.MOVING
 
     @property
     def remaining(self) -> float:
@@ -183,7 +153,7 @@ class MotionEngine:
     def target(self) -> Vector3 | None:
         """Position of the platform that is being moved to or was reached [m]."""
         newest = self._waiting or self._command
-        return newest.position if isinstance(newest, _Move) else None
+        return newest.position if isinstance(newest, Move) else None
 
     @property
     def state(self) -> SliderState:
@@ -229,7 +199,7 @@ class MotionEngine:
         """
         self._held()
         x, y, z = finite_vector("position", position, 3)
-        move = _Move((x, y, z))
+        move = Move((x, y, z))
         if move == (self._waiting or self._command):
             return
         self._workspace.check_position((x, y, z))
@@ -254,9 +224,9 @@ class MotionEngine:
         if speed < SLOWEST_JOG:
             self.stop()
             return
-        jog = _Jog((x / speed, y / speed, z / speed), speed)
+        jog = Jog((x / speed, y / speed, z / speed), speed)
         newest = self._waiting or self._command
-        renewed = isinstance(newest, _Jog) and _is_same(jog, newest)
+        renewed = isinstance(newest, Jog) and newest.is_renewed_by(jog)
         if renewed and self.remaining > 0.0:
             return
         try:
@@ -290,7 +260,7 @@ class MotionEngine:
             limits: already checked as a set by their class.
         """
         newest = self._pending_limits or self._limits
-        self._change(_Limits(limits, newest.speed_scale))
+        self._change(DriveLimits(limits, newest.speed_scale))
 
     def set_speed_scale(self, speed_scale: float) -> None:
         """Change the part of the velocities that is used, as ``set_limits`` changes limits.
@@ -303,7 +273,7 @@ class MotionEngine:
             OutOfBoundsError: if it is not in (0, 1].
         """
         newest = self._pending_limits or self._limits
-        self._change(_Limits(newest.sliders, _checked_scale(speed_scale)))
+        self._change(DriveLimits(newest.sliders, speed_scale))
 
     def step(self, dt: float) -> SliderState:
         """Advance by ``dt`` [s] and return the setpoint.
@@ -343,7 +313,7 @@ class MotionEngine:
             raise NotStartedError
         return self._plan
 
-    def _hold(self, plan: Plan, command: _Command | None) -> None:
+    def _hold(self, plan: Plan, command: Command | None) -> None:
         """Replace the plan by one that begins with the present setpoint."""
         self._plan = plan
         self._time = 0.0
@@ -357,7 +327,7 @@ class MotionEngine:
         waits = self._stop_waits or self._pending_limits is not None or self._waiting is not None
         self._retry_at = self._time + RETRY_INTERVAL if waits else math.inf
 
-    def _planned(self, command: _Command, limits: _Limits, *, or_after: bool) -> Plan:
+    def _planned(self, command: Command, limits: DriveLimits, *, or_after: bool) -> Plan:
         """Return a plan for ``command`` from the present setpoint.
 
         Args:
@@ -369,13 +339,13 @@ class MotionEngine:
             KinematicsError: if there is none.
         """
         state, moving = self.state, self.remaining > 0.0
-        if isinstance(command, _Jog):
+        if isinstance(command, Jog):
             speed = command.speed * limits.speed_scale
             return self._planner.jog(state, command.direction, speed, limits.effective, moving)
         held = SequencePlan((self._held(),), self._time) if or_after else None
         return self._planner.move(state, command.position, limits.effective, moving, held)
 
-    def _obey(self, command: _Command) -> None:
+    def _obey(self, command: Command) -> None:
         """Hold a plan for ``command``, or let it wait if it comes too soon after one of its kind.
 
         Raises:
@@ -409,7 +379,7 @@ class MotionEngine:
             self._plan, self._time = plan, 0.0
         return True
 
-    def _change(self, limits: _Limits) -> None:
+    def _change(self, limits: DriveLimits) -> None:
         """Put limits in force now, or slow down until that is possible."""
         self._pending_limits = None
         if limits == self._limits or self._takes_over(limits):
@@ -420,12 +390,12 @@ class MotionEngine:
         self._brake()
         self._retry_soon()
 
-    def _takes_over(self, limits: _Limits) -> bool:
+    def _takes_over(self, limits: DriveLimits) -> bool:
         """Put limits in force if the motion can go on inside them; return whether it does."""
         if self._plan is None or self.remaining == 0.0:
             self._limits = limits
             return True
-        if _is_within(self.state, limits.effective):
+        if stays_within(self.state, limits.effective):
             command = self._waiting or self._command
             try:
                 if command is not None:
@@ -453,31 +423,3 @@ class MotionEngine:
             except KinematicsError as error:
                 self._refusal = error
         self._retry_soon()
-
-
-def _checked_scale(speed_scale: float) -> float:
-    scale = positive("speed_scale", speed_scale)
-    if scale > 1.0:
-        raise OutOfBoundsError("speed_scale", scale, "at most 1")
-    return scale
-
-
-def _is_same(first: _Jog, second: _Jog) -> bool:
-    return (
-        math.dist(first.direction, second.direction) < SAME_TWIST
-        and abs(first.speed - second.speed) < SAME_TWIST * first.speed
-    )
-
-
-def _is_within(state: SliderState, limits: SliderLimits) -> bool:
-    """Return whether the sliders can stay inside ``limits`` from this state on."""
-    return all(
-        abs(a) <= largest and abs(v) + (a * a / (2.0 * jerk) if a * v > 0.0 else 0.0) <= speed
-        for v, a, speed, largest, jerk in zip(
-            state.velocities,
-            state.accelerations,
-            limits.velocity,
-            limits.acceleration,
-            limits.jerk,
-        )
-    )
