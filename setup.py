@@ -29,7 +29,7 @@ setup(
             f"fk_node = {PACKAGE}.nodes.run:fk_node",
             f"mechanism_node = {PACKAGE}.nodes.run:mechanism_node",
             f"simulator_node = {PACKAGE}.nodes.run:simulator_node",
-            f"demo = {PACKAGE}.nodes.demo:main",
+            f"demo = {PACKAGE}.nodes.run:demo",
             f"draw_mechanism = {PACKAGE}.mechanism_figures.command:main",
         ]
     },

@@ -6,6 +6,7 @@ import os
 import tempfile
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +53,7 @@ def _drive(
     commands = {"ours": 0, "bare": 0}
     for name in commands:
         running.probe.create_subscription(
-            JointState, f"/{name}/joint_commands", lambda _, name=name: _count(commands, name), 1
+            JointState, f"/{name}/joint_commands", partial(_count, commands, name), 1
         )
     publisher = running.probe.create_publisher(PoseStamped, "/ours/target_pose", 10)
     running.spin_until(lambda: all(commands.values()), "commands")
@@ -78,7 +79,7 @@ def _drive(
     return windows, used
 
 
-def _count(counts: dict[str, int], name: str) -> None:
+def _count(counts: dict[str, int], name: str, _: JointState) -> None:
     counts[name] += 1
 
 

@@ -36,7 +36,7 @@ def main(output: Path, name: str) -> None:
         wanted = timed if period < LONGEST_PERIOD else callback
         return create_timer(node, period, wanted, *others, **named)
 
-    Node.create_timer = create_timed_timer
+    setattr(Node, "create_timer", create_timed_timer)  # noqa: B010 - mypy knows no other way
     if name == "ik_node":
         from tri_glide_kinematics.nodes import run
 

@@ -131,7 +131,7 @@ fi
 
 built_from=$({ files_of_the_build; cat "$STAMP"; } | hash_of)
 if [ "$(cat "$BUILD_STAMP" 2>/dev/null)" != "$built_from" ]; then
-    say "building the workspace with colcon (the first time about half a minute)"
+    say "building the workspace with colcon (the first time some minutes)"
     rm -f "$BUILD_STAMP"
     mkdir -p install # env.sh takes what is there
     # shellcheck source=/dev/null

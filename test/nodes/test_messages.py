@@ -20,6 +20,12 @@ NAMES = ["slider_1", "slider_2", "slider_3"]
 BASE, PLATFORM = "base", "platform"
 
 
+def test_a_slider_that_is_named_twice_has_no_height():
+    message = JointState(name=[*NAMES, NAMES[1]], position=[0.6, 0.6, 0.6, 0.9])
+    with pytest.raises(RefusedMessageError, match=f"names {NAMES[1]} 2 times"):
+        SliderReader(NAMES).read(message)
+
+
 def pose(position=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0), frame=BASE):
     message = PoseStamped()
     message.header.frame_id = frame
@@ -118,6 +124,8 @@ def test_target_pose(frame, orientation):
         ({"orientation": (0.0, 0.0, 0.0, 0.0)}, RefusedMessageError, "w 0"),
         ({"orientation": (0.0, 0.0, 0.0, 2.0)}, RefusedMessageError, "w 2"),
         ({"orientation": (math.nan, 0.0, 0.0, 1.0)}, RefusedMessageError, "x nan"),
+        ({"orientation": (0.0, math.nan, 0.0, 1.0)}, RefusedMessageError, "y nan"),
+        ({"orientation": (0.0, 0.0, math.nan, 1.0)}, RefusedMessageError, "z nan"),
         ({"orientation": (0.0, 0.0, 0.0, math.nan)}, RefusedMessageError, "w nan"),
         ({"orientation": (0.0, 2e-6, 0.0, 1.0)}, RefusedMessageError, "y 2e-06"),
     ],

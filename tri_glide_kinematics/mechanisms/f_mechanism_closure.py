@@ -16,7 +16,6 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 # Scalars and arrays run through the same lines: Python complex/float, or numpy arrays of them.
 Number = Any
@@ -233,9 +232,3 @@ def singularity_unit(linkage: Linkage) -> float:
     direction and its moment about a point over the platform radius.
     """
     return linkage.rods[0] * linkage.rods[1] * linkage.rods[2] * linkage.platform_radius
-
-
-def as_points(numbers: Number) -> NDArray[np.float64]:
-    """Complex numbers of any shape as real points of shape (..., 2)."""
-    array = np.ascontiguousarray(numbers, dtype=np.complex128)
-    return array.view(np.float64).reshape((*array.shape, 2))

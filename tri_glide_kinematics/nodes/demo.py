@@ -327,6 +327,7 @@ def main() -> int:
     folder = parser.parse_args(remove_ros_args(sys.argv)[1:]).output
     # Discovery stays on this computer, for this process and the nodes that it starts.
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
         return demonstrate(folder)

@@ -86,6 +86,9 @@ class SliderReader:
             return None
         if missing:
             raise RefusedMessageError(f"joint state lacks {', '.join(missing)}")
+        for name in self._wanted:
+            if names.count(name) > 1:
+                raise RefusedMessageError(f"joint state names {name} {names.count(name)} times")
         i, j, k = (names.index(name) for name in self._wanted)
         return i, j, k
 
@@ -150,10 +153,7 @@ def _finite_vector(name: str, x: float, y: float, z: float) -> Vector3:
 def _check_no_rotation(orientation: Quaternion) -> None:
     x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
     # q and -q are the same orientation; written so that NaN fails too.
-    if not (
-        max(abs(x), abs(y), abs(z)) <= ROTATION_TOLERANCE
-        and abs(abs(w) - 1.0) <= ROTATION_TOLERANCE
-    ):
+    if not all(abs(part) <= ROTATION_TOLERANCE for part in (x, y, z, abs(w) - 1.0)):
         raise RefusedMessageError(
             f"target pose has the orientation (x {x:.9g}, y {y:.9g}, z {z:.9g}, w {w:.9g}): the "
             f"platform cannot rotate, it must be (0, 0, 0, 1) within {ROTATION_TOLERANCE:g}"

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 
@@ -52,13 +53,16 @@ class NodeProcesses:
             FileNotFoundError: if the executable is not installed.
         """
         command = [*prefix, str(executable(name)), "--ros-args", *ros_arguments]
-        if log is None:
-            process = subprocess.Popen(command, env=self._environment)
-        else:
-            with log.open("ab") as output:
-                process = subprocess.Popen(
-                    command, env=self._environment, stdout=output, stderr=subprocess.STDOUT
-                )
+        with ExitStack() as stack:
+            output = stack.enter_context(log.open("ab")) if log else None
+            # In a session of its own a node is spared the Ctrl-C of our terminal: ``stop`` ends it.
+            process = subprocess.Popen(
+                command,
+                env=self._environment,
+                stdout=output,
+                stderr=subprocess.STDOUT if log else None,
+                start_new_session=True,
+            )
         self._processes.append(process)
         return process
 
@@ -67,17 +71,20 @@ class NodeProcesses:
         return [process for process in self._processes if process.poll() is not None]
 
     def stop(self) -> None:
-        """End all processes: politely first, then for certain."""
-        for process in self._processes:
-            if process.poll() is None:
-                process.send_signal(signal.SIGINT)
-        for process in self._processes:
-            try:
+        """End all processes: politely first, then for certain, however impatient the user is."""
+        try:
+            for process in self._processes:
+                if process.poll() is None:
+                    process.send_signal(signal.SIGINT)
+            for process in self._processes:
                 process.wait(STOP_TIMEOUT)
-            except subprocess.TimeoutExpired:
+        except subprocess.TimeoutExpired:
+            pass
+        finally:
+            for process in self._processes:
                 process.kill()
                 process.wait()
-        self._processes.clear()
+            self._processes.clear()
 
     def __enter__(self) -> NodeProcesses:
         """Return itself."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -39,6 +40,13 @@ def mechanism_node() -> int:
 def simulator_node() -> int:
     """Run the node that stands in for the machine."""
     return run("simulator_node", "SimulatorNode")
+
+
+def demo() -> int:
+    """Run the demonstration, which is no node but starts some."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    main: Callable[[], int] = import_module("tri_glide_kinematics.nodes.demo").main
+    return main()
 
 
 def run(module: str, node: str) -> int:
