@@ -41,14 +41,6 @@ TARGETS = ((0.08, 0.03, 0.35), (-0.06, 0.05, 0.22), (0.0, 0.0, 0.25))
 ALL_NODES = ("simulator_node", "ik_node", "fk_node", "mechanism_node")
 ALLOWED_GROWTH = 1.0  # MB, after the first minute
 MEGABYTE = 1024.0 * 1024.0
-HEALTHY = {
-    "lag": 0.005,
-    "encoder_resolution": 1e-6,
-    "drop_out": 0.0,
-    "frozen_encoders": [False] * 3,
-    "encoder_offsets": [0.0] * 3,
-    "stuck_sliders": [False] * 3,
-}
 
 
 def say(text: str) -> None:
@@ -100,7 +92,6 @@ def rough_treatment(context: Context, minutes: float) -> None:
                 say(f"{parameter_storm(machine, duration)} sets of parameters")
             assert machine.ik.is_running
             assert machine.simulator.is_running
-            assert client.set_parameters("simulator_node", HEALTHY).successful
             assert client.set_parameters("ik_node", NORMAL_VALUES).successful
             assert_normal_target_is_reached(machine)
             assert_commands_within_limits(machine)

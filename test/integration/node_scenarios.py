@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from hostile_messages import joint_states, parameters, poses, twists
+from hostile_messages import JOINTS, joint_states, parameters, poses, twists
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 from node_harness import Machine
@@ -28,6 +28,14 @@ TRAVEL = (0.3, 0.9)
 MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
 HOME = (0.0, 0.0, 0.25)
 HOSTILE_FRAME = "hostile"
+HEALTHY = {
+    "lag": 0.005,
+    "encoder_resolution": 1e-6,
+    "drop_out": 0.0,
+    "frozen_encoders": [False] * 3,
+    "encoder_offsets": [0.0] * 3,
+    "stuck_sliders": [False] * 3,
+}
 PAUSE = 200_000_000  # ns
 
 LIVE_VALUES: dict[str, Callable[[random.Random], Any]] = {
@@ -41,6 +49,10 @@ NORMAL_VALUES = {
     "acceleration_limits": [ACCELERATION] * 3,
     "jerk_limits": [JERK] * 3,
     "speed_scale": 1.0,
+    "twist_timeout": 0.1,
+    "measured_timeout": 1.0,
+    "jump_limit": 0.02,
+    "tracking_error_limit": 0.05,
 }
 
 
@@ -72,6 +84,25 @@ def assert_commands_within_limits(machine: Machine) -> None:
                 assert largest <= limit * (1.0 + tolerance)
 
 
+def bring_home(machine: Machine) -> None:
+    """Move the simulated sliders as a person would, from wherever they were left."""
+    client = machine.client
+    publisher = client.publisher(JointState, "joint_commands")
+    home = MACHINE.inverse(HOME)
+    message = JointState(name=JOINTS, position=home)
+    message.header.frame_id = HOSTILE_FRAME
+
+    def is_home() -> bool:
+        publisher.publish(message)
+        heights = machine.measured[-1].position
+        return len(heights) == 3 and max(abs(a - b) for a, b in zip(heights, home)) < 1e-4
+
+    client.wait_for(lambda: client.enable(False).success, "the machine to be disabled")
+    machine.wait_for_state("disabled")
+    client.wait_for(is_home, "the sliders to be home")
+    client.node.destroy_publisher(publisher)
+
+
 def assert_normal_target_is_reached(machine: Machine) -> None:
     """Enable the machine as long as it needs that, and move it."""
     client = machine.client
@@ -97,7 +128,7 @@ def flood(machine: Machine, rate: float, duration: float) -> None:
 
 
 def hostility(machine: Machine, duration: float) -> None:
-    """Send random messages to every input of ik_node and simulator_node."""
+    """Send random messages to every input of ik_node and simulator_node; then set both right."""
     client = machine.client
     publishers = {
         "pose": client.publisher(PoseStamped, "target_pose"),
@@ -161,6 +192,9 @@ def hostility(machine: Machine, duration: float) -> None:
             client.spin_once()
 
         send()
+    assert client.set_parameters("simulator_node", HEALTHY).successful
+    assert client.set_parameters("ik_node", NORMAL_VALUES).successful
+    bring_home(machine)
     for service in services.values():
         client.node.destroy_client(service)
     for publisher in publishers.values():

@@ -103,16 +103,6 @@ def test_hostile_messages_on_every_input(machine):
     hostility(machine, duration=6.0)
     assert machine.ik.is_running
     assert machine.simulator.is_running
-    healthy = {
-        "lag": 0.005,
-        "encoder_resolution": 1e-6,
-        "drop_out": 0.0,
-        "frozen_encoders": [False] * 3,
-        "encoder_offsets": [0.0] * 3,
-        "stuck_sliders": [False] * 3,
-    }
-    assert machine.client.set_parameters("simulator_node", healthy).successful
-    assert machine.client.set_parameters("ik_node", NORMAL_VALUES).successful
     assert_normal_target_is_reached(machine)
     assert_commands_within_limits(machine)
 

@@ -43,6 +43,17 @@ def test_jump_beyond_what_the_velocity_explains(supervisor):
     assert "slider_2 jumped by -0.031 m in 0.01 s, more than 0.03 m" in reason
 
 
+def test_measurements_that_waited_in_a_queue_are_no_jump(supervisor):
+    assert supervisor.measured(REST, REST, 1.0, stamp=50.0) is None
+    # 40 mm in 40 ms at 1 m/s are fine, even if both come in within a millisecond.
+    assert supervisor.measured((0.64, 0.6, 0.6), (0.64, 0.6, 0.6), 1.0003, stamp=50.04) is None
+    # A stamp from far ahead explains nothing, and neither does one from the past.
+    moved = (0.68, 0.6, 0.6)
+    assert "jumped" in supervisor.measured(moved, moved, 1.0006, stamp=60.0)
+    back = (0.64, 0.6, 0.6)
+    assert "jumped" in supervisor.measured(back, back, 1.0009, stamp=0.0)
+
+
 def test_restart_forgets_the_last_heights(supervisor):
     supervisor.measured(REST, None, 0.0)
     supervisor.restart()

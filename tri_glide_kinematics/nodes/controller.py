@@ -123,15 +123,17 @@ class MotionController:
             self._come_to_rest()
         return setpoint
 
-    def measured(self, heights: Vector3, now: float) -> None:
+    def measured(self, heights: Vector3, now: float, stamp: float = 0.0) -> None:
         """Take in measured heights [m]; the first usable ones end the waiting.
+
+        ``stamp`` is the time of the measurement by the sender's clock, 0 if it has none [s].
 
         Raises:
             KinematicsError: if they are no place to start from, while this is waited for.
         """
         if not self._leading:
             self._supervisor.restart()
-        reason = self._supervisor.measured(heights, self._commanded, now)
+        reason = self._supervisor.measured(heights, self._commanded, now, stamp)
         if not self._leading:
             self._measured = heights if reason is None else None
             if self._machine.state is WAITING:

@@ -110,7 +110,10 @@ class IkNode(Node):
         try:
             reading = self._reader.read(message)
             if reading is not None:
-                self._controller.measured(reading.heights, time.monotonic())
+                stamp = message.header.stamp
+                self._controller.measured(
+                    reading.heights, time.monotonic(), stamp.sec + 1e-9 * stamp.nanosec
+                )
         except KinematicsError as error:
             self._unusable.add(f"unusable measurement: {error}")
 

@@ -43,6 +43,7 @@ class Supervisor:
         self._names = tuple(joint_names)
         self._heights: Sequence[float] | None = None
         self._time = -math.inf
+        self._stamp = 0.0
         self._silent_cycles = 0
 
     def restart(self) -> None:
@@ -55,17 +56,28 @@ class Supervisor:
         return now - self._time <= self.bounds.timeout
 
     def measured(
-        self, heights: Sequence[float], commanded: Sequence[float] | None, now: float
+        self,
+        heights: Sequence[float],
+        commanded: Sequence[float] | None,
+        now: float,
+        stamp: float = 0.0,
     ) -> str | None:
         """Take in a measurement.
+
+        Measurements that waited in a queue come in faster than they were made; so the time that
+        passed between two of them is the longer one of those by receipt and by stamp.
 
         Args:
             heights: measured. Shape (3,) [m].
             commanded: latest command, None while there is none. Shape (3,) [m].
             now: time of receipt by a steady clock [s].
+            stamp: time of the measurement by the sender's clock, 0 if it has none [s].
         """
         last, self._heights = self._heights, heights
         elapsed, self._time = now - self._time, now
+        stamped, self._stamp = stamp - self._stamp, stamp
+        if elapsed < stamped <= self.bounds.timeout:
+            elapsed = stamped
         self._silent_cycles = 0
         for name, height in zip(self._names, heights):
             if not math.isfinite(height):
