@@ -225,9 +225,10 @@ class Machine:
         return self.simulator
 
     def start_ik(self, parameters: dict[str, Any] | None = None) -> RunningNode:
-        # A computer that runs other things too may keep a process waiting for longer than a machine
-        # should be silent.
-        parameters = {"measured_timeout": 1.0, **(parameters or {})}
+        # A computer that runs other things too may keep the simulator waiting for longer than a
+        # machine should be silent; then its sliders are late, and jump.
+        patience = {"measured_timeout": 1.0, "jump_limit": 0.1, "tracking_error_limit": 0.3}
+        parameters = {**patience, **(parameters or {})}
         self.ik = self._launcher.start("ik_node", parameters, namespace=self.namespace)
         return self.ik
 

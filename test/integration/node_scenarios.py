@@ -51,8 +51,8 @@ NORMAL_VALUES = {
     "speed_scale": 1.0,
     "twist_timeout": 0.1,
     "measured_timeout": 1.0,
-    "jump_limit": 0.02,
-    "tracking_error_limit": 0.05,
+    "jump_limit": 0.1,
+    "tracking_error_limit": 0.3,
 }
 
 

@@ -19,7 +19,7 @@ MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
 VELOCITY, ACCELERATION, JERK = 1.0, 10.0, 200.0
 FAR, NEAR = (0.08, 0.03, 0.35), (0.0, 0.0, 0.25)
 # Slow enough to be in motion still when a fault is noticed, or a service is called.
-SLOW = {"speed_scale": 0.05}
+SLOW = {"speed_scale": 0.05, "jump_limit": 0.02, "tracking_error_limit": 0.05}
 
 
 def stream_of(machine, first=0):
