@@ -227,6 +227,8 @@ def test_a_frozen_simulator_process_is_a_fault(machine, client):
     assert "silent" in machine.reason
     ramped_down(machine)
     machine.simulator.process.send_signal(signal.SIGCONT)
+    # It first catches up with the commands that it missed.
+    machine.wait_for_measured_rest()
     client.wait_for(lambda: client.enable().success, "the fault to be cleared")
     machine.wait_for_state("idle")
     reach_a_target(machine)
