@@ -308,9 +308,11 @@ def test_signals_end_the_node_in_silence(services, number):
 
 
 def readme_samples():
-    """Return service, type and request of each sample call of the README."""
+    """Return service, type and request of each sample call of the README to this node."""
     text = README.read_text()
-    calls = re.findall(r'^ros2 service call (?:[^"]|\\\n)*"[^"]*"', text, re.MULTILINE)
+    calls = re.findall(
+        r'^ros2 service call /mechanism_node/(?:[^"]|\\\n)*"[^"]*"', text, re.MULTILINE
+    )
     return [shlex.split(call.replace("\\\n", " "))[3:] for call in calls]
 
 
