@@ -10,6 +10,7 @@ import os
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from subprocess import Popen
 from typing import Any
@@ -25,6 +26,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
@@ -32,6 +34,7 @@ from tri_glide_kinematics.nodes.processes import NodeProcesses, default_paramete
 
 JOINTS = ("slider_1", "slider_2", "slider_3")
 TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
+RETRY_AFTER = 10.0  # s
 DEEP_QUEUE = QoSProfile(depth=5000)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -171,9 +174,7 @@ class Client:
             self._services[service] = self.node.create_client(kind, service)
         client = self._services[service]
         self.wait_for(client.service_is_ready, f"service {service}")
-        future = client.call_async(request)
-        self.wait_for(future.done, f"the response of {service}")
-        return future.result()
+        return self._answer(lambda: client.call_async(request), f"the response of {service}")
 
     def stop(self, node: str = "ik_node") -> Any:
         return self.call(Trigger, f"{node}/stop", Trigger.Request())
@@ -188,9 +189,24 @@ class Client:
         client = self._parameters[node]
         self.wait_for(client.services_are_ready, f"the parameter services of {node}")
         parameters = [Parameter(name, value=value) for name, value in values.items()]
-        future = client.set_parameters_atomically(parameters)
-        self.wait_for(future.done, f"{node} to answer")
-        return future.result().result
+        ask = partial(client.set_parameters_atomically, parameters)
+        return self._answer(ask, f"{node} to answer").result
+
+    def _answer(self, ask: Callable[[], Future], what: str) -> Any:
+        """Ask, and ask again once a server that had not discovered this client knows it.
+
+        rmw_fastrtps drops an answer that has nowhere to go yet.
+        """
+        futures = [ask()]
+        patience = time.monotonic() + RETRY_AFTER
+
+        def answered() -> bool:
+            if len(futures) == 1 and time.monotonic() > patience:
+                futures.append(ask())
+            return any(future.done() for future in futures)
+
+        self.wait_for(answered, what)
+        return next(future.result() for future in futures if future.done())
 
 
 class Machine:

@@ -6,7 +6,6 @@ import traceback
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from tri_glide_interfaces.srv import (
@@ -23,10 +22,10 @@ from tri_glide_kinematics.nodes import (
     landing_gear_messages,
 )
 from tri_glide_kinematics.nodes.mechanism_messages import check_numbers
+from tri_glide_kinematics.nodes.patient_services import PatientServices
+from tri_glide_kinematics.nodes.reason_log import ReasonLog
 
 Fill = Callable[[Any, Any], None]
-
-WAKE_PERIOD = 1.0  # s
 
 SERVICES: tuple[tuple[str, type, Fill], ...] = (
     ("solve_four_bar", SolveFourBar, four_bar_messages.solve),
@@ -43,11 +42,11 @@ class MechanismNode(Node):
     def __init__(self) -> None:
         """Offer the services."""
         super().__init__("mechanism_node")
+        self._refused = ReasonLog(self.get_logger().warning, lines_per_second=10)
+        self.create_timer(1.0, self._refused.end_of_second)
+        services = PatientServices(self)
         for name, kind, fill in SERVICES:
-            self.create_service(kind, f"~/{name}", self._callback(name, fill))
-        # Without any timer the executor waits without end: should the middleware fail to wake it
-        # for a request, the request would lie there until the next one.
-        self.create_timer(WAKE_PERIOD, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
+            services.create(kind, f"~/{name}", self._callback(name, fill))
 
     def _callback(self, name: str, fill: Fill) -> Callable[[Any, Any], Any]:
         """Return a callback that answers whatever comes, so that no request ends the node."""
@@ -59,7 +58,7 @@ class MechanismNode(Node):
                 response.success = True
             except KinematicsError as error:
                 response.message = str(error)
-                self.get_logger().warning(f"{name}: {error}", throttle_duration_sec=1.0)
+                self._refused.add(f"{name}: {error}")
             except Exception as error:
                 response = type(response)()
                 response.message = f"internal error: {type(error).__name__}: {error}"
