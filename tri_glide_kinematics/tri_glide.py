@@ -117,25 +117,13 @@ class TriGlide:
             x, y, z = position
         except ValueError:
             raise _not_three("position", position) from None
-        x1, y1, b1, x2, y2, b2, x3, y3, b3, ux, uy, vx, vy = self._inverse_constants
-        f1x = x1 - x
-        f1y = y1 - y
-        f2x = x2 - x
-        f2y = y2 - y
-        f3x = x3 - x
-        f3y = y3 - y
-        q1 = b1 - f1x * f1x - f1y * f1y
-        q2 = b2 - f2x * f2x - f2y * f2y
-        q3 = b3 - f3x * f3x - f3y * f3y
+        _, _, q1, _, _, q2, _, _, q3 = arms = self._arms(x, y)
         # Written so that NaN and infinity fail a comparison and cost nothing otherwise.
         if q1 > 0.0 and q2 > 0.0 and q3 > 0.0 and z * 0.0 == 0.0:
             s1 = sqrt(q1)
             s2 = sqrt(q2)
             s3 = sqrt(q3)
-            if (
-                self._single_mode
-                or s1 + (ux * f1x + uy * f1y) * (s2 - s1) + (vx * f1x + vy * f1y) * (s3 - s1) > 0.0
-            ):
+            if self._single_mode or self._depth(arms, s1, s2, s3) > 0.0:
                 return s1 + z, s2 + z, s3 + z
         raise self._inverse_error((x, y, z), (0.0, 0.0, 0.0))
 
@@ -162,16 +150,7 @@ class TriGlide:
             dx, dy, dz = velocity
         except ValueError:
             raise _not_three("velocity", velocity) from None
-        x1, y1, b1, x2, y2, b2, x3, y3, b3, ux, uy, vx, vy = self._inverse_constants
-        f1x = x1 - x
-        f1y = y1 - y
-        f2x = x2 - x
-        f2y = y2 - y
-        f3x = x3 - x
-        f3y = y3 - y
-        q1 = b1 - f1x * f1x - f1y * f1y
-        q2 = b2 - f2x * f2x - f2y * f2y
-        q3 = b3 - f3x * f3x - f3y * f3y
+        f1x, f1y, q1, f2x, f2y, q2, f3x, f3y, q3 = arms = self._arms(x, y)
         if q1 > 0.0 and q2 > 0.0 and q3 > 0.0:
             s1 = sqrt(q1)
             s2 = sqrt(q2)
@@ -179,8 +158,7 @@ class TriGlide:
             rate1 = (f1x * dx + f1y * dy) / s1 + dz
             # The first rate holds all of the velocity: it is finite only if the velocity is.
             if (z + rate1) * 0.0 == 0.0 and (
-                self._single_mode
-                or s1 + (ux * f1x + uy * f1y) * (s2 - s1) + (vx * f1x + vy * f1y) * (s3 - s1) > 0.0
+                self._single_mode or self._depth(arms, s1, s2, s3) > 0.0
             ):
                 return (
                     (s1 + z, s2 + z, s3 + z),
@@ -213,22 +191,13 @@ class TriGlide:
             h1, h2, h3 = heights
         except ValueError:
             raise _not_three("heights", heights) from None
-        x1, y1, b1, ux, vx, uy, vy, px0, py0 = self._forward_constants
         d2 = h2 - h1
         d3 = h3 - h1
-        e2 = 0.5 * d2 * d2
-        e3 = 0.5 * d3 * d3
-        # Seen from carriage 1, the platform lies on the line (px, py, 0) - w (mx, my, -1).
-        px = ux * e2 + vx * e3 + px0
-        py = uy * e2 + vy * e3 + py0
-        mx = ux * d2 + vx * d3
-        my = uy * d2 + vy * d3
-        n = 1.0 + mx * mx + my * my
-        c = px * my - py * mx
-        discriminant = n * b1 - px * px - py * py - c * c
+        px, py, mx, my, n, discriminant = self._meeting_line(d2, d3)
         if discriminant > 0.0:
             w = (px * mx + py * my - sqrt(discriminant)) / n
             if w < 0.0 and w < d2 and w < d3:
+                x1, y1 = self._forward_constants[:2]
                 return x1 + (px - mx * w), y1 + (py - my * w), h1 + w
         raise self._forward_error((h1, h2, h3), (0.0, 0.0, 0.0))
 
@@ -255,24 +224,16 @@ class TriGlide:
             rate1, rate2, rate3 = height_rates
         except ValueError:
             raise _not_three("height_rates", height_rates) from None
-        x1, y1, b1, ux, vx, uy, vy, px0, py0 = self._forward_constants
         d2 = h2 - h1
         d3 = h3 - h1
-        e2 = 0.5 * d2 * d2
-        e3 = 0.5 * d3 * d3
-        px = ux * e2 + vx * e3 + px0
-        py = uy * e2 + vy * e3 + py0
-        mx = ux * d2 + vx * d3
-        my = uy * d2 + vy * d3
-        n = 1.0 + mx * mx + my * my
-        c = px * my - py * mx
-        discriminant = n * b1 - px * px - py * py - c * c
+        px, py, mx, my, n, discriminant = self._meeting_line(d2, d3)
         if discriminant > 0.0:
             root = sqrt(discriminant)
             w = (px * mx + py * my - root) / n
             if w < 0.0 and w < d2 and w < d3:
                 wx = px - mx * w
                 wy = py - my * w
+                x1, y1, _, ux, vx, uy, vy, _, _ = self._forward_constants
                 g2 = (d2 - w) * (rate2 - rate1)
                 g3 = (d3 - w) * (rate3 - rate1)
                 gx = ux * g2 + vx * g3
@@ -299,13 +260,11 @@ class TriGlide:
         Raises:
             KinematicsError: as in ``inverse``.
         """
-        place = tuple(position)
-        self.inverse(place)
-        rows = []
-        for (across_x, across_y), squared in self._arms(place):
-            rise = sqrt(squared)
-            rows.append((across_x / rise, across_y / rise, 1.0))
-        return rows[0], rows[1], rows[2]
+        position = tuple(position)
+        self.inverse(position)
+        f1x, f1y, q1, f2x, f2y, q2, f3x, f3y, q3 = self._arms(*position[:2])
+        s1, s2, s3 = sqrt(q1), sqrt(q2), sqrt(q3)
+        return (f1x / s1, f1y / s1, 1.0), (f2x / s2, f2y / s2, 1.0), (f3x / s3, f3y / s3, 1.0)
 
     def singular_values(self, position: Iterable[float]) -> tuple[float, float]:
         """Return the largest and the smallest singular value of the Jacobian.
@@ -382,15 +341,42 @@ class TriGlide:
         largest, smallest = extreme_singular_values_batch(matrices)
         return np.asarray(np.abs(largest / smallest))
 
-    def _arms(self, position: Sequence[float]) -> list[tuple[tuple[float, float], float]]:
-        """Return the horizontal part of each arm [m] and its rise squared [m^2]."""
-        x, y, _ = position
-        arms = []
-        for (anchor_x, anchor_y), length in zip(self.geometry.anchors, self.geometry.arm_lengths):
-            across = (anchor_x - x, anchor_y - y)
-            squared = length * length - across[0] * across[0] - across[1] * across[1]
-            arms.append((across, squared))
-        return arms
+    def _arms(self, x: float, y: float) -> tuple[float, ...]:
+        """Return the horizontal part of each arm, two numbers [m], and its rise squared [m^2]."""
+        x1, y1, b1, x2, y2, b2, x3, y3, b3, _, _, _, _ = self._inverse_constants
+        f1x = x1 - x
+        f1y = y1 - y
+        f2x = x2 - x
+        f2y = y2 - y
+        f3x = x3 - x
+        f3y = y3 - y
+        q1 = b1 - f1x * f1x - f1y * f1y
+        q2 = b2 - f2x * f2x - f2y * f2y
+        q3 = b3 - f3x * f3x - f3y * f3y
+        return f1x, f1y, q1, f2x, f2y, q2, f3x, f3y, q3
+
+    def _depth(self, arms: Sequence[float], s1: float, s2: float, s3: float) -> float:
+        """Return how far the platform is below the carriages' plane [m], from arms and rises."""
+        f1x, f1y = arms[:2]
+        ux, uy, vx, vy = self._inverse_constants[9:]
+        return s1 + (ux * f1x + uy * f1y) * (s2 - s1) + (vx * f1x + vy * f1y) * (s3 - s1)
+
+    def _meeting_line(self, d2: float, d3: float) -> tuple[float, ...]:
+        """Return where the arms may meet, for heights above the first carriage [m].
+
+        Seen from carriage 1, on the line (px, py, 0) - w (mx, my, -1): px, py, mx, my, and with n
+        and the discriminant the w at the lower end of arm 1, (p m - sqrt(discriminant)) / n.
+        """
+        _, _, b1, ux, vx, uy, vy, px0, py0 = self._forward_constants
+        e2 = 0.5 * d2 * d2
+        e3 = 0.5 * d3 * d3
+        px = ux * e2 + vx * e3 + px0
+        py = uy * e2 + vy * e3 + py0
+        mx = ux * d2 + vx * d3
+        my = uy * d2 + vy * d3
+        n = 1.0 + mx * mx + my * my
+        c = px * my - py * mx
+        return px, py, mx, my, n, n * b1 - px * px - py * py - c * c
 
     def _inverse_error(
         self, position: Sequence[float], velocity: Sequence[float]
@@ -399,17 +385,15 @@ class TriGlide:
         not_finite = _not_finite("position", position) or _not_finite("velocity", velocity)
         if not_finite:
             return not_finite
-        arms = self._arms(position)
-        worst = min(range(3), key=lambda arm: arms[arm][1])
-        if arms[worst][1] <= 0.0:
-            distance = hypot(*arms[worst][0])
+        arms = self._arms(*position[:2])
+        squared_rises = arms[2::3]
+        worst = min(range(3), key=squared_rises.__getitem__)
+        if squared_rises[worst] <= 0.0:
+            distance = hypot(*arms[3 * worst : 3 * worst + 2])
             return ArmTooShortError(position, worst, distance, self.geometry.arm_lengths[worst])
-        s1, s2, s3 = (sqrt(squared) for _, squared in arms)
-        f1x, f1y = arms[0][0]
-        ux, uy, vx, vy = self._inverse_constants[9:]
-        plane = s1 + (ux * f1x + uy * f1y) * (s2 - s1) + (vx * f1x + vy * f1y) * (s3 - s1)
-        if plane <= 0.0:
-            return WrongAssemblyModeError(position, plane)
+        depth = self._depth(arms, *map(sqrt, squared_rises))
+        if depth <= 0.0:
+            return WrongAssemblyModeError(position, depth)
         return NotFiniteError("height_rates[0]", inf)
 
     def _forward_error(
@@ -420,14 +404,8 @@ class TriGlide:
         if not_finite:
             return not_finite
         h1, h2, h3 = heights
-        _, _, b1, ux, vx, uy, vy, px0, py0 = self._forward_constants
         d2, d3 = h2 - h1, h3 - h1
-        px = px0 + (ux * d2 * d2 + vx * d3 * d3) / 2.0
-        py = py0 + (uy * d2 * d2 + vy * d3 * d3) / 2.0
-        mx, my = ux * d2 + vx * d3, uy * d2 + vy * d3
-        n = 1.0 + mx * mx + my * my
-        c = px * my - py * mx
-        discriminant = n * b1 - px * px - py * py - c * c
+        px, py, mx, my, n, discriminant = self._meeting_line(d2, d3)
         if not discriminant > 0.0:
             return SpheresDoNotMeetError(heights, discriminant)
         w = (px * mx + py * my - sqrt(discriminant)) / n
