@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from strategies import DEFAULT_GEOMETRY, reproducible
 
 from tri_glide_kinematics.limits import SliderLimits
-from tri_glide_kinematics.planning.pacing import Shape, pace
+from tri_glide_kinematics.planning.pacing import Shape, line_needs
 from tri_glide_kinematics.planning.phases import (
     CoordinateLaw,
     evaluate,
@@ -30,7 +30,7 @@ SHAPES = (Shape(6, 0.0), Shape(6, 1.1), Shape(12, 0.0), Shape(12, 1.4))
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("speed", [math.inf, 0.2])
 def test_weight_is_the_p_norm_and_the_coordinate_its_integral(line, shape, speed):
-    paced = pace(line, LIMITS, shape, speed)
+    paced = line_needs(line, LIMITS).pace(shape, speed)
     ways = np.linspace(0.0, line.length, 20_001)
     _, first, second, third = line.derivatives(ways)
     p = shape.exponent
@@ -56,7 +56,7 @@ def test_weight_is_the_p_norm_and_the_coordinate_its_integral(line, shape, speed
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_largest_acceleration_and_jerk_bring_one_slider_to_its_limit(shape):
-    paced = pace(ACROSS, LIMITS, shape)
+    paced = line_needs(ACROSS, LIMITS).pace(shape)
     _, first, _, _ = ACROSS.derivatives(paced.ways)
     steps = np.abs(first) / paced.weights[:, np.newaxis]
     assert (steps * paced.accelerations.min() / LIMITS.acceleration).max() == pytest.approx(1.0)
@@ -65,7 +65,7 @@ def test_largest_acceleration_and_jerk_bring_one_slider_to_its_limit(shape):
 
 def test_ramps_look_at_their_own_part_of_the_line_alone():
     steep_end = StraightLine.between(DEFAULT_GEOMETRY, (0.0, 0.0, 0.3), (0.0, -0.19, 0.3))
-    paced = pace(steep_end, LIMITS, Shape(12, 3.0), 0.05)
+    paced = line_needs(steep_end, LIMITS).pace(Shape(12, 3.0), 0.05)
     begin, end = (paced.ramp_limits(1.0, at_end=at_end) for at_end in (False, True))
     assert begin[0] > 3.0 * end[0]
     assert begin[1] > 3.0 * end[1]
@@ -75,13 +75,13 @@ def test_ramps_look_at_their_own_part_of_the_line_alone():
 
 
 def test_platform_keeps_its_speed_where_the_sliders_allow_it():
-    paced = pace(ACROSS, LIMITS, Shape(12, 1.6), 0.05)
+    paced = line_needs(ACROSS, LIMITS).pace(Shape(12, 1.6), 0.05)
     assert np.allclose(1.0 / paced.weights, 0.05, rtol=1e-4)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_law_is_smooth_and_inverts_the_coordinate(shape):
-    paced = pace(ACROSS, LIMITS, shape)
+    paced = line_needs(ACROSS, LIMITS).pace(shape)
     total = paced.coordinates[-1]
     times = np.linspace(0.0, 1.0, 4001)
     values = total * (3.0 * times**2 - 2.0 * times**3)
@@ -101,7 +101,7 @@ def test_law_is_smooth_and_inverts_the_coordinate(shape):
 
 
 def test_refined_pace_is_the_pace_of_the_product():
-    paced = pace(ACROSS, LIMITS, Shape(6, 0.9))
+    paced = line_needs(ACROSS, LIMITS).pace(Shape(6, 0.9))
     factors = 1.0 + paced.ways
     refined = paced.refined(factors, np.ones_like(factors))
     assert np.allclose(refined.weights, paced.weights * factors)

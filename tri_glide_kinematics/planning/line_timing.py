@@ -12,14 +12,13 @@ from tri_glide_kinematics.limits import SliderLimits
 from tri_glide_kinematics.planning.line_demand import line_demand, slowdown
 from tri_glide_kinematics.planning.line_entry import Entry
 from tri_glide_kinematics.planning.line_plan import WayLaw
-from tri_glide_kinematics.planning.pacing import Pace, Shape, pace
+from tri_glide_kinematics.planning.pacing import Pace, Shape, line_needs
 from tri_glide_kinematics.planning.phases import (
     evaluate,
     knots,
     knots_with_blend,
     shortest_piece,
 )
-from tri_glide_kinematics.planning.plans import FloatArray
 from tri_glide_kinematics.planning.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.planning.straight_line import StraightLine
 
@@ -76,18 +75,15 @@ class LineTiming:
         Raises:
             PlanningError: if ruckig finds none.
         """
-        laws = []
-        even = math.inf
-        for style in STYLES:
-            paced = pace(line, limits, style.shape)
-            law, factors = self._rest_to_rest(line, paced, style, limits)
-            laws.append(law.slower(float(factors.max())))
-            if style is EVEN:
-                even = float(law.times[-1])
-        best = min(laws, key=_duration)
+        needs = line_needs(line, limits)
+        laws = [self._rest_to_rest(line, needs.pace(style.shape), style) for style in STYLES]
+        even = _duration(laws[STYLES.index(EVEN)])
+        together = WayLaw(*map(np.array, zip(*laws)))
+        factors = slowdown(line_demand(line, together), limits).max(axis=-1)
+        best = min((law.slower(float(factor)) for law, factor in zip(laws, factors)), key=_duration)
         for excess, style, harmonics in REFINEMENTS:
             if _duration(best) > excess * even:
-                laws = self._refined(line, limits, style, harmonics)
+                laws = self._refined(line, limits, needs.pace(style.shape), style, harmonics)
                 best = min((best, *laws), key=_duration)
         return best
 
@@ -141,10 +137,8 @@ class LineTiming:
         law = WayLaw(*evaluate(phases, (0.0, speed, gain), times))
         return law.with_ends((0.0, speed, gain), float(law.ways[-1]))
 
-    def _rest_to_rest(
-        self, line: StraightLine, paced: Pace, style: Style, limits: SliderLimits
-    ) -> tuple[WayLaw, FloatArray]:
-        """Return a law from rest to rest, and how much slower each piece of it would have to be."""
+    def _rest_to_rest(self, line: StraightLine, paced: Pace, style: Style) -> WayLaw:
+        """Return a law from rest to rest, with as many knots as any; it may exceed the limits."""
         target = float(paced.coordinates[-1])
         acceleration = style.gain * float(paced.accelerations.min())
         jerk = style.gain * float(paced.jerks.min())
@@ -153,14 +147,13 @@ class LineTiming:
         )
         times = np.array(knots(phases, PIECES, shortest_piece(target, acceleration)))
         law = paced.law(evaluate(phases, (0.0, 0.0, 0.0), times))
-        law = law.with_ends((0.0, 0.0, 0.0), line.length)
-        return law, slowdown(line_demand(line, law), limits)
+        return law.with_ends((0.0, 0.0, 0.0), line.length)
 
     def _refined(
-        self, line: StraightLine, limits: SliderLimits, style: Style, harmonics: int
+        self, line: StraightLine, limits: SliderLimits, basis: Pace, style: Style, harmonics: int
     ) -> list[WayLaw]:
         """Change a pace step by step so that all pieces use the limits more equally."""
-        paced = basis = pace(line, limits, style.shape)
+        paced = basis
         place = basis.coordinates / basis.coordinates[-1]
         orders = np.arange(harmonics + 1)
         angles = math.pi * orders[1:] * place[:, np.newaxis]
@@ -172,7 +165,8 @@ class LineTiming:
         strengths = np.zeros(harmonics)
         laws = []
         for _ in range(REFINEMENT_ROUNDS):
-            law, factors = self._rest_to_rest(line, paced, style, limits)
+            law = self._rest_to_rest(line, paced, style)
+            factors = slowdown(line_demand(line, law), limits)
             laws.append(law.slower(float(factors.max())))
             middles = np.interp(0.5 * (law.ways[1:] + law.ways[:-1]), basis.ways, place)
             use = np.interp(grid, middles, np.log(factors / factors.max()))

@@ -19,7 +19,7 @@ from tri_glide_kinematics.planning.line_demand import line_demand, slowdown
 from tri_glide_kinematics.planning.line_entry import LineEntry
 from tri_glide_kinematics.planning.line_plan import LinePlan
 from tri_glide_kinematics.planning.line_timing import MOVING, LineTiming
-from tri_glide_kinematics.planning.pacing import pace
+from tri_glide_kinematics.planning.pacing import line_needs
 from tri_glide_kinematics.planning.phases import shortest_piece, with_knots_of
 from tri_glide_kinematics.planning.plans import CubicPlan, SliderState
 from tri_glide_kinematics.planning.straight_line import StraightLine
@@ -83,7 +83,7 @@ class LinearMotion:
         """
         entry = self._entry.moving(state, aim, limits, share)
         _check_length(entry.blend, state, limits, LONGEST_BLEND)
-        paced = pace(entry.line, limits, MOVING.shape)
+        paced = line_needs(entry.line, limits).pace(MOVING.shape)
         haste = 1.0
         for attempt in range(ATTEMPTS):
             law = self._timing.in_motion(entry, paced, 1.0 - share, haste)
@@ -149,7 +149,7 @@ class LinearMotion:
         """
         entry = self._entry.moving(state, aim, limits, share)
         _check_length(entry.blend, state, limits, LONGEST_JOG_BLEND)
-        paced = pace(entry.line, limits, JOG_SHAPE, platform_speed)
+        paced = line_needs(entry.line, limits).pace(JOG_SHAPE, platform_speed)
         gains = JogGains(begin=1.0 - share)
         for _ in range(JOG_ATTEMPTS):
             timed = self._jogs.law(entry, paced, gains)

@@ -130,17 +130,68 @@ class Pace(NamedTuple):
         )
 
 
-def pace(
-    line: StraightLine, limits: SliderLimits, shape: Shape, platform_speed: float = math.inf
-) -> Pace:
-    """Return the coordinate of ``line`` in which the speed may be 1 everywhere.
+class LineNeeds(NamedTuple):
+    """What steady motion asks of the sliders along a line, as parts of their limits.
 
-    Args:
-        line: where the platform moves.
-        limits: of the sliders.
-        shape: of the p-norm.
-        platform_speed: largest speed of the platform [m/s]; it is one more term of the norm.
+    Each of shape (n, 3): at n places, of three sliders.
+
+    Attributes:
+        ways: the places. Shape (n,) [m].
+        velocity: asked for by unit speed [s/m].
+        velocity_slope: its derivative along the line; so for the others.
+        acceleration: asked for by the bend at unit speed [s^2/m^2].
+        acceleration_slope: its derivative.
+        jerk: likewise [s^3/m^3].
+        jerk_slope: its derivative.
+        slopes_per_acceleration: height per way, over the largest acceleration [s^2/m].
+        slopes_per_jerk: likewise [s^3/m].
     """
+
+    ways: FloatArray
+    velocity: FloatArray
+    velocity_slope: FloatArray
+    acceleration: FloatArray
+    acceleration_slope: FloatArray
+    jerk: FloatArray
+    jerk_slope: FloatArray
+    slopes_per_acceleration: FloatArray
+    slopes_per_jerk: FloatArray
+
+    def pace(self, shape: Shape, platform_speed: float = math.inf) -> Pace:
+        """Return the coordinate of the line in which the speed may be 1 everywhere.
+
+        Args:
+            shape: of the p-norm.
+            platform_speed: largest speed of the platform [m/s]; it is one more term of the norm.
+        """
+        p = shape.exponent
+        strength = shape.bend**p
+        lower = self.velocity ** (p - 1)
+        total = lower * self.velocity
+        slope = p * lower * self.velocity_slope
+        if strength:
+            lower_y = strength * self.acceleration ** (p // 2 - 1)
+            lower_z = strength * self.jerk ** (p // 3 - 1)
+            # The second derivative is never positive, so that an odd power needs its sign back.
+            sign = -1.0 if p // 2 % 2 else 1.0
+            total += sign * lower_y * self.acceleration + lower_z * self.jerk
+            slope += sign * (p // 2) * lower_y * self.acceleration_slope
+            slope += (p // 3) * lower_z * self.jerk_slope
+        sum_of_powers = total.sum(axis=-1) + platform_speed**-p
+        weights = sum_of_powers ** (1.0 / p)
+        weight_slopes = weights * slope.sum(axis=-1) / (p * sum_of_powers)
+        return Pace(
+            self.ways,
+            _integrated(self.ways, weights, weight_slopes),
+            weights,
+            weight_slopes,
+            weights / self.slopes_per_acceleration.max(axis=-1),
+            weights / self.slopes_per_jerk.max(axis=-1),
+        )
+
+
+def line_needs(line: StraightLine, limits: SliderLimits) -> LineNeeds:
+    """Return what steady motion along ``line`` asks of the sliders."""
     ways = line.length * PLACES
     rise, first, second, third = line.derivatives(ways)
     tilt = first - line.slope
@@ -148,32 +199,13 @@ def pace(
     velocity, acceleration, jerk = (
         np.array(values) for values in (limits.velocity, limits.acceleration, limits.jerk)
     )
-    p = shape.exponent
-    strength = shape.bend**p
-    x, dx = first / velocity, second / velocity
-    y, dy = second / acceleration, third / acceleration
-    z, dz = third / jerk, fourth / jerk
-    lower = x ** (p - 1)
-    total = lower * x
-    slope = p * lower * dx
-    if strength:
-        lower_y = strength * y ** (p // 2 - 1)
-        lower_z = strength * z ** (p // 3 - 1)
-        # The second derivative is never positive, so that an odd power needs its sign back.
-        sign = -1.0 if p // 2 % 2 else 1.0
-        total = total + sign * lower_y * y + lower_z * z
-        slope = slope + sign * (p // 2) * lower_y * dy + (p // 3) * lower_z * dz
-    sum_of_powers = total.sum(axis=-1) + platform_speed**-p
-    weights = sum_of_powers ** (1.0 / p)
-    weight_slopes = weights * slope.sum(axis=-1) / (p * sum_of_powers)
-    share = np.abs(first) / weights[:, np.newaxis]
-    return Pace(
+    slopes = np.abs(first)
+    return LineNeeds(
         ways,
-        _integrated(ways, weights, weight_slopes),
-        weights,
-        weight_slopes,
-        1.0 / (share / acceleration).max(axis=-1),
-        1.0 / (share / jerk).max(axis=-1),
+        *(first / velocity, second / velocity),
+        *(second / acceleration, third / acceleration),
+        *(third / jerk, fourth / jerk),
+        *(slopes / acceleration, slopes / jerk),
     )
 
 
