@@ -407,7 +407,9 @@ class TriGlide:
         d2, d3 = h2 - h1, h3 - h1
         px, py, mx, my, n, discriminant = self._meeting_line(d2, d3)
         if not discriminant > 0.0:
-            return SpheresDoNotMeetError(heights, discriminant)
+            # Heights so far apart that their squares overflow leave NaN.
+            too_far = discriminant if isfinite(discriminant) else -inf
+            return SpheresDoNotMeetError(heights, too_far)
         w = (px * mx + py * my - sqrt(discriminant)) / n
         rises = (-w, d2 - w, d3 - w)
         lowest = min(range(3), key=rises.__getitem__)

@@ -35,6 +35,9 @@ from tri_glide_kinematics.nodes.processes import NodeProcesses, default_paramete
 JOINTS = ("slider_1", "slider_2", "slider_3")
 TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
 RETRY_AFTER = 10.0  # s
+# A computer that runs other things too may keep the simulator waiting for longer than a machine
+# should be silent; then its sliders are late, and jump.
+PATIENCE = {"measured_timeout": 1.0, "jump_limit": 0.1, "tracking_error_limit": 0.3}
 DEEP_QUEUE = QoSProfile(depth=5000)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -241,10 +244,7 @@ class Machine:
         return self.simulator
 
     def start_ik(self, parameters: dict[str, Any] | None = None) -> RunningNode:
-        # A computer that runs other things too may keep the simulator waiting for longer than a
-        # machine should be silent; then its sliders are late, and jump.
-        patience = {"measured_timeout": 1.0, "jump_limit": 0.1, "tracking_error_limit": 0.3}
-        parameters = {**patience, **(parameters or {})}
+        parameters = {**PATIENCE, **(parameters or {})}
         self.ik = self._launcher.start("ik_node", parameters, namespace=self.namespace)
         return self.ik
 

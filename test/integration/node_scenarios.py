@@ -15,7 +15,7 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from hostile_messages import JOINTS, joint_states, parameters, poses, twists
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
-from node_harness import Machine
+from node_harness import PATIENCE, Machine
 from rcl_interfaces.srv import SetParameters
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
@@ -50,9 +50,7 @@ NORMAL_VALUES = {
     "jerk_limits": [JERK] * 3,
     "speed_scale": 1.0,
     "twist_timeout": 0.1,
-    "measured_timeout": 1.0,
-    "jump_limit": 0.1,
-    "tracking_error_limit": 0.3,
+    **PATIENCE,
 }
 
 

@@ -219,8 +219,8 @@ def test_not_finite_measurement_is_a_fault(machine, client, value):
     reach_a_target(machine)
 
 
-def test_a_frozen_simulator_process_is_a_fault(machine, client):
-    machine.start(SLOW)
+def test_a_frozen_simulator_process_is_a_fault_by_the_bounds_that_are_shipped(machine, client):
+    machine.start({**SLOW, "measured_timeout": 0.2})
     get_going(machine, speed=0.04)
     machine.simulator.process.send_signal(signal.SIGSTOP)
     machine.wait_for_state("fault")

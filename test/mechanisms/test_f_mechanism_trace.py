@@ -212,7 +212,7 @@ def test_forwards_and_back_returns_to_the_start():
 
 def test_step_widths_change_nothing():
     rng = np.random.default_rng(33)
-    for _ in range(40):
+    for _ in range(200):
         mechanism = random_mechanism(rng)
         for pose in mechanism.poses(1.0):
             fine = mechanism.trace(1.0, pose, steps=96, through=True)

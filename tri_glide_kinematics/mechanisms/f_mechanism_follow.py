@@ -213,10 +213,10 @@ def _land_beyond(
 ) -> tuple[Frame, float] | None:
     """Frame and sense of the branch at ``length`` beyond a bifurcation in direction ``along``."""
     # The plane across the direction: a frame without curvature does as the coordinate system.
-    helper = min(
+    axis = min(
         ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), key=lambda e: abs(dot(e, along))
     )
-    first = _difference(helper, _scaled(along, dot(helper, along)))
+    first = _difference(axis, _scaled(along, dot(axis, along)))
     first = _scaled(first, 1.0 / math.sqrt(dot(first, first)))
     second = (
         along[1] * first[2] - along[2] * first[1],
