@@ -109,16 +109,21 @@ def _spin(node: Node) -> None:
 
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    while node.context.ok():
-        try:
-            executor.spin_once()
-        except ExternalShutdownException:
-            return
-        except FatalError:
-            raise
-        except Exception as error:
-            if node.context.ok():
-                node.get_logger().error(f"dropped a request: {type(error).__name__}: {error}")
+    try:
+        while node.context.ok():
+            try:
+                executor.spin_once()
+            except ExternalShutdownException:
+                return
+            except FatalError:
+                raise
+            except Exception as error:
+                if node.context.ok():
+                    node.get_logger().error(f"dropped a request: {type(error).__name__}: {error}")
+    finally:
+        # Left to the end of the interpreter, what it holds may be gone before it, which Python 3.10
+        # reports with a traceback.
+        executor.shutdown()
 
 
 def _missing(module: str) -> str:
