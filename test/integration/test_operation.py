@@ -192,6 +192,8 @@ def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(machine, cli
         assert not response.success
         assert "no measured slider heights" in response.message
     assert client.set_parameters("simulator_node", HEALTHY).successful
+    # What was measured before may be far from what is measured now, which would be the next fault.
+    machine.wait_for_measured_rest()
     client.wait_for(lambda: client.enable().success, "the fault to be cleared")
     machine.wait_for_state("idle")
     reach_a_target(machine)

@@ -7,19 +7,19 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import rclpy
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile
-from rclpy.utilities import remove_ros_args, try_shutdown
+from rclpy.utilities import ok, remove_ros_args, try_shutdown
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.command_stream import CommandStream
@@ -296,6 +296,29 @@ def save_picture(
     return picture
 
 
+@contextmanager
+def ros_that_ctrl_c_ends() -> Iterator[None]:
+    """Use rclpy, and leave Ctrl-C to it: an exception raised within its C++ code may get lost.
+
+    Raises:
+        KeyboardInterrupt: if the signal came, whatever else went wrong then.
+    """
+    # rclpy calls the handler that it finds beside its own.
+    before = signal.signal(signal.SIGINT, lambda *_: None)
+    rclpy.init()
+    try:
+        yield
+    except Exception:
+        if ok():
+            raise
+    finally:
+        interrupted = not ok()
+        try_shutdown()
+        signal.signal(signal.SIGINT, before)
+    if interrupted:
+        raise KeyboardInterrupt
+
+
 def demonstrate(folder: Path) -> int:
     """Start the nodes, drive, and return the exit code."""
     # A namespace of its own keeps the demonstration away from a machine on this computer.
@@ -306,13 +329,10 @@ def demonstrate(folder: Path) -> int:
         say("starting simulator_node, ik_node and fk_node as processes")
         for name in ("simulator_node", "ik_node", "fk_node"):
             processes.start(name, [*arguments, *PATIENCE, "--log-level", "WARN"])
-        rclpy.init()
-        try:
+        with ros_that_ctrl_c_ends():
             client = DemoClient(namespace)
             settings = run(client, legs)
             stream = client.stream(settings)
-        finally:
-            try_shutdown()
     good = report(legs, stream, settings.limits)
     picture = save_picture(folder, legs, client, stream, settings)
     say(f"picture: {picture}")
@@ -331,7 +351,7 @@ def main() -> int:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
         return demonstrate(folder)
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except KeyboardInterrupt:
         say("interrupted; all nodes are stopped")
         return 128 + signal.SIGINT
     except (DemoError, OSError) as error:
