@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 from array import array
 from collections.abc import Callable
+from contextlib import suppress
 
 import rclpy
 from rclpy.clock import Clock, ClockType
@@ -110,7 +111,9 @@ def main(role: str, rate: float = 0.0) -> None:
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
-        rclpy.try_shutdown()
+        # The thread that a signal wakes may do the same at this very moment.
+        with suppress(RuntimeError):
+            rclpy.try_shutdown()
 
 
 def _publish_by_timer(node: Node, topic: str, rate: float, heights: list[float]) -> None:

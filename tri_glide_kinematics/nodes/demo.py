@@ -19,12 +19,13 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile
-from rclpy.utilities import ok, remove_ros_args, try_shutdown
+from rclpy.utilities import ok, remove_ros_args
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.command_stream import CommandStream
 from tri_glide_kinematics.limits import SliderLimits
 from tri_glide_kinematics.nodes.processes import NodeProcesses, default_parameter_file
+from tri_glide_kinematics.nodes.run import shut_down
 
 Position = tuple[float, float, float]
 
@@ -313,7 +314,7 @@ def ros_that_ctrl_c_ends() -> Iterator[None]:
             raise
     finally:
         interrupted = not ok()
-        try_shutdown()
+        shut_down()
         signal.signal(signal.SIGINT, before)
     if interrupted:
         raise KeyboardInterrupt

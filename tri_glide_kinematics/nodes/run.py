@@ -9,6 +9,7 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -69,7 +70,7 @@ def run(module: str, node: str) -> int:
         return _fail(str(error).splitlines()[0])
     import rclpy
     from rclpy.exceptions import ParameterException
-    from rclpy.utilities import ok, try_shutdown
+    from rclpy.utilities import ok
 
     from tri_glide_kinematics.errors import KinematicsError
 
@@ -83,7 +84,7 @@ def run(module: str, node: str) -> int:
         instance = node_class()
     except Exception as error:
         stopped = not ok()
-        try_shutdown()
+        shut_down()
         if stopped:
             return 0
         if isinstance(error, (KinematicsError, ParameterException)):
@@ -95,8 +96,16 @@ def run(module: str, node: str) -> int:
         instance.get_logger().fatal(str(error))
         return 1
     finally:
-        try_shutdown()
+        shut_down()
     return 0
+
+
+def shut_down() -> None:
+    """End the use of rclpy, unless a signal does the same at this very moment."""
+    from rclpy.utilities import try_shutdown
+
+    with suppress(RuntimeError):
+        try_shutdown()
 
 
 def _spin(node: Node) -> None:
