@@ -22,33 +22,48 @@ WINDOW_TIME = 2.0  # s
 TARGETS = ((0.08, 0.0, 0.25), (-0.05, 0.06, 0.22), (-0.04, -0.07, 0.30))
 TARGET_PERIOD = 0.25  # s: the machine is always moving
 BARE_TIMER = "bare rclpy timer that publishes an equal JointState"
+LISTENING_TIMER = f"{BARE_TIMER}, and takes in as many measured ones"
+
+Times = tuple[list[float], list[float]]
 
 
 def figures() -> Iterator[Figure]:
-    """Run ``ik_node`` and the bare timer at the same time, on a core each, and compare them."""
+    """Run ``ik_node`` and a bare timer at the same time, on a core each, and compare them."""
+    work, processor_time = _compared("timer", [])
+    yield figure("ik_node at 1 kHz, one cycle: work in the callback", BARE_TIMER, *work, goal=1.5)
+    yield figure("ik_node at 1 kHz: CPU time per second", BARE_TIMER, *processor_time, goal=1.5)
+    remaps = ["joint_commands:=/ours/joint_states", "joint_states:=joint_commands"]
+    _, processor_time = _compared("machine", remaps)
+    yield figure("the same", LISTENING_TIMER, *processor_time)
+
+
+def _compared(role: str, remaps: list[str]) -> tuple[Times, Times]:
+    """Return work in the callback and CPU time of ``ik_node`` and of a bare node.
+
+    Args:
+        role: of the bare node.
+        remaps: of the bare node's topics.
+    """
     with tempfile.TemporaryDirectory() as folder, session() as running:
         files = [Path(folder, name) for name in ("ours.npy", "bare.npy")]
         module = "benchmarks.timed_cycle"
         running.start_node("simulator_node", "/ours")
         pids = (
             running.start_module(module, [str(files[0]), "ik_node"], "/ours", rate=RATE),
-            running.start_module(module, [str(files[1]), "timer"], "/bare"),
+            running.start_module(module, [str(files[1]), role], "/bare", remaps),
         )
         windows, processor_time = _drive(running, pids)
         running.stop()
         calls = [np.load(file) for file in files]
-    work: tuple[list[float], list[float]] = ([], [])
+    work: Times = ([], [])
     for begin, end in windows:
         for side in (0, 1):
             started, taken = calls[side].T
             work[side].append(1e-9 * float(np.median(taken[(started >= begin) & (started < end)])))
-    yield figure("ik_node at 1 kHz, one cycle: work in the callback", BARE_TIMER, *work, goal=1.5)
-    yield figure("ik_node at 1 kHz: CPU time per second", BARE_TIMER, *processor_time, goal=1.5)
+    return work, processor_time
 
 
-def _drive(
-    running: Session, pids: tuple[int, int]
-) -> tuple[list[tuple[int, int]], tuple[list[float], list[float]]]:
+def _drive(running: Session, pids: tuple[int, int]) -> tuple[list[tuple[int, int]], Times]:
     """Keep the machine moving; return begin and end of each window and the CPU time in it."""
     commands = {"ours": 0, "bare": 0}
     for name in commands:
@@ -59,7 +74,7 @@ def _drive(
     running.spin_until(lambda: all(commands.values()), "commands")
     message = PoseStamped()
     windows = []
-    used: tuple[list[float], list[float]] = ([], [])
+    used: Times = ([], [])
     count = 0
     for window in range(-1, WINDOWS):  # the first is for warming up
         for side, pid in enumerate(pids):

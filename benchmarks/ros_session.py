@@ -48,10 +48,17 @@ class Session:
         return self.start_module("benchmarks.bare_nodes", [role, str(rate)], namespace)
 
     def start_module(
-        self, module: str, arguments: Sequence[str], namespace: str, **parameters: object
+        self,
+        module: str,
+        arguments: Sequence[str],
+        namespace: str,
+        remaps: Sequence[str] = (),
+        **parameters: object,
     ) -> int:
         """Start a Python module as a process and return its id."""
         ros_arguments = ["--log-level", "ERROR"]
+        for remap in remaps:
+            ros_arguments += ["-r", remap]
         if parameters:
             ros_arguments += ["--params-file", str(default_parameter_file())]
         for key, value in parameters.items():
