@@ -190,8 +190,9 @@ def hostility(machine: Machine, duration: float) -> None:
             client.spin_once()
 
         send()
-    assert client.set_parameters("simulator_node", HEALTHY).successful
-    assert client.set_parameters("ik_node", NORMAL_VALUES).successful
+    # On simulated time that nobody publishes, all stamps would be zero.
+    for node, values in (("simulator_node", HEALTHY), ("ik_node", NORMAL_VALUES)):
+        assert client.set_parameters(node, {**values, "use_sim_time": False}).successful
     bring_home(machine)
     for service in services.values():
         client.node.destroy_client(service)
