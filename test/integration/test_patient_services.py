@@ -17,7 +17,7 @@ DROPPED = "failed to send response (timeout): client will not receive response"
 def answer_again(client):
     """Serve ``~/name`` with a middleware that drops the first answers, and return a caller."""
 
-    def serve(name, drops):
+    def serve(name, drops, **options):
         send_attempts = []
         create_service = client.node.create_service
 
@@ -37,7 +37,7 @@ def answer_again(client):
 
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(client.node, "create_service", create)
-            PatientServices(client.node).create(Trigger, f"~/{name}", greet)
+            PatientServices(client.node, **options).create(Trigger, f"~/{name}", greet)
         caller = client.node.create_client(Trigger, f"~/{name}")
         client.wait_for(caller.service_is_ready, name)
         return caller, send_attempts
@@ -77,3 +77,17 @@ def test_too_many_answers_displace_the_oldest(client, answer_again, monkeypatch)
     lost, *others = [caller.call_async(Trigger.Request()) for _ in range(3)]
     client.wait_for(lambda: all(future.done() for future in others), "the two last answers")
     assert not lost.done()
+
+
+def test_nothing_is_sent_again_while_there_is_no_time_for_it(client, answer_again):
+    asked = []
+
+    def after_five_times():
+        asked.append(None)
+        return len(asked) > 5
+
+    caller, attempts = answer_again("greet", drops=1, may_wait=after_five_times)
+    future = caller.call_async(Trigger.Request())
+    client.wait_for(lambda: len(asked) == 5, "five occasions")
+    assert len(attempts) == 1
+    client.wait_for(future.done, "the answer")

@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import MotionEngine, MotionKind
+from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase
 from tri_glide_kinematics.nodes.command_outputs import CommandOutputs
 from tri_glide_kinematics.nodes.controller import MotionController
 from tri_glide_kinematics.nodes.diagnostics import DiagnosticsPublisher, Health, status_message
@@ -32,6 +32,7 @@ from tri_glide_kinematics.nodes.messages import SliderReader, target_position, t
 from tri_glide_kinematics.nodes.operating_state import FAULT, OperatingState
 from tri_glide_kinematics.nodes.parameter_table import Values
 from tri_glide_kinematics.nodes.parameters import IK_NODE
+from tri_glide_kinematics.nodes.patient_services import PatientServices
 from tri_glide_kinematics.nodes.reason_log import ReasonLog
 from tri_glide_kinematics.nodes.run import FatalError
 from tri_glide_kinematics.nodes.supervision import Supervisor
@@ -89,8 +90,9 @@ class IkNode(Node):
         )
         self.create_subscription(PoseStamped, "target_pose", self._on_pose, RELIABLE)
         self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY)
-        self.create_service(Trigger, "~/stop", self._on_stop)
-        self.create_service(SetBool, "~/enable", self._on_enable)
+        services = PatientServices(self, lambda: self._engine.phase is MotionPhase.IDLE)
+        services.create(Trigger, "~/stop", self._on_stop)
+        services.create(SetBool, "~/enable", self._on_enable)
         DiagnosticsPublisher(self, self._health)
         self.create_timer(period, self._cycle, clock=Clock(clock_type=ClockType.STEADY_TIME))
 

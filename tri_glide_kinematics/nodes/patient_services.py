@@ -34,9 +34,15 @@ class _Answer(NamedTuple):
 class PatientServices:
     """Offers the services of a node, and keeps their answers until the clients can take them."""
 
-    def __init__(self, node: Node) -> None:
-        """Offer nothing yet."""
+    def __init__(self, node: Node, may_wait: Callable[[], bool] = lambda: True) -> None:
+        """Offer nothing yet.
+
+        Args:
+            node: that offers the services.
+            may_wait: whether 100 ms may pass now without anything else being done.
+        """
         self._node = node
+        self._may_wait = may_wait
         self._waiting: deque[_Answer] = deque()
         self._timer = node.create_timer(
             RETRY_PERIOD, self._send_again, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -64,6 +70,8 @@ class PatientServices:
 
     def _send_again(self) -> None:
         """Send until one fails: each failure takes 100 ms, in which nobody else is served."""
+        if not self._may_wait():
+            return
         for _ in range(len(self._waiting)):
             answer = self._waiting.popleft()
             if _is_sent(answer.send, answer.response, answer.header):
