@@ -97,7 +97,7 @@ def test_stale_twist_ends_in_a_jerk_limited_stop(machine, client):
         )
 
     client.wait_for(jogging, "the velocity of the twist")
-    assert machine.state == "jogging"
+    machine.wait_for_state("jogging")
     machine.wait_for_state("idle")
     texts = [status.message for status in machine.states]
     assert "stopping: no twist for 0.1 s" in texts
