@@ -39,7 +39,8 @@ RETRY_AFTER = 10.0  # s
 # should be silent; then its sliders are late, and jump.
 PATIENCE = {"measured_timeout": 1.0, "jump_limit": 0.1, "tracking_error_limit": 0.3}
 DEEP_QUEUE = QoSProfile(depth=5000)
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# Deeper than that of the publisher: a client that is kept waiting must not miss a state.
+LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class RunningNode:
