@@ -8,6 +8,7 @@ import signal
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from node_scenarios import HEALTHY
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.command_stream import CommandStream
@@ -151,13 +152,6 @@ FAULTS = {
     "stuck": ({"stuck_sliders": [True, False, False]}, "slider_1 is measured at"),
     "frozen": ({"frozen_encoders": [False, False, True]}, "slider_3 is measured at"),
     "lag": ({"lag": 2.0}, "is measured at"),
-}
-HEALTHY = {
-    "drop_out": 0.0,
-    "encoder_offsets": [0.0, 0.0, 0.0],
-    "stuck_sliders": [False, False, False],
-    "frozen_encoders": [False, False, False],
-    "lag": 0.005,
 }
 
 

@@ -14,6 +14,7 @@ from tri_glide_kinematics.planning.phases import (
     evaluate,
     knots,
     merged,
+    rest_until,
     shortest_piece,
     with_knots_of,
 )
@@ -127,9 +128,8 @@ class JogTiming:
         # The last three phases of ruckig are the ramp to rest.
         steady_until = steady_from + sum(duration for duration, _ in ending[:-3])
         phases += ending
-        duration = sum(time for time, _ in phases)
-        if entry.blend is not None and entry.blend.duration > duration:
-            phases.append((entry.blend.duration - duration, 0.0))
+        if entry.blend is not None:
+            rest_until(phases, entry.blend.duration)
         shortest = shortest_piece(target, acceleration)
         # Steady motion takes most of the time; knots are needed where the line changes.
         passed = steady_from + (paced.coordinates - state[0]) / rate

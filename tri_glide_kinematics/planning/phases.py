@@ -65,6 +65,13 @@ def knots(phases: Sequence[tuple[float, float]], pieces: int, shortest: float) -
     return result
 
 
+def rest_until(phases: list[tuple[float, float]], end: float) -> None:
+    """Add a rest to ``phases`` if they are over before ``end`` [s]."""
+    duration = sum(time for time, _ in phases)
+    if end > duration:
+        phases.append((end - duration, 0.0))
+
+
 def knots_with_blend(
     phases: list[tuple[float, float]], pieces: int, shortest: float, blend: CubicPlan | None
 ) -> FloatArray:
@@ -74,9 +81,7 @@ def knots_with_blend(
     """
     if blend is None:
         return np.array(knots(phases, pieces, shortest))
-    duration = sum(time for time, _ in phases)
-    if blend.duration > duration:
-        phases.append((blend.duration - duration, 0.0))
+    rest_until(phases, blend.duration)
     return np.array(with_knots_of(knots(phases, pieces, shortest), blend, shortest))
 
 
