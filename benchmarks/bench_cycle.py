@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
 from benchmarks.harness import Figure, figure
@@ -66,12 +67,19 @@ def _compared(role: str, remaps: list[str]) -> tuple[Times, Times]:
 def _drive(running: Session, pids: tuple[int, int]) -> tuple[list[tuple[int, int]], Times]:
     """Keep the machine moving; return begin and end of each window and the CPU time in it."""
     commands = {"ours": 0, "bare": 0}
-    for name in commands:
-        running.probe.create_subscription(
-            JointState, f"/{name}/joint_commands", partial(_count, commands, name), 1
+    listeners = {
+        name: running.probe.create_subscription(
+            JointState,
+            f"/{name}/joint_commands",
+            partial(_count, commands, name),
+            qos_profile_sensor_data,
         )
+        for name in commands
+    }
     publisher = running.probe.create_publisher(PoseStamped, "/ours/target_pose", 10)
     running.spin_until(lambda: all(commands.values()), "commands")
+    # The simulator listens to ours: so each publishes to one that listens.
+    running.probe.destroy_subscription(listeners["ours"])
     message = PoseStamped()
     windows = []
     used: Times = ([], [])

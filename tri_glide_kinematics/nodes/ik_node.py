@@ -46,7 +46,11 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class IkNode(Node):
-    """Turns messages into calls of the controller, and its setpoints into messages."""
+    """Turns messages into calls of the controller, and its setpoints into messages.
+
+    Attributes:
+        urgent: what is to be looked at in each cycle.
+    """
 
     def __init__(self) -> None:
         """Declare the parameters and wait for the machine.
@@ -85,16 +89,18 @@ class IkNode(Node):
             on_refusal=lambda reason: self._refused.add(f"refused after all: {reason}"),
         )
         parameters.on_change(self._apply)
-        self.create_subscription(
-            JointState, "joint_states", self._on_measured, qos_profile_sensor_data
-        )
-        self.create_subscription(PoseStamped, "target_pose", self._on_pose, RELIABLE)
-        self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY)
         services = PatientServices(self, lambda: self._engine.phase is MotionPhase.IDLE)
-        services.create(Trigger, "~/stop", self._on_stop)
         services.create(SetBool, "~/enable", self._on_enable)
         DiagnosticsPublisher(self, self._health)
-        self.create_timer(period, self._cycle, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.urgent = (
+            self.create_timer(period, self._cycle, clock=Clock(clock_type=ClockType.STEADY_TIME)),
+            self.create_subscription(
+                JointState, "joint_states", self._on_measured, qos_profile_sensor_data
+            ),
+            self.create_subscription(PoseStamped, "target_pose", self._on_pose, RELIABLE),
+            self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY),
+            services.create(Trigger, "~/stop", self._on_stop),
+        )
 
     def _cycle(self) -> None:
         now = time.monotonic()

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.service import Service
 
 RETRY_PERIOD = 0.2  # s
 GIVE_UP_AFTER = 30.0  # s
@@ -49,8 +50,8 @@ class PatientServices:
         )
         self._timer.cancel()
 
-    def create(self, kind: type, name: str, callback: Callable[[Any, Any], Any]) -> None:
-        """Offer a service, as `Node.create_service` does."""
+    def create(self, kind: type, name: str, callback: Callable[[Any, Any], Any]) -> Service:
+        """Offer a service, as `Node.create_service` does, and return it."""
         service = self._node.create_service(kind, name, callback)
         send = service.send_response
 
@@ -61,6 +62,7 @@ class PatientServices:
 
         # The executor sends what the callback returns by this method of the service.
         service.send_response = send_or_keep  # type: ignore[method-assign]
+        return service
 
     def _keep(self, answer: _Answer) -> None:
         if len(self._waiting) == MAX_WAITING:

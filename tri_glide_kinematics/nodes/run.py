@@ -116,7 +116,13 @@ def _spin(node: Node) -> None:
     """
     from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
-    executor = SingleThreadedExecutor()
+    urgent = getattr(node, "urgent", None)
+    if urgent is None:
+        executor = SingleThreadedExecutor()
+    else:
+        from tri_glide_kinematics.nodes.cycle_executor import CycleExecutor
+
+        executor = CycleExecutor(urgent)
     executor.add_node(node)
     try:
         while node.context.ok():

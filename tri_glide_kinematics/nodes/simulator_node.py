@@ -22,7 +22,11 @@ from tri_glide_kinematics.nodes.simulated_sliders import SimulatedSliders, Slide
 
 
 class SimulatorNode(Node):
-    """Three simulated sliders on topics."""
+    """Three simulated sliders on topics.
+
+    Attributes:
+        urgent: what is to be looked at in each cycle.
+    """
 
     def __init__(self) -> None:
         """Declare the parameters and start to measure.
@@ -43,13 +47,15 @@ class SimulatorNode(Node):
         parameters.on_change(self._apply)
         self._message = JointState(name=values["joint_names"])
         self._publisher = self.create_publisher(JointState, "joint_states", QoSProfile(depth=10))
-        # Best effort, so that no old command is sent again after the connection was lost.
-        self.create_subscription(
-            JointState, "joint_commands", self._on_command, qos_profile_sensor_data
-        )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(self._period, self._cycle, clock=steady)
         self.create_timer(1.0, self._reasons.end_of_second, clock=steady)
+        self.urgent = (
+            self.create_timer(self._period, self._cycle, clock=steady),
+            # Best effort, so that no old command is sent again after the connection was lost.
+            self.create_subscription(
+                JointState, "joint_commands", self._on_command, qos_profile_sensor_data
+            ),
+        )
 
     def _on_command(self, message: JointState) -> None:
         try:
