@@ -66,7 +66,8 @@ class Session:
         return self._start([sys.executable, "-m", module, *arguments], namespace, ros_arguments)
 
     def _start(self, command: list[str], namespace: str, arguments: Sequence[str]) -> int:
-        paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+        # What is installed comes first; the folder above us is for the modules of this package.
+        paths = [*filter(None, [os.environ.get("PYTHONPATH")]), str(ROOT)]
         process = subprocess.Popen(
             [*command, "--ros-args", "-r", f"__ns:={namespace}", *arguments],
             env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
@@ -75,8 +76,13 @@ class Session:
         self._processes.append(process)
         return process.pid
 
-    def spin_until(self, condition: Callable[[], Any], what: str) -> None:
+    def spin_until(self, condition: Callable[[], Any], what: str, longest_nap: float = 0.1) -> None:
         """Spin until ``condition`` holds.
+
+        Args:
+            condition: is looked at after each message.
+            what: is waited for.
+            longest_nap: time after which it is looked at without a message, too [s].
 
         Raises:
             NoAnswerError: if it does not.
@@ -85,7 +91,7 @@ class Session:
         while not condition():
             if time.monotonic() > end:
                 raise NoAnswerError(f"waited {TIMEOUT:g} s in vain for {what}")
-            self._executor.spin_once(timeout_sec=0.1)
+            self._executor.spin_once(longest_nap)
 
     def spin_for(self, duration: float) -> None:
         """Spin for ``duration`` seconds."""
