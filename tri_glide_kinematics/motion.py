@@ -282,14 +282,19 @@ class MotionEngine:
             NotStartedError: before the start.
             OutOfBoundsError: if ``dt`` is not greater than zero, or NaN.
         """
-        if not 0.0 < dt < math.inf:
-            raise OutOfBoundsError("dt", dt, "finite and greater than 0", "s")
-        if self._time >= self._retry_at:
-            self._catch_up()
-        if self._plan is None:
+        time = self._time + dt
+        # One comparison tells that there is nothing to do but go on, as there is nearly always.
+        if not self._time < time < self._retry_at:
+            if not 0.0 < dt < math.inf:
+                raise OutOfBoundsError("dt", dt, "finite and greater than 0", "s")
+            if self._time >= self._retry_at:
+                self._catch_up()
+            time = self._time + dt
+        plan = self._plan
+        if plan is None:
             raise NotStartedError
-        self._time += dt
-        return self._plan.state(self._time)
+        self._time = time
+        return plan.state(time)
 
     def sample_plan(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints of the held plan at ``times`` from now on.

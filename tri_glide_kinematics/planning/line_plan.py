@@ -86,7 +86,7 @@ class LinePlan:
         blend: slider offsets that lead from the motion before onto the line, or None.
     """
 
-    __slots__ = ("_arms", "_final", "_rows", "_starts", "blend", "duration", "law", "line")
+    __slots__ = ("_arms", "_final", "_row", "_rows", "_starts", "blend", "duration", "law", "line")
 
     def __init__(self, line: StraightLine, law: WayLaw, blend: CubicPlan | None = None) -> None:
         """Prepare the plan; the law ends at rest, the blend at zero.
@@ -99,9 +99,19 @@ class LinePlan:
         self.blend = blend
         self.duration = max(float(law.times[-1]), blend.duration if blend else 0.0)
         self._starts: list[float] = law.times[:-1].tolist()
-        self._rows: list[list[float]] = _power_coefficients(law).tolist()
+        ends = np.append(law.times[1:-1], self.duration)
+        ways = _power_coefficients(law)
+        speeds = ways[:, 1:] * np.arange(1.0, 6.0)
+        gains = speeds[:, 1:] * np.arange(1.0, 5.0)
+        rows = np.column_stack((law.times[:-1], ends, ways, speeds, gains))
+        self._rows: list[list[float]] = rows.tolist()
+        # The piece that was asked for last: the next instant is nearly always in the same.
+        self._row = self._rows[0]
+        m = line.curvature
         (q1, b1), (q2, b2), (q3, b3) = line.arms
-        self._arms = (q1, b1, q2, b2, q3, b3, line.curvature, line.start[2], line.slope)
+        # With R^2 = q + 2 b s + m s^2 and g = x / R, (m - g^2) / R is (m q - b^2) / R^3.
+        bends = (m * q1 - b1 * b1, m * q2 - b2 * b2, m * q3 - b3 * b3)
+        self._arms = (q1, b1, q2, b2, q3, b3, *bends, m, line.start[2], line.slope)
         heights = line.heights_at(float(law.ways[-1]))
         self._final = SliderState(heights, AT_REST, AT_REST)
         if blend is not None:
@@ -109,40 +119,35 @@ class LinePlan:
 
     def state(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
-        if time >= self.duration:
-            return self._final
-        index = bisect_right(self._starts, time) - 1
-        t = time - self._starts[index]
-        c0, c1, c2, c3, c4, c5 = self._rows[index]
-        # Horner's scheme, each derivative with what the one before it leaves on its way.
-        p4 = c4 + t * c5
-        p3 = c3 + t * p4
-        p2 = c2 + t * p3
-        p1 = c1 + t * p2
-        way = c0 + t * p1
-        d3 = p4 + t * c5
-        d2 = p3 + t * d3
-        d1 = p2 + t * d2
-        speed = p1 + t * d1
-        gain = 2.0 * (d1 + t * (d2 + t * (d3 + t * c5)))
-        q1, b1, q2, b2, q3, b3, m, base, slope = self._arms
+        row = self._row
+        if not row[0] <= time < row[1]:
+            if time >= self.duration:
+                return self._final
+            row = self._row = self._rows[bisect_right(self._starts, time) - 1]
+        start, _, s0, s1, s2, s3, s4, s5, v0, v1, v2, v3, v4, a0, a1, a2, a3 = row
+        t = time - start
+        way = s0 + t * (s1 + t * (s2 + t * (s3 + t * (s4 + t * s5))))
+        speed = v0 + t * (v1 + t * (v2 + t * (v3 + t * v4)))
+        gain = a0 + t * (a1 + t * (a2 + t * a3))
+        q1, b1, q2, b2, q3, b3, e1, e2, e3, m, base, slope = self._arms
         base += slope * way
         square = speed * speed
-        x1, x2, x3 = b1 + m * way, b2 + m * way, b3 + m * way
-        r1 = sqrt(q1 + way * (b1 + x1))
-        r2 = sqrt(q2 + way * (b2 + x2))
-        r3 = sqrt(q3 + way * (b3 + x3))
-        g1, g2, g3 = x1 / r1, x2 / r2, x3 / r3
-        f1, f2, f3 = g1 + slope, g2 + slope, g3 + slope
+        bend = m * way
+        x1, x2, x3 = b1 + bend, b2 + bend, b3 + bend
+        q1 += way * (b1 + x1)
+        q2 += way * (b2 + x2)
+        q3 += way * (b3 + x3)
+        r1, r2, r3 = sqrt(q1), sqrt(q2), sqrt(q3)
+        f1, f2, f3 = x1 / r1 + slope, x2 / r2 + slope, x3 / r3 + slope
         state = new_state(
             SliderState,
             (
                 (base + r1, base + r2, base + r3),
                 (f1 * speed, f2 * speed, f3 * speed),
                 (
-                    f1 * gain + (m - g1 * g1) / r1 * square,
-                    f2 * gain + (m - g2 * g2) / r2 * square,
-                    f3 * gain + (m - g3 * g3) / r3 * square,
+                    f1 * gain + e1 / (q1 * r1) * square,
+                    f2 * gain + e2 / (q2 * r2) * square,
+                    f3 * gain + e3 / (q3 * r3) * square,
                 ),
             ),
         )
