@@ -25,6 +25,9 @@ from tri_glide_kinematics.planning.plans import (
 )
 from tri_glide_kinematics.planning.straight_line import StraightLine
 
+# A line that leads less far over the ground than this, per metre, is not told from a vertical one.
+STEEPEST = 1e-12
+
 
 class WayLaw(NamedTuple):
     """Way along a line over time, at knots between which it is quintic.
@@ -99,19 +102,20 @@ class LinePlan:
         self.blend = blend
         self.duration = max(float(law.times[-1]), blend.duration if blend else 0.0)
         self._starts: list[float] = law.times[:-1].tolist()
+        # ``state`` takes the way over the ground, w = k s with k^2 = -m, which leaves the least
+        # to do for each arm: R^2 = a - y^2 with y = b / k - w, R' = y / R and R'' = -a / R^3.
+        k = max(sqrt(-line.curvature), STEEPEST)
         ends = np.append(law.times[1:-1], self.duration)
-        ways = _power_coefficients(law)
+        ways = k * _power_coefficients(law)
         speeds = ways[:, 1:] * np.arange(1.0, 6.0)
         gains = speeds[:, 1:] * np.arange(1.0, 5.0)
         rows = np.column_stack((law.times[:-1], ends, ways, speeds, gains))
         self._rows: list[list[float]] = rows.tolist()
         # The piece that was asked for last: the next instant is nearly always in the same.
         self._row = self._rows[0]
-        m = line.curvature
-        (q1, b1), (q2, b2), (q3, b3) = line.arms
-        # With R^2 = q + 2 b s + m s^2 and g = x / R, (m - g^2) / R is (m q - b^2) / R^3.
-        bends = (m * q1 - b1 * b1, m * q2 - b2 * b2, m * q3 - b3 * b3)
-        self._arms = (q1, b1, q2, b2, q3, b3, *bends, m, line.start[2], line.slope)
+        y1, y2, y3 = (tilt / k for _, tilt in line.arms)
+        a1, a2, a3 = (square + y * y for (square, _), y in zip(line.arms, (y1, y2, y3)))
+        self._arms = (a1, y1, a2, y2, a3, y3, line.start[2], line.slope / k)
         heights = line.heights_at(float(law.ways[-1]))
         self._final = SliderState(heights, AT_REST, AT_REST)
         if blend is not None:
@@ -124,30 +128,29 @@ class LinePlan:
             if time >= self.duration:
                 return self._final
             row = self._row = self._rows[bisect_right(self._starts, time) - 1]
-        start, _, s0, s1, s2, s3, s4, s5, v0, v1, v2, v3, v4, a0, a1, a2, a3 = row
+        start, _, s0, s1, s2, s3, s4, s5, v0, v1, v2, v3, v4, g0, g1, g2, g3 = row
         t = time - start
         way = s0 + t * (s1 + t * (s2 + t * (s3 + t * (s4 + t * s5))))
         speed = v0 + t * (v1 + t * (v2 + t * (v3 + t * v4)))
-        gain = a0 + t * (a1 + t * (a2 + t * a3))
-        q1, b1, q2, b2, q3, b3, e1, e2, e3, m, base, slope = self._arms
+        gain = g0 + t * (g1 + t * (g2 + t * g3))
+        a1, y1, a2, y2, a3, y3, base, slope = self._arms
         base += slope * way
         square = speed * speed
-        bend = m * way
-        x1, x2, x3 = b1 + bend, b2 + bend, b3 + bend
-        q1 += way * (b1 + x1)
-        q2 += way * (b2 + x2)
-        q3 += way * (b3 + x3)
+        y1 -= way
+        y2 -= way
+        y3 -= way
+        q1, q2, q3 = a1 - y1 * y1, a2 - y2 * y2, a3 - y3 * y3
         r1, r2, r3 = sqrt(q1), sqrt(q2), sqrt(q3)
-        f1, f2, f3 = x1 / r1 + slope, x2 / r2 + slope, x3 / r3 + slope
+        f1, f2, f3 = y1 / r1 + slope, y2 / r2 + slope, y3 / r3 + slope
         state = new_state(
             SliderState,
             (
                 (base + r1, base + r2, base + r3),
                 (f1 * speed, f2 * speed, f3 * speed),
                 (
-                    f1 * gain + e1 / (q1 * r1) * square,
-                    f2 * gain + e2 / (q2 * r2) * square,
-                    f3 * gain + e3 / (q3 * r3) * square,
+                    f1 * gain - a1 / (q1 * r1) * square,
+                    f2 * gain - a2 / (q2 * r2) * square,
+                    f3 * gain - a3 / (q3 * r3) * square,
                 ),
             ),
         )
