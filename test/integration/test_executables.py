@@ -6,8 +6,10 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+from ament_index_python.packages import get_package_prefix
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters
 
@@ -117,3 +119,9 @@ def test_documentation_of_the_parameters_is_printed(ros_domain):
         timeout=TIMEOUT,
     )
     assert "| `twist_timeout` | double | `0.1` | s |" in run.stdout
+
+
+def test_byte_code_is_installed():
+    # Without it each start compiles all modules, which takes as long as to import rclpy.
+    prefix = Path(get_package_prefix("tri_glide_kinematics"))
+    assert list(prefix.rglob("nodes/__pycache__/ik_node.*.pyc"))
