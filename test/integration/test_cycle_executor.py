@@ -30,25 +30,29 @@ class Looks(CycleExecutor):
 
 
 @pytest.fixture
-def cycling(ros_context, namespace):
-    """Return a node, its executor, an urgent service, one that is not, and the cycles so far."""
+def cycling(ros_context, namespace, request):
+    """Return a node's executor, an urgent service, one that is not, and the cycles so far.
+
+    With the parameter False, its timer is not urgent.
+    """
     node = Node("cycling", namespace=namespace, context=ros_context)
     cycles = []
     steady = Clock(clock_type=ClockType.STEADY_TIME)
-    timer = node.create_timer(PERIOD, lambda: cycles.append(time.monotonic()), clock=steady)
+    timer = node.create_timer(PERIOD, lambda: cycles.append(None), clock=steady)
     urgent, other = (
         node.create_service(Trigger, f"~/{name}", lambda _, response: response)
         for name in ("urgent", "other")
     )
-    executor = Looks(ros_context, (timer, urgent))
+    executor = Looks(ros_context, (timer, urgent) if request.param else (urgent,))
     executor.add_node(node)
-    yield node, executor, urgent, other, cycles
+    yield executor, urgent, other, cycles
     executor.shutdown()
     node.destroy_node()
 
 
+@pytest.mark.parametrize("cycling", [True], indirect=True)
 def test_what_is_urgent_is_waited_for_always_and_the_rest_now_and_then(cycling):
-    _, executor, urgent, other, cycles = cycling
+    executor, urgent, other, cycles = cycling
     begin = time.monotonic()
     while len(cycles) < 300:
         executor.spin_once()
@@ -59,9 +63,10 @@ def test_what_is_urgent_is_waited_for_always_and_the_rest_now_and_then(cycling):
     assert 1 <= executor.done[other] <= 3.0 * looks
 
 
+@pytest.mark.parametrize("cycling", [True, False], indirect=True)
 @pytest.mark.parametrize("name", ["urgent", "other"])
 def test_services_are_served(client, cycling, name):
-    _, executor, _, _, _ = cycling
+    executor, *_ = cycling
     caller = client.node.create_client(Trigger, f"cycling/{name}")
 
     def once(condition):

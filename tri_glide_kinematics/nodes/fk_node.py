@@ -27,6 +27,9 @@ class FkNode(Node):
     """Answers each measurement with a pose and, if it holds velocities, a twist of the same time.
 
     The platform does not rotate, so the twist holds for every point of it.
+
+    Attributes:
+        urgent: what is to be looked at each time.
     """
 
     def __init__(self) -> None:
@@ -48,10 +51,12 @@ class FkNode(Node):
         reliable = QoSProfile(depth=10)
         self._pose_publisher = self.create_publisher(PoseStamped, "platform_pose", reliable)
         self._twist_publisher = self.create_publisher(TwistStamped, "platform_twist", reliable)
-        self.create_subscription(
-            JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data
-        )
         DiagnosticsPublisher(self, self._health)
+        self.urgent = (
+            self.create_subscription(
+                JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data
+            ),
+        )
 
     def _on_joint_state(self, message: JointState) -> None:
         try:
