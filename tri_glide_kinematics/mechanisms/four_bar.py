@@ -342,10 +342,12 @@ class AssembledFourBar(FourBar):
 def _finite_array(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> FloatArray:
     """Return ``values`` as a float array of finite numbers."""
     array = array_of_shape(name, values, shape)
-    # The sum of squares is one fast pass; only if it fails is the culprit looked for.
-    if not math.isfinite(np.dot(array, array)):
-        for index in np.flatnonzero(~np.isfinite(array)):
-            raise NotFiniteError(f"{name}[{index}]", float(array[index]))
+    # Not by a scalar product: the linear algebra library may share that out to threads, which keep
+    # their cores busy for a while after.
+    is_finite = np.isfinite(array)
+    if not is_finite.all():
+        index = int(is_finite.argmin())
+        raise NotFiniteError(f"{name}[{index}]", float(array[index]))
     return array
 
 
