@@ -98,9 +98,11 @@ class CubicPlan:
         for start, end in pairwise(starts):
             first, second, third = (course.at(start, 0.5 * (start + end)) for course in courses)
             rows.append((*first, *second, *third))
-        self._rows = [(start, end, *row) for (start, end), row in zip(pairwise(starts), rows)]
+        self._rows: list[tuple[float, ...]] = [
+            (start, end, *row) for (start, end), row in zip(pairwise(starts), rows)
+        ]
         # The piece that was asked for last: the next instant is nearly always in the same.
-        self._row: tuple[float, ...] = self._rows[0] if rows else (0.0, 0.0)
+        self._row = self._rows[0] if rows else (0.0,) * 14
         self.duration = starts.pop()
         self._starts = starts if rows else []
         h1, h2, h3 = (course.final_height for course in courses)
@@ -111,12 +113,12 @@ class CubicPlan:
 
     def state(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
-        row = self._row
-        if not row[0] <= time < row[1]:
+        start, end, h1, v1, a1, j1, h2, v2, a2, j2, h3, v3, a3, j3 = self._row
+        if time < start or time >= end:
             if time >= self.duration:
                 return self._final
             row = self._row = self._rows[bisect_right(self._starts, time) - 1]
-        start, _, h1, v1, a1, j1, h2, v2, a2, j2, h3, v3, a3, j3 = row
+            start, end, h1, v1, a1, j1, h2, v2, a2, j2, h3, v3, a3, j3 = row
         t = time - start
         half, sixth = 0.5 * t, t / 6.0
         b1, b2, b3 = a1 + j1 * t, a2 + j2 * t, a3 + j3 * t

@@ -52,7 +52,8 @@ class RuckigPlanner:
             velocity: of the state.
             acceleration: of the state.
             limits: of velocity, acceleration and jerk.
-            synchronization: ``Phase`` is kept by ruckig from rest only.
+            synchronization: ``Time`` if all are to arrive together, or ``No``. Ruckig does not
+                keep ``Phase``, for which see :class:`SliderMotion`.
 
         Raises:
             PlanningError: if ruckig finds no solution.

@@ -6,12 +6,12 @@ Ruckig gives the jerks. It is not trusted with the rest: every plan is integrate
 from __future__ import annotations
 
 import numpy as np
-from ruckig import Synchronization
 
 from tri_glide_kinematics.errors import SliderLimitError
 from tri_glide_kinematics.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
 from tri_glide_kinematics.planning.plans import AT_REST, CubicPlan, FloatArray, SliderState, Vector3
 from tri_glide_kinematics.planning.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.planning.straight_plan import StraightPlan
 
 
 class SliderMotion:
@@ -20,27 +20,49 @@ class SliderMotion:
     def __init__(self) -> None:
         """Prepare ruckig."""
         self._ruckig = RuckigPlanner(3)
+        self._leader = RuckigPlanner(1)
 
     def move(self, state: SliderState, heights: Vector3, limits: SliderLimits) -> CubicPlan:
         """Return the plan from ``state`` to rest at ``heights`` [m].
 
         From rest the sliders keep the ratio of their ways, so that the path is a straight line
-        in slider space; otherwise they only arrive at the same time.
+        in slider space, whatever the limits; otherwise they only arrive at the same time.
 
         Raises:
             PlanningError: if there is none.
             SliderLimitError: if it breaks a limit, because the state already leads to that.
         """
-        resting = state.velocities == AT_REST and state.accelerations == AT_REST
-        jerks = self._ruckig.to_rest_at(
-            heights,
-            *state,
-            (limits.velocity, limits.acceleration, limits.jerk),
-            Synchronization.Phase if resting else Synchronization.Time,
-        )
-        plan = CubicPlan(state, jerks)
+        if state.velocities == AT_REST and state.accelerations == AT_REST:
+            plan = self._from_rest(state, heights, limits)
+        else:
+            bounds = (limits.velocity, limits.acceleration, limits.jerk)
+            plan = CubicPlan(state, self._ruckig.to_rest_at(heights, *state, bounds))
         check_limits(plan, limits)
         return plan
+
+    def _from_rest(self, state: SliderState, heights: Vector3, limits: SliderLimits) -> CubicPlan:
+        """Return the fastest plan along the straight line in slider space to ``heights`` [m].
+
+        The slider with the longest way leads, under limits with which all keep theirs. (Phases
+        that ruckig synchronizes are no more than a wish: if the limits of the sliders differ, it
+        often gives it up without a word, and the path bends.)
+
+        Raises:
+            PlanningError: if there is none.
+        """
+        w1, w2, w3 = (end - start for start, end in zip(state.heights, heights))
+        longest = max(w1, w2, w3, key=abs)
+        if longest == 0.0:
+            return CubicPlan(state, ((), (), ()))
+        shares = (w1 / longest, w2 / longest, w3 / longest)
+        velocity, acceleration, jerk = (
+            [min(bound / abs(share) for bound, share in zip(bounds, shares) if share)]
+            for bounds in (limits.velocity, limits.acceleration, limits.jerk)
+        )
+        (phases,) = self._leader.to_rest_at(
+            [longest], [0.0], [0.0], [0.0], (velocity, acceleration, jerk)
+        )
+        return StraightPlan(state.heights, shares, phases)
 
     def brake(self, state: SliderState, limits: SliderLimits) -> CubicPlan:
         """Return the plan that brings each slider to rest as soon as possible.
