@@ -282,17 +282,16 @@ class MotionEngine:
             NotStartedError: before the start.
             OutOfBoundsError: if ``dt`` is not greater than zero, or NaN.
         """
+        plan = self._plan
         time = self._time + dt
-        # One comparison tells that there is nothing to do but go on, as there is nearly always.
-        if not self._time < time < self._retry_at:
+        # Nearly always there is nothing to do but go on. NaN is not greater than zero, either.
+        if plan is None or not dt > 0.0 or time >= self._retry_at:
             if not 0.0 < dt < math.inf:
                 raise OutOfBoundsError("dt", dt, "finite and greater than 0", "s")
             if self._time >= self._retry_at:
                 self._catch_up()
+            plan = self._held()
             time = self._time + dt
-        plan = self._plan
-        if plan is None:
-            raise NotStartedError
         self._time = time
         return plan.state(time)
 
