@@ -97,12 +97,12 @@ def lower_bound(line: StraightLine, limits: SliderLimits) -> float:
     """Return a time that no motion from rest to rest along ``line`` can undercut [s]."""
     ways = np.linspace(0.0, line.length, POINTS)
     heights = line.heights(ways)
-    rates = np.abs(line.derivatives(ways)[1]) / np.array(limits.velocity)
-    fastest = rates.max(axis=1)
+    rates = np.abs(line.derivatives(ways)[1]) / np.array(limits.velocity)[:, np.newaxis]
+    fastest = rates.max(axis=0)
     total = float((0.5 * (fastest[1:] + fastest[:-1]) * np.diff(ways)).sum())
     drives = list(zip(limits.velocity, limits.acceleration, limits.jerk))
     alone = 0.0
-    for height, drive in zip(heights.T, drives):
+    for height, drive in zip(heights, drives):
         top = int(height.argmax())
         if 0 < top < POINTS - 1:
             falls = (height[top] - height[0], height[top] - height[-1])

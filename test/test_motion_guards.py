@@ -204,8 +204,8 @@ def test_line_plans_are_compared_with_the_limits(monkeypatch):
 
 def test_motion_from_rest_is_stretched_until_the_limits_hold(monkeypatch):
     def peak() -> float:
-        moving = engine(MotionKind.LINEAR, heights=MACHINE.inverse((-0.12, 0.1, 0.3)))
-        moving.move_to((0.1, -0.1, 0.35))
+        moving = engine(MotionKind.LINEAR, heights=MACHINE.inverse((0.18, 0.05, 0.34)))
+        moving.move_to((0.01, 0.01, 0.27))
         return float((peaks(run_to_rest(moving)) / np.array((1.0, 10.0, 200.0))).max())
 
     assert peak() <= 1.0 + 1e-3
@@ -236,7 +236,7 @@ def turn_at_the_side_of_the_box() -> float:
     start, side, target = (-0.021, -0.058, 0.292), (0.1, 0.054, 0.261), (0.089, 0.035, 0.256)
     moving = engine(MotionKind.LINEAR, heights=MACHINE.inverse(start), workspace_limits=BOX)
     moving.move_to(side)
-    rows = [run(moving, moving.remaining - 0.147)]
+    rows = [run(moving, moving.remaining - 0.134)]
     moving.move_to(target)
     rows.append(run_to_rest(moving)[1:])
     return box_overrun(np.concatenate(rows))

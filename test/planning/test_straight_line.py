@@ -16,7 +16,7 @@ GEOMETRIES = st.sampled_from((DEFAULT_GEOMETRY, UNEQUAL))
 
 
 def differences(values, step):
-    return (values[2:] - values[:-2]) / (2.0 * step)
+    return (values[:, 2:] - values[:, :-2]) / (2.0 * step)
 
 
 @reproducible
@@ -27,7 +27,7 @@ def test_heights_are_those_of_the_inverse_kinematics(geometry, start, end):
     line = StraightLine.between(geometry, start, end)
     ways = np.linspace(0.0, line.length, 17)
     expected = [TriGlide(geometry).inverse(line.point(way)) for way in ways.tolist()]
-    assert np.allclose(line.heights(ways), expected, rtol=0.0, atol=1e-13)
+    assert np.allclose(line.heights(ways).T, expected, rtol=0.0, atol=1e-13)
     assert np.allclose([line.heights_at(way) for way in ways.tolist()], expected, atol=1e-13)
     assert np.allclose(line.start_heights, expected[0], rtol=0.0, atol=1e-13)
     assert np.allclose(line.point(line.length), end, rtol=0.0, atol=1e-12)
@@ -43,13 +43,13 @@ def test_derivatives_are_those_of_the_heights(geometry, start, end):
     step = ways[1]
     rise, first, second, third = line.derivatives(ways)
     heights = line.heights(ways)
-    assert np.allclose(heights, rise + (start[2] + line.slope * ways)[:, np.newaxis])
+    assert np.allclose(heights, rise + (start[2] + line.slope * ways))
     # The error of a central difference is a sixth of the third derivative times the step squared.
     for lower, higher in ((heights, first), (first, second), (second, third)):
         scale = 1.0 + np.abs(higher).max()
-        assert np.abs(differences(lower, step) - higher[1:-1]).max() < 1e-3 * scale
-    assert np.allclose(line.start_slopes, first[0])
-    assert np.allclose(line.start_bends, second[0])
+        assert np.abs(differences(lower, step) - higher[:, 1:-1]).max() < 1e-3 * scale
+    assert np.allclose(line.start_slopes, first[:, 0])
+    assert np.allclose(line.start_bends, second[:, 0])
 
 
 def test_rise_is_concave_along_any_line():

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.errors import PlanningError
 from tri_glide_kinematics.planning.line_entry import Entry
 from tri_glide_kinematics.planning.line_plan import WayLaw
 from tri_glide_kinematics.planning.pacing import Pace, Shape
@@ -30,6 +31,10 @@ PIECES = 32
 
 # A limit that was exceeded by a factor is aimed at with this factor more.
 MARGIN = 1.03
+
+# A jog that takes longer than this leads nowhere [s]: none is planned to, but where the limits get
+# broken however slow it is.
+LONGEST = 1e4
 
 
 class JogGains(NamedTuple):
@@ -98,7 +103,7 @@ class JogTiming:
             gains: what of the limits is used.
 
         Raises:
-            PlanningError: if ruckig finds none.
+            PlanningError: if ruckig finds none, or none that ends soon.
         """
         initial = paced.start(entry.speed, entry.gain)
         target = float(paced.coordinates[-1])
@@ -128,6 +133,8 @@ class JogTiming:
         # The last three phases of ruckig are the ramp to rest.
         steady_until = steady_from + sum(duration for duration, _ in ending[:-3])
         phases += ending
+        if sum(duration for duration, _ in phases) > LONGEST:
+            raise PlanningError("the way to the edge would take hours")
         if entry.blend is not None:
             rest_until(phases, entry.blend.duration)
         shortest = shortest_piece(target, acceleration)

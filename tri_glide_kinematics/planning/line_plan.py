@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.planning import quintics
 from tri_glide_kinematics.planning.plans import (
     AT_REST,
     CubicPlan,
@@ -107,10 +108,11 @@ class LinePlan:
         k = max(sqrt(-line.curvature), STEEPEST)
         ends = np.append(law.times[1:-1], self.duration)
         ways = k * _power_coefficients(law)
-        speeds = ways[:, 1:] * np.arange(1.0, 6.0)
-        gains = speeds[:, 1:] * np.arange(1.0, 5.0)
-        rows = np.column_stack((law.times[:-1], ends, ways, speeds, gains))
-        self._rows: list[list[float]] = rows.tolist()
+        orders = np.arange(1.0, 6.0)[:, np.newaxis]
+        speeds = ways[1:] * orders
+        gains = speeds[1:] * orders[:-1]
+        rows = np.concatenate(([law.times[:-1], ends], ways, speeds, gains))
+        self._rows: list[list[float]] = rows.T.tolist()
         # The piece that was asked for last: the next instant is nearly always in the same.
         self._row = self._rows[0]
         y1, y2, y3 = (tilt / k for _, tilt in line.arms)
@@ -162,12 +164,11 @@ class LinePlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
         way, speed, gain = _evaluate(self.law, times)
         _, first, second, _ = self.line.derivatives(way)
-        speed, gain = speed[:, np.newaxis], gain[:, np.newaxis]
         sampled = SampledPlan(
             times,
-            self.line.heights(way),
-            first * speed,
-            first * gain + second * speed * speed,
+            self.line.heights(way).T,
+            (first * speed).T,
+            (first * gain + second * speed * speed).T,
         )
         if self.blend is not None:
             for values, offsets in zip(sampled[1:], self.blend.sample(times)[1:]):
@@ -180,32 +181,22 @@ def _evaluate(law: WayLaw, times: FloatArray) -> tuple[FloatArray, FloatArray, F
     inside = np.minimum(times, law.times[-1])
     index = np.clip(np.searchsorted(law.times, inside, side="right") - 1, 0, len(law.times) - 2)
     t = inside - law.times[index]
-    c0, c1, c2, c3, c4, c5 = _power_coefficients(law)[index].T
-    way = c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
-    speed = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5))))
-    gain = 2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * (20.0 * c5)))
+    way, speed, gain = quintics.evaluate(_power_coefficients(law)[:, index], t)
     ended = times >= law.times[-1]
     way[ended], speed[ended], gain[ended] = law.ways[-1], law.speeds[-1], law.accelerations[-1]
     return way, speed, gain
 
 
 def _power_coefficients(law: WayLaw) -> FloatArray:
-    """Return the coefficients of 1, t, ... t^5 of each piece. Shape (k, 6)."""
-    dt = np.diff(law.times)
-    first, last = law.ways[:-1], law.ways[1:]
-    speed, last_speed = law.speeds[:-1] * dt, law.speeds[1:] * dt
-    gain, last_gain = 0.5 * law.accelerations[:-1] * dt * dt, 0.5 * law.accelerations[1:] * dt * dt
-    step = last - first
-    scaled = np.array(
-        (
-            10.0 * step - 6.0 * speed - 4.0 * last_speed - 3.0 * gain + last_gain,
-            -15.0 * step + 8.0 * speed + 7.0 * last_speed + 3.0 * gain - 2.0 * last_gain,
-            6.0 * step - 3.0 * (speed + last_speed) - gain + last_gain,
-        )
-    )
-    cube = dt * dt * dt
-    scaled /= np.array((cube, cube * dt, cube * dt * dt))
-    return np.column_stack((first, law.speeds[:-1], 0.5 * law.accelerations[:-1], *scaled))
+    """Return the coefficients of 1, t, ... t^5 of each piece. Shape (6, k)."""
+    times, ways, speeds, gains = law
+    dt = times[1:] - times[:-1]
+    result = quintics.coefficients(dt, ways, speeds, gains)
+    power = np.ones_like(dt)
+    for row in result[1:]:
+        power *= dt
+        row /= power
+    return result
 
 
 def _sum(state: SliderState, offset: SliderState) -> SliderState:

@@ -18,8 +18,8 @@ from tri_glide_kinematics.planning.jog_timing import JogGains, JogTiming
 from tri_glide_kinematics.planning.line_demand import line_demand, slowdown
 from tri_glide_kinematics.planning.line_entry import LineEntry
 from tri_glide_kinematics.planning.line_plan import LinePlan
-from tri_glide_kinematics.planning.line_timing import MOVING, LineTiming
-from tri_glide_kinematics.planning.pacing import line_needs
+from tri_glide_kinematics.planning.line_timing import SHAPE, LineTiming
+from tri_glide_kinematics.planning.pacing import line_pace
 from tri_glide_kinematics.planning.phases import shortest_piece, with_knots_of
 from tri_glide_kinematics.planning.plans import CubicPlan, SliderState
 from tri_glide_kinematics.planning.straight_line import StraightLine
@@ -83,7 +83,7 @@ class LinearMotion:
         """
         entry = self._entry.moving(state, aim, limits, share)
         _check_length(entry.blend, state, limits, LONGEST_BLEND)
-        paced = line_needs(entry.line, limits).pace(MOVING.shape)
+        paced = line_pace(entry.line, limits, SHAPE)
         haste = 1.0
         for attempt in range(ATTEMPTS):
             law = self._timing.in_motion(entry, paced, 1.0 - share, haste)
@@ -149,7 +149,7 @@ class LinearMotion:
         """
         entry = self._entry.moving(state, aim, limits, share)
         _check_length(entry.blend, state, limits, LONGEST_JOG_BLEND)
-        paced = line_needs(entry.line, limits).pace(JOG_SHAPE, platform_speed)
+        paced = line_pace(entry.line, limits, JOG_SHAPE, platform_speed)
         gains = JogGains(begin=1.0 - share)
         for _ in range(JOG_ATTEMPTS):
             timed = self._jogs.law(entry, paced, gains)
@@ -225,9 +225,9 @@ def check_line(plan: LinePlan, limits: SliderLimits, since: float = 0.0) -> None
     if not demand.backwards <= NO_BACKWARD_SPEED:
         raise PlanningError("the platform cannot stop before the end of the line")
     bounds = (limits.velocity, limits.acceleration, limits.jerk)
-    for (quantity, unit), values, bound in zip(QUANTITIES, demand, bounds):
-        ratios = values / np.array(bound)
-        piece, slider = divmod(int(ratios.argmax()), 3)
-        if not ratios[piece, slider] <= 1.0 + RELATIVE_ROUNDING:
-            value, time = float(values[piece, slider]), float(law.times[piece])
+    for (quantity, unit), values, bound in zip(QUANTITIES, demand[:3], bounds):
+        ratios = values / np.array(bound)[:, np.newaxis]
+        slider, piece = divmod(int(ratios.argmax()), ratios.shape[1])
+        if not ratios[slider, piece] <= 1.0 + RELATIVE_ROUNDING:
+            value, time = float(values[slider, piece]), float(law.times[piece])
             raise SliderLimitError(quantity, slider, value, bound[slider], unit, time)

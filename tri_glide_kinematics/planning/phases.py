@@ -52,17 +52,20 @@ def knots(phases: Sequence[tuple[float, float]], pieces: int, shortest: float) -
             begins.append(time)
         time += duration
     begins[0] = 0.0
-    least = max(1, pieces // (2 * len(begins)))
-    spare = pieces - least * len(begins)
     result: list[float] = []
-    given = 0
-    for begin, end in zip(begins, [*begins[1:], total]):
-        share = round(spare * end / total) - given
-        given += share
-        step = (end - begin) / (least + share)
-        result += [begin + step * index for index in range(least + share)]
+    for begin, end, share in zip(begins, [*begins[1:], total], _shares(begins, total, pieces)):
+        step = (end - begin) / share
+        result += [begin + step * index for index in range(share)]
     result.append(total)
     return result
+
+
+def _shares(begins: list[float], total: float, pieces: int) -> list[int]:
+    """Return how many of the ``pieces`` each phase gets that begins at ``begins``."""
+    least = max(1, pieces // (2 * len(begins)))
+    spare = (pieces - least * len(begins)) / total
+    given = [round(spare * end) for end in (*begins[1:], total)]
+    return [least + until - before for before, until in zip([0, *given], given)]
 
 
 def rest_until(phases: list[tuple[float, float]], end: float) -> None:
@@ -123,6 +126,43 @@ def after_phase(
     )
 
 
+def rest_to_rest(
+    way: float, speed: float, acceleration: float, jerks: tuple[float, float]
+) -> list[tuple[float, float]]:
+    """Return the phases of the shortest motion from rest to rest that is its own mirror in time.
+
+    Ruckig has one limit of the jerk; here are two.
+
+    Args:
+        way: of the whole motion.
+        speed: largest one.
+        acceleration: largest one.
+        jerks: largest ones next to rest, and next to the top speed.
+
+    Returns:
+        (duration [s], jerk) of seven phases. Steady acceleration and speed may take no time.
+    """
+    at_rest, at_top = jerks
+    # In three phases of a / at_rest, t and a / at_top the speed rises by a (t + a rise), and the
+    # way is a (t^2 / 2 + a middle t + a^2 short).
+    rise = 0.5 / at_rest + 0.5 / at_top
+    middle = 0.5 / at_rest + 1.0 / at_top
+    short = ((0.5 / at_rest + 1.5 / at_top) / at_rest + 1.0 / (at_top * at_top)) / 3.0
+    half = 0.5 * way
+    a = min(acceleration, math.sqrt(speed / rise))
+    steady = max(speed / a - a * rise, 0.0)
+    ramp = a * (steady * (0.5 * steady + a * middle) + a * a * short)
+    if ramp > half:
+        # The top speed is not reached.
+        a = min(acceleration, (half / short) ** (1.0 / 3.0))
+        squared = a * a * (middle * middle - 2.0 * short) + 2.0 * half / a
+        steady = max(math.sqrt(squared) - a * middle, 0.0)
+        ramp = half
+    first, last = (a / at_rest, at_rest), (a / at_top, -at_top)
+    cruise = (way - 2.0 * ramp) / speed
+    return [first, (steady, 0.0), last, (cruise, 0.0), last, (steady, 0.0), first]
+
+
 def evaluate(
     phases: Sequence[tuple[float, float]], initial: tuple[float, float, float], times: FloatArray
 ) -> CoordinateLaw:
@@ -141,9 +181,9 @@ def evaluate(
             rows.append((time, *state, jerk))
             time += duration
             state = after_phase(state, duration, jerk)
-    table = np.array(rows)
-    index = np.searchsorted(table[:, 0], times, side="right") - 1
-    begins, values, rates, accelerations, jerks = table[index].T
+    table = np.array(rows).T
+    index = table[0, 1:].searchsorted(times, side="right")
+    begins, values, rates, accelerations, jerks = table[:, index]
     t = times - begins
     gain = t * jerks
     return CoordinateLaw(

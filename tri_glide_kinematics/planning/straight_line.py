@@ -84,7 +84,7 @@ class StraightLine:
             rate = tilt / rise
             values.append((height, rate + uz, (m - rate * rate) / rise))
         self.start_heights, self.start_slopes, self.start_bends = zip(*values)
-        self._rises, self._tilts = np.array(arms).T
+        self._rises, self._tilts = np.array(arms).T[..., np.newaxis]
 
     @classmethod
     def between(
@@ -118,21 +118,22 @@ class StraightLine:
         return h1, h2, h3
 
     def heights(self, ways: FloatArray) -> FloatArray:
-        """Return the slider heights at many distances. Shape (..., 3) [m]."""
-        s = ways[..., np.newaxis]
-        rise = np.sqrt(self._rises + s * (2.0 * self._tilts + self.curvature * s))
-        return np.asarray(self.start[2] + self.slope * s + rise)
+        """Return the slider heights at many distances ``ways``, shape (n,) [m]. Shape (3, n)."""
+        return np.asarray(self.start[2] + self.slope * ways + self.derivatives(ways)[0])
 
     def derivatives(
         self, ways: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Return rise R, and first, second and third derivative of the heights at ``ways`` [m].
 
-        Each of shape (..., 3).
+        Args:
+            ways: Shape (n,) [m].
+
+        Returns:
+            Four arrays, each of the shape (3, n).
         """
-        s = ways[..., np.newaxis]
-        x = self._tilts + self.curvature * s
-        rise = np.sqrt(self._rises + s * (self._tilts + x))
+        x = self._tilts + self.curvature * ways
+        rise = np.sqrt(self._rises + ways * (self._tilts + x))
         first = x / rise
         second = (self.curvature - first * first) / rise
         third = -3.0 * first * second / rise
