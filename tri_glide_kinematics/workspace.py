@@ -25,6 +25,7 @@ from tri_glide_kinematics.workspace_tracing import (
     TOLERANCE,
     ConditionField,
     Sample,
+    Surroundings,
     first_outside,
 )
 
@@ -138,6 +139,18 @@ class Workspace:
         """
         first, last = _vector("start", start), _vector("end", end)
         self.check_position(first)
+        self.check_way(first, last)
+
+    def check_way(self, first: Vector3, last: Vector3) -> None:
+        """Check as ``check_segment`` does, from a place that is known to be inside.
+
+        Args:
+            first: inside. Shape (3,) [m].
+            last: Shape (3,) [m].
+
+        Raises:
+            KinematicsError: see the class; about the first place of the line that is outside.
+        """
         length = dist(first, last)
         if length == 0.0:
             return
@@ -234,7 +247,7 @@ class Workspace:
             if around is None:
                 return Sample(distance, False)
             # The platform itself moves along the line, so no gain lies between.
-            return Sample(distance, True, around._replace(gain=1.0), speed)
+            return Sample(distance, True, Surroundings(around.radius, 1.0, around.slope), speed)
 
         return first_outside(probe, length, 0.0)
 

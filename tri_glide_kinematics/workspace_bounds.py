@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from math import hypot, inf, sqrt
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from tri_glide_kinematics.errors import OutsideWorkspaceError
 from tri_glide_kinematics.tri_glide_geometry import TriGlideGeometry
@@ -26,8 +26,7 @@ ROUNDING = 1e-9
 AnyBound = TypeVar("AnyBound", bound="Bound")
 
 
-@dataclass(frozen=True)
-class Exit:
+class Exit(NamedTuple):
     """Where a line leaves the shape of a limit.
 
     Attributes:
@@ -219,7 +218,7 @@ class WorkspaceBounds:
         Each line does: a level one leaves the reach, any other one the travel.
         """
         exits = [(bound, bound.exit(start, direction)) for bound in (*self.shapes, *self.travel)]
-        found = [(bound, one) for bound, one in exits if one]
+        found = [(bound, one) for bound, one in exits if one is not None]
         return min(found, key=lambda pair: pair[1].distance)
 
     def slack(self, position: Vector3) -> float:

@@ -96,7 +96,7 @@ class ConditionField:
         factor = 1.0 + 1.0 / self._max_condition
         # A first guess of the radius, with some rise of every arm left, bounds the slope; that
         # bounds the radius.
-        rest = min(arm[2] - distance for arm, distance in zip(self._arms, distances))
+        rest = min([arm[2] - distance for arm, distance in zip(self._arms, distances)])
         radius = margin / (factor * self._steepest(distances, 0.0))
         radius = min(max(radius, TOLERANCE), 0.5 * rest)
         slope = self._steepest(distances, radius)

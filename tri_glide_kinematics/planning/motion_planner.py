@@ -187,7 +187,7 @@ class MotionPlanner:
         start = self._machine.forward(state.heights)
         if math.dist(start, position) < SAME_PLACE:
             return CubicPlan(state, ((), (), ()))
-        room.check_segment(start, position)
+        room.check_way(start, position)
         return self._lines.from_rest(StraightLine.between(self._geometry, start, position), limits)
 
     def _then_move(self, braking: Candidate, position: Vector3, limits: SliderLimits) -> Plan:
