@@ -68,8 +68,14 @@ def _dot(a: Vector3, b: Vector3) -> float:
 
 def _largest_singular_value(a: Vector3, b: Vector3, c: Vector3) -> float:
     """Return the largest singular value of the matrix with these rows (or columns)."""
-    ab, bc, ca = _dot(a, b), _dot(b, c), _dot(c, a)
-    aa, bb, cc = _dot(a, a), _dot(b, b), _dot(c, c)
+    # Written out, as it runs for each sample of a path.
+    (a1, a2, a3), (b1, b2, b3), (c1, c2, c3) = a, b, c
+    ab = a1 * b1 + a2 * b2 + a3 * b3
+    bc = b1 * c1 + b2 * c2 + b3 * c3
+    ca = c1 * a1 + c2 * a2 + c3 * a3
+    aa = a1 * a1 + a2 * a2 + a3 * a3
+    bb = b1 * b1 + b2 * b2 + b3 * b3
+    cc = c1 * c1 + c2 * c2 + c3 * c3
     mean = (aa + bb + cc) / 3.0
     aa, bb, cc = aa - mean, bb - mean, cc - mean
     off_diagonal = ab * ab + bc * bc + ca * ca
