@@ -162,7 +162,7 @@ def blocked_line() -> float:
 
 def test_line_of_linear_moves_is_checked(monkeypatch):
     assert blocked_line() == -math.inf
-    monkeypatch.setattr(Workspace, "check_segment", nothing)
+    monkeypatch.setattr(Workspace, "check_way", nothing)
     assert blocked_line() > 1e-4
 
 
