@@ -21,6 +21,9 @@ MACHINE = TriGlide(DEFAULT_GEOMETRY)
 WORKSPACE = Workspace(MACHINE, DEFAULT_LIMITS)
 SAMPLES = 100
 
+# Of velocity, acceleration and jerk. The last is a difference over as little as 0.3 us here.
+ROUNDING = (1e-7, 1e-7, 1e-5)
+
 
 def places(count: int, seed: int) -> list[list[float]]:
     rng = np.random.default_rng(seed)
@@ -75,8 +78,8 @@ def test_bounds_hold_between_the_knots_and_are_tight(blended):
                 np.abs(sampled.accelerations).max(axis=0),
                 np.abs(jerks(plan, times[:-1])).max(axis=0),
             )
-            for values, peak in zip(demand, peaks):
-                assert (peak <= values[:, piece] * (1.0 + 1e-6) + 1e-7).all()
+            for values, peak, rounding in zip(demand, peaks, ROUNDING):
+                assert (peak <= values[:, piece] * (1.0 + 1e-6) + rounding).all()
         sampled = plan.sample(np.linspace(0.0, plan.duration, 5001))
         excesses.append(
             (
