@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
@@ -69,6 +70,7 @@ class IkNode(Node):
         self._refused = ReasonLog(self.get_logger().warning, lines_per_second=10)
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._loop = LoopStatistics(period)
+        self._changes: deque[tuple[OperatingState, str]] = deque()
         self._status_publisher = self.create_publisher(DiagnosticStatus, "~/status", LATCHED)
         self._outputs = CommandOutputs(self, values)
         self._supervisor = Supervisor(supervision_bounds_of(values), values["joint_names"])
@@ -85,7 +87,7 @@ class IkNode(Node):
             twist_timeout=values["twist_timeout"],
             start_disabled=values["start_disabled"],
             travel=(values["lower_heights"], values["upper_heights"]),
-            on_change=self._on_state,
+            on_change=lambda state, reason: self._changes.append((state, reason)),
             on_refusal=lambda reason: self._refused.add(f"refused after all: {reason}"),
         )
         parameters.on_change(self._apply)
@@ -113,6 +115,8 @@ class IkNode(Node):
             ) from error
         if setpoint is not None:
             self._outputs.publish(setpoint, self._engine)
+        while self._changes:
+            self._tell(*self._changes.popleft())
 
     def _on_measured(self, message: JointState) -> None:
         try:
@@ -157,7 +161,8 @@ class IkNode(Node):
             self._refused.add(f"refused to {'enable' if request.data else 'disable'}: {error}")
         return response
 
-    def _on_state(self, state: OperatingState, reason: str) -> None:
+    def _tell(self, state: OperatingState, reason: str) -> None:
+        """Log and publish a new state; its first command went ahead, as this takes 0.1 ms."""
         text = f"{state.value}: {reason}"
         # Each place that logs has one severity: rclpy refuses another one.
         if state is FAULT:
