@@ -15,8 +15,8 @@ from benchmarks.harness import Figure, figure
 from benchmarks.ros_session import Session, session
 
 RATE = 500.0  # 1/s of each timer: the default of both nodes
-SAMPLES = 240  # of each chain
-BLOCK = 20  # samples to one ratio: a single latency depends on where its timers just are
+SAMPLES = 480  # of each chain
+BLOCK = 40  # samples to one ratio: a single latency depends on where its timers just are
 SETTLE_TIME = 0.15  # s between two samples of one chain: longer than the motion
 NAMES = ["slider_1", "slider_2", "slider_3"]
 POSES = ((0.0, 0.0, 0.25), (0.0, 0.0, 0.2505))

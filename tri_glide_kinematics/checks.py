@@ -59,7 +59,11 @@ def finite_vector(name: str, values: Sequence[float], size: int) -> tuple[float,
     numbers = tuple(values)
     if len(numbers) != size:
         raise WrongShapeError(name, (len(numbers),), f"({size},)")
-    return tuple(finite(f"{name}[{index}]", number) for index, number in enumerate(numbers))
+    numbers = tuple(map(float, numbers))
+    if not all(map(math.isfinite, numbers)):
+        for index, number in enumerate(numbers):
+            finite(f"{name}[{index}]", number)
+    return numbers
 
 
 def array_of_shape(

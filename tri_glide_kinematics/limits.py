@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tri_glide_kinematics.checks import finite_vector, positive
 
@@ -49,6 +53,13 @@ class SliderLimits:
     def uniform(cls, velocity: float, acceleration: float, jerk: float) -> SliderLimits:
         """Return equal limits for all three sliders [m/s, m/s^2, m/s^3]."""
         return cls((velocity,) * 3, (acceleration,) * 3, (jerk,) * 3)
+
+    @cached_property
+    def table(self) -> NDArray[np.float64]:
+        """Velocity, acceleration and jerk of all sliders; read-only. Shape (3, 3)."""
+        table = np.array((self.velocity, self.acceleration, self.jerk))
+        table.setflags(write=False)
+        return table
 
     def with_velocity_scaled(self, scale: float) -> SliderLimits:
         """Return the same limits with velocities multiplied by ``scale``."""

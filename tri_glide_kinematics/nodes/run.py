@@ -125,8 +125,8 @@ def _spin(node: Node) -> None:
 
         executor = CycleExecutor(urgent)
     executor.add_node(node)
-    # What was made so far stays. The collector of garbage need not look at it again and again, which
-    # takes longer than a fast cycle.
+    # What was made so far stays. The collector of garbage need not look at it again and again,
+    # which takes longer than a fast cycle.
     gc.freeze()
     try:
         while node.context.ok():

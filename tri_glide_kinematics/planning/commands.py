@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.errors import OutOfBoundsError
@@ -72,7 +73,7 @@ class DriveLimits:
             raise OutOfBoundsError("speed_scale", scale, "at most 1")
         object.__setattr__(self, "speed_scale", scale)
 
-    @property
+    @cached_property
     def effective(self) -> SliderLimits:
         """Limits after the scale."""
         return self.sliders.with_velocity_scaled(self.speed_scale)

@@ -123,8 +123,7 @@ def slowdown(demand: Demand, limits: SliderLimits) -> FloatArray:
     It is exact for a whole plan from rest to rest: times scaled by k divide velocities by k,
     accelerations by k^2 and jerks by k^3. Shape (k,).
     """
-    bounds = np.array((limits.velocity, limits.acceleration, limits.jerk))
-    parts = np.array(demand[:3]) / bounds[..., np.newaxis]
+    parts = np.array(demand[:3]) / limits.table[..., np.newaxis]
     velocity, acceleration, jerk = parts.max(axis=1)
     return np.asarray(np.maximum(np.maximum(velocity, np.sqrt(acceleration)), np.cbrt(jerk)))
 

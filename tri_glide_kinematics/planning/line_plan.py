@@ -90,7 +90,18 @@ class LinePlan:
         blend: slider offsets that lead from the motion before onto the line, or None.
     """
 
-    __slots__ = ("_arms", "_final", "_row", "_rows", "_starts", "blend", "duration", "law", "line")
+    __slots__ = (
+        "_arms",
+        "_ends",
+        "_final",
+        "_row",
+        "_starts",
+        "_ways",
+        "blend",
+        "duration",
+        "law",
+        "line",
+    )
 
     def __init__(self, line: StraightLine, law: WayLaw, blend: CubicPlan | None = None) -> None:
         """Prepare the plan; the law ends at rest, the blend at zero.
@@ -106,15 +117,10 @@ class LinePlan:
         # ``state`` takes the way over the ground, w = k s with k^2 = -m, which leaves the least
         # to do for each arm: R^2 = a - y^2 with y = b / k - w, R' = y / R and R'' = -a / R^3.
         k = max(sqrt(-line.curvature), STEEPEST)
-        ends = np.append(law.times[1:-1], self.duration)
-        ways = k * _power_coefficients(law)
-        orders = np.arange(1.0, 6.0)[:, np.newaxis]
-        speeds = ways[1:] * orders
-        gains = speeds[1:] * orders[:-1]
-        rows = np.concatenate(([law.times[:-1], ends], ways, speeds, gains))
-        self._rows: list[list[float]] = rows.T.tolist()
+        self._ends = [*self._starts[1:], self.duration]
+        self._ways = k * _power_coefficients(law)
         # The piece that was asked for last: the next instant is nearly always in the same.
-        self._row = self._rows[0]
+        self._row: tuple[float, ...] = (0.0, 0.0)
         y1, y2, y3 = (tilt / k for _, tilt in line.arms)
         a1, a2, a3 = (square + y * y for (square, _), y in zip(line.arms, (y1, y2, y3)))
         self._arms = (a1, y1, a2, y2, a3, y3, line.start[2], line.slope / k)
@@ -129,7 +135,7 @@ class LinePlan:
         if not row[0] <= time < row[1]:
             if time >= self.duration:
                 return self._final
-            row = self._row = self._rows[bisect_right(self._starts, time) - 1]
+            row = self._row = self._piece(bisect_right(self._starts, time) - 1)
         start, _, s0, s1, s2, s3, s4, s5, v0, v1, v2, v3, v4, g0, g1, g2, g3 = row
         t = time - start
         way = s0 + t * (s1 + t * (s2 + t * (s3 + t * (s4 + t * s5))))
@@ -159,6 +165,13 @@ class LinePlan:
         if self.blend is None:
             return state
         return _sum(state, self.blend.state(time))
+
+    def _piece(self, index: int) -> tuple[float, ...]:
+        """Return begin and end of a piece, and the coefficients of way, speed and gain in it."""
+        s0, s1, s2, s3, s4, s5 = self._ways[:, index].tolist()
+        speed = s1, 2.0 * s2, 3.0 * s3, 4.0 * s4, 5.0 * s5
+        gain = 2.0 * s2, 6.0 * s3, 12.0 * s4, 20.0 * s5
+        return (self._starts[index], self._ends[index], s0, s1, s2, s3, s4, s5, *speed, *gain)
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""

@@ -152,7 +152,7 @@ def line_pace(
     """
     ways = line.length * PLACES
     _, first, second, third = line.derivatives(ways)
-    bounds = np.array((limits.velocity, limits.acceleration, limits.jerk))[..., np.newaxis]
+    bounds = limits.table[..., np.newaxis]
     velocity, acceleration, jerk = np.abs(np.array((first, second, third)) / bounds)
     squared = velocity * velocity
     powers = np.array(
