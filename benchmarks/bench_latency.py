@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import random
+import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
-import numpy as np
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import JointState
 
@@ -15,109 +15,107 @@ from benchmarks.harness import Figure, figure
 from benchmarks.ros_session import Session, session
 
 RATE = 500.0  # 1/s of each timer: the default of both nodes
-SAMPLES = 480  # of each chain
-BLOCK = 40  # samples to one ratio: a single latency depends on where its timers just are
-SETTLE_TIME = 0.15  # s between two samples of one chain: longer than the motion
+BLOCKS = 8  # of each chain; each is another start of its nodes
+SAMPLES = 40  # of a block: a single latency depends on where its timers just are
+SETTLE_TIME = 0.1  # s between two samples: longer than the motion
 NAMES = ["slider_1", "slider_2", "slider_3"]
 POSES = ((0.0, 0.0, 0.25), (0.0, 0.0, 0.2505))
 HEIGHTS = ((0.6, 0.6, 0.6), (0.6005, 0.6005, 0.6005))  # the first is where the machine starts
 
 
-class Chain:
-    """What goes in at one end, and what comes out at the other."""
+class Chain(NamedTuple):
+    """Nodes, what goes in at one end, and what comes out at the other.
 
-    def __init__(
-        self,
-        running: Session,
-        given: tuple[type, str],
-        answer: tuple[type, str],
-        value_of: Callable[[Any], Sequence[float]],
-    ) -> None:
-        """Join the two topics; ``value_of`` tells what changes in an answer."""
-        self._publisher = running.probe.create_publisher(*given, 10)
-        running.probe.create_subscription(*answer, self._on_answer, 10)
-        self._running = running
-        self._value_of = value_of
-        self._value: Sequence[float] | None = None
-        self._changed = 0.0
+    Attributes:
+        start: starts the nodes.
+        given: type and topic of what goes in.
+        answer: type and topic of what comes out.
+        value_of: tells what changes in an answer.
+    """
 
-    def is_ready(self) -> bool:
-        """Tell whether somebody listens, and answers flow."""
-        return self._publisher.get_subscription_count() > 0 and self._value is not None
+    start: Callable[[Session], object]
+    given: tuple[type, str]
+    answer: tuple[type, str]
+    value_of: Callable[[Any], Sequence[float]]
 
-    def latency(self, message: object) -> float:
-        """Return the time from publishing ``message`` to the first answer that differs [s]."""
-        self._changed = 0.0
-        begin = time.monotonic()
-        self._publisher.publish(message)
-        self._running.spin_until(lambda: self._changed, "an answer")
-        return self._changed - begin
+    def latency(self, messages: Sequence[object], chance: random.Random) -> float:
+        """Return the median time from a message to the first answer that differs [s].
 
-    def _on_answer(self, message: Any) -> None:
-        value = self._value_of(message)
-        if value != self._value:
-            self._changed = self._changed or time.monotonic()
-            self._value = value
+        Nothing else runs meanwhile: two cores are too few for the nodes of two chains.
+        """
+        value: Sequence[float] = ()
+        changed = 0.0
+        latencies = []
+
+        def on_answer(message: Any) -> None:
+            nonlocal value, changed
+            new = self.value_of(message)
+            if new != value:
+                changed = changed or time.monotonic()
+                value = new
+
+        with session() as running:
+            self.start(running)
+            publisher = running.probe.create_publisher(*self.given, 10)
+            running.probe.create_subscription(*self.answer, on_answer, 10)
+            running.spin_until(lambda: value and publisher.get_subscription_count(), "the chain")
+            running.spin_for(1.0)
+            for count in range(SAMPLES):
+                # Anywhere between two cycles, or the timers would be met in step.
+                running.spin_for(SETTLE_TIME + chance.uniform(0.0, 5.0 / RATE))
+                changed = 0.0
+                begin = time.monotonic()
+                publisher.publish(messages[(count + 1) % 2])
+                running.spin_until(lambda: changed, "an answer")  # noqa: B023
+                latencies.append(changed - begin)
+        return statistics.median(latencies)
 
 
 def figures() -> Iterator[Figure]:
-    """Measure one chain after the other, each beside a chain of bare nodes."""
-    with session() as running:
-        running.start_node("simulator_node", "/ours")
-        running.start_node("ik_node", "/ours")
-        running.start_bare("setpoints", "/bare", RATE)
-        chains = [
-            Chain(
-                running,
-                (PoseStamped, f"{namespace}/target_pose"),
-                (JointState, f"{namespace}/joint_commands"),
-                lambda message: (*message.position, *message.velocity),
-            )
-            for namespace in ("/ours", "/bare")
-        ]
-        yield figure(
-            "target to the first changed command",
-            "bare node: PoseStamped in, timer, JointState out",
-            *_measure(running, chains, [_pose(position) for position in POSES]),
-            1.3,
-        )
-    with session() as running:
-        running.start_node("simulator_node", "/ours")
-        running.start_node("fk_node", "/ours")
-        running.start_bare("machine", "/bare", RATE)
-        running.start_bare("pose", "/bare")
-        chains = [
-            Chain(
-                running,
-                (JointState, f"{namespace}/joint_commands"),
-                (PoseStamped, f"{namespace}/platform_pose"),
-                lambda message: (message.pose.position.x, message.pose.position.z),
-            )
-            for namespace in ("/ours", "/bare")
-        ]
-        yield figure(
-            "command to platform pose, through simulator_node and fk_node",
-            "two bare nodes: JointState in, timer, JointState on, PoseStamped out",
-            *_measure(running, chains, [_command(heights) for heights in HEIGHTS]),
-            1.3,
-        )
+    """Measure chains of our nodes and of bare ones in turn."""
+    pose, command = (PoseStamped, "target_pose"), (JointState, "joint_commands")
+
+    def setpoint_of(message: JointState) -> Sequence[float]:
+        return (*message.position, *message.velocity)
+
+    yield _compared(
+        "target to the first changed command",
+        "bare node: PoseStamped in, timer, JointState out",
+        Chain(_start_nodes("simulator_node", "ik_node"), pose, command, setpoint_of),
+        Chain(_start_bare("setpoints"), pose, command, setpoint_of),
+        [_pose(position) for position in POSES],
+    )
+    platform = (PoseStamped, "platform_pose")
+
+    def place_of(message: PoseStamped) -> Sequence[float]:
+        return (message.pose.position.x, message.pose.position.z)
+
+    yield _compared(
+        "command to platform pose, through simulator_node and fk_node",
+        "two bare nodes: JointState in, timer, JointState on, PoseStamped out",
+        Chain(_start_nodes("simulator_node", "fk_node"), command, platform, place_of),
+        Chain(_start_bare("machine", "pose"), command, platform, place_of),
+        [_command(heights) for heights in HEIGHTS],
+    )
 
 
-def _measure(
-    running: Session, chains: Sequence[Chain], messages: Sequence[object]
-) -> tuple[list[float], list[float]]:
-    """Return the median latency of each block of samples, for each chain [s]."""
-    running.spin_until(lambda: all(chain.is_ready() for chain in chains), "both chains")
-    running.spin_for(1.0)
+def _compared(
+    what: str, reference: str, ours: Chain, bare: Chain, messages: Sequence[object]
+) -> Figure:
     chance = random.Random(5)
-    samples: list[list[float]] = [[] for _ in chains]
-    for count in range(SAMPLES):
-        for chain, times in zip(chains, samples):
-            # Anywhere between two cycles, or the timers would be met in step.
-            running.spin_for(0.5 * SETTLE_TIME + chance.uniform(0.0, 5.0 / RATE))
-            times.append(chain.latency(messages[(count + 1) % 2]))
-    ours, bare = (np.median(np.reshape(times, (-1, BLOCK)), axis=1).tolist() for times in samples)
-    return ours, bare
+    medians: tuple[list[float], list[float]] = ([], [])
+    for block in range(BLOCKS):
+        for side in (0, 1) if block % 2 else (1, 0):
+            medians[side].append((ours, bare)[side].latency(messages, chance))
+    return figure(what, reference, *medians, goal=1.3)
+
+
+def _start_nodes(*names: str) -> Callable[[Session], object]:
+    return lambda running: [running.start_node(name, "/") for name in names]
+
+
+def _start_bare(*roles: str) -> Callable[[Session], object]:
+    return lambda running: [running.start_bare(role, "/", RATE) for role in roles]
 
 
 def _pose(position: tuple[float, float, float]) -> PoseStamped:
