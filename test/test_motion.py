@@ -483,3 +483,17 @@ def test_refusal_of_a_command_that_had_to_wait_is_told_once():
 def test_first_pose_out_of_reach_of_an_arm_names_it():
     with pytest.raises((ArmTooShortError, OutsideWorkspaceError), match="arm 1"):
         engine().move_to((0.0, -0.3, 0.3))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("speed", [1e-2, 1e-4, 1e-6])
+def test_however_slow_the_drives_a_way_that_is_inside_is_found_to_be(kind, speed):
+    start, first, second = (-0.06, -0.05, 0.22), (0.06, 0.05, 0.28), (-0.06, 0.05, 0.22)
+    limits = SliderLimits.uniform(speed, 10.0, 200.0)
+    moving = engine(kind, limits, heights=MACHINE.inverse(start))
+    moving.move_to(first)
+    assert moving.remaining > 0.1 / speed
+    moving.step(0.5 * moving.remaining)
+    moving.move_to(second)
+    moving.step(moving.remaining)
+    assert MACHINE.forward(moving.state.heights) == pytest.approx(second, abs=1e-9)

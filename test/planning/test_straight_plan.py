@@ -116,6 +116,22 @@ def test_states_are_samples_whatever_the_order():
             assert np.abs(values - expected).max() <= 1e-14 * peak
 
 
+def test_places_over_the_way_are_those_over_time():
+    for start, target, limits in random_moves(50):
+        plan = from_rest(start, target, limits)
+        assert plan.length == pytest.approx(max(abs(b - a) for a, b in zip(start, target)))
+        leading = int(np.argmax(np.abs(np.subtract(target, start))))
+        for time in np.linspace(0.0, plan.duration, 20).tolist():
+            state = plan.state(time)
+            distance = abs(state.heights[leading] - start[leading])
+            place = plan.at(distance)
+            assert place.heights == pytest.approx(state.heights, rel=0.0, abs=ROUNDING)
+            speed = abs(state.velocities[leading])
+            expected = np.multiply(place.velocities, speed)
+            assert state.velocities == pytest.approx(expected.tolist(), rel=1e-12, abs=1e-15)
+            assert place.accelerations == AT_REST
+
+
 def test_what_is_left_of_a_plan_goes_on_from_its_state():
     plan = from_rest(HOME, (0.9, 0.45, 0.55))
     for part in (0.1, 0.5, 0.9):

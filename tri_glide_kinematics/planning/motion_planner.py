@@ -34,6 +34,7 @@ from tri_glide_kinematics.planning.plans import (
 )
 from tri_glide_kinematics.planning.slider_motion import SliderMotion, check_limits, height_extremes
 from tri_glide_kinematics.planning.straight_line import StraightLine
+from tri_glide_kinematics.planning.straight_plan import StraightPlan
 from tri_glide_kinematics.workspace import Workspace
 
 # Part of acceleration and jerk that blends use at most; the motion along the line has the rest.
@@ -209,7 +210,7 @@ class MotionPlanner:
         self, state: SliderState, position: Vector3, limits: SliderLimits, room: Workspace
     ) -> Plan:
         plan = self._sliders.move(state, self._machine.inverse(position), limits)
-        self._check_sliders(plan, limits, room)
+        self._check_sliders(plan, room)
         return plan
 
     def _line_moves(
@@ -244,7 +245,7 @@ class MotionPlanner:
 
         def apart() -> Plan:
             plan = self._sliders.brake(state, limits)
-            self._check_sliders(plan, limits, room)
+            self._check_sliders(plan, room)
             return plan
 
         if not on_line:
@@ -255,11 +256,17 @@ class MotionPlanner:
             yield apart
         yield partial(along, LEAST_BRAKE_PART)
 
-    def _check_sliders(self, plan: CubicPlan, limits: SliderLimits, room: Workspace) -> None:
+    def _check_sliders(self, plan: CubicPlan, room: Workspace) -> None:
         """Check travel, by the exact extremes of the heights, and the platform's path."""
         lowest, highest = height_extremes(plan)
         self._check_travel(lowest, highest, plan)
-        room.check_path(plan.state, plan.duration, math.hypot(*limits.acceleration))
+        if isinstance(plan, StraightPlan):
+            # Over the way there is no acceleration, whatever there is over time.
+            room.check_path(plan.at, plan.length, 0.0)
+        else:
+            # Accelerations are largest where pieces begin.
+            peaks = np.abs(plan.pieces[2]).max(axis=0, initial=0.0)
+            room.check_path(plan.state, plan.duration, math.hypot(*peaks.tolist()))
 
     def _check_blend(self, plan: LinePlan, limits: SliderLimits, room: Workspace) -> None:
         """Check travel and path as long as the platform is beside the line of the plan."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Sequence
 
@@ -18,9 +19,12 @@ class StraightPlan(CubicPlan):
     """From rest to rest; each slider makes a constant share of the motion of a leading one.
 
     The pieces are those of any ``CubicPlan``, but a setpoint takes one cubic instead of three.
+
+    Attributes:
+        length: way of the leading slider [m].
     """
 
-    __slots__ = ()
+    __slots__ = ("_directions", "_heights", "length")
 
     def __init__(
         self, heights: Vector3, shares: Vector3, phases: Sequence[tuple[float, float]]
@@ -35,7 +39,12 @@ class StraightPlan(CubicPlan):
         """
         jerks = [[(duration, share * jerk) for duration, jerk in phases] for share in shares]
         super().__init__(SliderState(heights, AT_REST, AT_REST), jerks)
-        leader = 4 * shares.index(1.0)
+        leading = shares.index(1.0)
+        way = self._final.heights[leading] - heights[leading]
+        x, y, z = (math.copysign(1.0, way) * share for share in shares)
+        self._heights, self._directions = heights, (x, y, z)
+        self.length = abs(way)
+        leader = 4 * leading
         # ``state`` takes the leader's velocity, half its acceleration and three times its way,
         # which spares it all factors: they are in the shares.
         doubles = (2.0 * share for share in shares)
@@ -47,6 +56,12 @@ class StraightPlan(CubicPlan):
             rows.append((start, end, v, 2.0 * v, 0.5 * a, 0.5 * j, *values[::4], *scales))
         self._rows = rows
         self._row = rows[0] if rows else (0.0,) * 18
+
+    def at(self, distance: float) -> SliderState:
+        """Return place and motion after ``distance`` [m] of the leading slider, at its 1 m/s."""
+        (h1, h2, h3), (x, y, z) = self._heights, self._directions
+        heights = (h1 + distance * x, h2 + distance * y, h3 + distance * z)
+        return SliderState(heights, self._directions, AT_REST)
 
     def state(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
