@@ -115,8 +115,7 @@ class IkNode(Node):
             ) from error
         if setpoint is not None:
             self._outputs.publish(setpoint, self._engine)
-        while self._changes:
-            self._tell(*self._changes.popleft())
+        self._tell_changes()
 
     def _on_measured(self, message: JointState) -> None:
         try:
@@ -147,6 +146,7 @@ class IkNode(Node):
     def _on_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._controller.stop()
         response.success = True
+        self._tell_changes()
         return response
 
     def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
@@ -159,10 +159,18 @@ class IkNode(Node):
         except KinematicsError as error:
             response.message = str(error)
             self._refused.add(f"refused to {'enable' if request.data else 'disable'}: {error}")
+        self._tell_changes()
         return response
 
+    def _tell_changes(self) -> None:
+        """Log and publish new states: before a service answers, but after the first command.
+
+        That need not wait for it, as it takes 0.1 ms.
+        """
+        while self._changes:
+            self._tell(*self._changes.popleft())
+
     def _tell(self, state: OperatingState, reason: str) -> None:
-        """Log and publish a new state; its first command went ahead, as this takes 0.1 ms."""
         text = f"{state.value}: {reason}"
         # Each place that logs has one severity: rclpy refuses another one.
         if state is FAULT:
