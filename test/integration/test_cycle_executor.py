@@ -33,24 +33,25 @@ class Looks(CycleExecutor):
 def cycling(ros_context, namespace, request):
     """Return a node's executor, an urgent service, one that is not, and the cycles so far.
 
-    With the parameter False, its timer is not urgent.
+    The parameter is the period of its urgent timer [s]; with None, the timer is not urgent.
     """
+    period = request.param
     node = Node("cycling", namespace=namespace, context=ros_context)
     cycles = []
     steady = Clock(clock_type=ClockType.STEADY_TIME)
-    timer = node.create_timer(PERIOD, lambda: cycles.append(None), clock=steady)
+    timer = node.create_timer(period or PERIOD, lambda: cycles.append(None), clock=steady)
     urgent, other = (
         node.create_service(Trigger, f"~/{name}", lambda _, response: response)
         for name in ("urgent", "other")
     )
-    executor = Looks(ros_context, (timer, urgent) if request.param else (urgent,))
+    executor = Looks(ros_context, (timer, urgent) if period else (urgent,))
     executor.add_node(node)
     yield executor, urgent, other, cycles
     executor.shutdown()
     node.destroy_node()
 
 
-@pytest.mark.parametrize("cycling", [True], indirect=True)
+@pytest.mark.parametrize("cycling", [PERIOD], indirect=True)
 def test_what_is_urgent_is_waited_for_always_and_the_rest_now_and_then(cycling):
     executor, urgent, other, cycles = cycling
     begin = time.monotonic()
@@ -63,7 +64,7 @@ def test_what_is_urgent_is_waited_for_always_and_the_rest_now_and_then(cycling):
     assert 1 <= executor.done[other] <= 3.0 * looks
 
 
-@pytest.mark.parametrize("cycling", [True, False], indirect=True)
+@pytest.mark.parametrize("cycling", [PERIOD, None, 60.0], indirect=True)
 @pytest.mark.parametrize("name", ["urgent", "other"])
 def test_services_are_served(client, cycling, name):
     executor, *_ = cycling

@@ -26,7 +26,7 @@ from tri_glide_kinematics.planning.linear_motion import LinearMotion, check_line
 from tri_glide_kinematics.planning.plans import AT_REST, SliderState
 from tri_glide_kinematics.planning.straight_line import StraightLine
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 UNEQUAL_LIMITS = SliderLimits((1.0, 0.5, 0.8), (10.0, 12.0, 6.0), (200.0, 90.0, 300.0))
@@ -97,6 +97,55 @@ def test_short_and_slow_lines_are_planned_too(length, limits):
         MACHINE.forward(plan.state(9e9).heights), line.point(line.length), atol=1e-14
     )
     assert plan.duration < 1.5 * max(lower_bound(line, limits), 1e-9)
+
+
+def lines_to_the_edge(count, margin, condition):
+    """Return lines that end at the edge of a workspace that ends near the reach."""
+    limits = WorkspaceLimits((0.0,) * 3, (1.5,) * 3, margin, condition)
+    workspace = Workspace(MACHINE, limits)
+    rng = np.random.default_rng(1)
+    found = []
+    while len(found) < count:
+        start = rng.uniform((-0.1, -0.1, 0.4), (0.1, 0.1, 0.6))
+        direction = rng.normal(size=3) * (1.0, 1.0, 0.3)
+        way = workspace.exit_distance(start, direction, 2.0) * (1.0 - 1e-9)
+        if way > 0.01:
+            direction /= np.linalg.norm(direction)
+            found.append(line_between(start.tolist(), (start + way * direction).tolist()))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("margin", "condition", "longest"), [(5e-4, 100.0, 4.0), (1e-3, 50.0, 2.0)]
+)
+def test_lines_to_where_arms_lie_flat_take_no_ages(margin, condition, longest):
+    for line in lines_to_the_edge(100, margin, condition):
+        plan = LinearMotion(MACHINE).from_rest(line, LIMITS)
+        check_line(plan, LIMITS)
+        assert plan.duration < longest
+
+
+def test_lines_that_cannot_be_followed_are_refused_and_never_planned_wrong():
+    refused = 0
+    for line in lines_to_the_edge(100, 1e-6, 1e6):
+        try:
+            plan = LinearMotion(MACHINE).from_rest(line, LIMITS)
+        except PlanningError as error:
+            assert "lies flat" in str(error)
+            refused += 1
+        else:
+            check_line(plan, LIMITS)
+            assert np.isfinite(plan.sample(np.linspace(0.0, plan.duration, 100)).heights).all()
+    assert refused > 50
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.03, 0.01])
+def test_a_jerk_that_is_no_limit_makes_no_move_long(scale):
+    limits = SliderLimits.uniform(1.0, 1.0, 1e5).with_velocity_scaled(scale)
+    line = line_between((-0.06, -0.05, 0.22), (0.06, 0.05, 0.28))
+    plan = LinearMotion(MACHINE).from_rest(line, limits)
+    check_line(plan, limits)
+    assert plan.duration < 1.5 * lower_bound(line, limits)
 
 
 def test_jog_keeps_the_speed_of_the_platform():

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -143,7 +145,7 @@ def test_limits_are_compared_with_exact_peaks(target, slider, quantity):
     )[order]
     values = list(getattr(LIMITS, quantity))
     values[slider] = peaks[slider] * 0.999 + 1e-9
-    lower = SliderLimits(**{**vars(LIMITS), quantity: tuple(values)})
+    lower = replace(LIMITS, **{quantity: tuple(values)})
     if peaks[slider] > 1e-3:
         with pytest.raises(SliderLimitError) as caught:
             check_limits(plan, lower)
@@ -151,7 +153,7 @@ def test_limits_are_compared_with_exact_peaks(target, slider, quantity):
         assert caught.value.limit == values[slider]
     between_samples = 400.0 * sampled.times[1]
     values[slider] = max(peaks[slider] * 1.001 + between_samples, 1e-3)
-    check_limits(plan, SliderLimits(**{**vars(LIMITS), quantity: tuple(values)}))
+    check_limits(plan, replace(LIMITS, **{quantity: tuple(values)}))
 
 
 def test_sequence_runs_one_plan_after_the_other():

@@ -10,7 +10,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.timer import Timer
 
-# How long what is not urgent waits at most, beside one period of an urgent timer [s].
+# How long what is not urgent waits at most, beside the callbacks that are due [s].
 LONGEST_WAIT = 0.01
 
 
@@ -26,18 +26,18 @@ class CycleExecutor(SingleThreadedExecutor):
         """Look at the timers, subscriptions and services of ``urgent`` always."""
         super().__init__(context=context)
         self._urgent = frozenset(urgent)
-        # A timer ends each wait anyway, and so do others if all are waited for.
-        has_timer = any(isinstance(entity, Timer) for entity in self._urgent)
-        self._timeout = None if has_timer else LONGEST_WAIT
+        # A fast timer ends each wait anyway.
+        timers = [entity for entity in self._urgent if isinstance(entity, Timer)]
+        is_fast = any(timer.timer_period_ns <= 1e9 * LONGEST_WAIT for timer in timers)
+        self._timeout = None if is_fast else LONGEST_WAIT
         self._next_look = 0.0
         self._is_looking = True
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Run one callback; return without one when it is time to look at the rest."""
+        """Run one callback, or none if it is time to look at the rest."""
         self._is_looking = time.monotonic() >= self._next_look
-        if timeout_sec is None and not self._is_looking:
-            timeout_sec = self._timeout
-        super().spin_once(timeout_sec)
+        # With another timeout than the time before, rclpy forgets what else was ready.
+        super().spin_once(self._timeout if timeout_sec is None else timeout_sec)
 
     def can_execute(self, entity: Any) -> bool:
         """Tell whether to wait for ``entity`` now."""

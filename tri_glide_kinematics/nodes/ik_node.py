@@ -15,7 +15,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase
+from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, SliderState
 from tri_glide_kinematics.nodes.command_outputs import CommandOutputs
 from tri_glide_kinematics.nodes.controller import MotionController
 from tri_glide_kinematics.nodes.diagnostics import DiagnosticsPublisher, Health, status_message
@@ -108,14 +108,19 @@ class IkNode(Node):
         now = time.monotonic()
         self._loop.cycle(now)
         try:
-            setpoint = self._controller.cycle(now)
+            setpoint = self._setpoint(now)
+            if setpoint is not None:
+                self._outputs.publish(setpoint, self._engine)
+        finally:
+            self._tell_changes()
+
+    def _setpoint(self, now: float) -> SliderState | None:
+        try:
+            return self._controller.cycle(now)
         except Exception as error:
             raise FatalError(
                 f"the control cycle failed: {type(error).__name__}: {error}"
             ) from error
-        if setpoint is not None:
-            self._outputs.publish(setpoint, self._engine)
-        self._tell_changes()
 
     def _on_measured(self, message: JointState) -> None:
         try:

@@ -26,6 +26,9 @@ from tri_glide_kinematics.planning.straight_line import StraightLine
 SHAPE = Shape(6, 1.1)
 JERK_OF_BENDS = 0.5
 
+# Speed against the direction of the line, as a part of the largest speed, that is rounding.
+NO_WAY_BACK = 1e-9
+
 # Which part of acceleration and jerk is used in mid-motion.
 MOVING_PART = 0.9
 
@@ -49,6 +52,9 @@ class LineTiming:
         Args:
             line: of positive length.
             limits: of the sliders.
+
+        Raises:
+            PlanningError: if the line comes so close to the reach of an arm that none is found.
         """
         paced = line_pace(line, limits, SHAPE)
         target, rate, acceleration, jerk = (
@@ -57,12 +63,19 @@ class LineTiming:
             float(paced.accelerations.min()),
             float(paced.jerks.min()),
         )
+        # Each phase is to be long enough for knots of its own, however large the jerk may be.
+        shortest = shortest_piece(target, acceleration)
+        jerk = min(jerk, 0.5 * acceleration / shortest, 0.25 * rate / shortest**2)
         jerks = jerk, (1.0 - JERK_OF_BENDS * paced.bent) * jerk
         phases = rest_to_rest(target, rate, acceleration, jerks)
-        times = np.array(knots(phases, PIECES, shortest_piece(target, acceleration)))
+        times = np.array(knots(phases, PIECES, shortest))
         law = paced.law(evaluate(phases, (0.0, 0.0, 0.0), times))
         law = law.with_ends((0.0, 0.0, 0.0), line.length)
-        return law.slower(float(slowdown(line_demand(line, law), limits).max()))
+        demand = line_demand(line, law)
+        # This is looked at before the law is stretched, which would hide it.
+        if not demand.backwards <= NO_WAY_BACK * float(law.speeds.max()):
+            raise PlanningError("the line comes too close to where an arm lies flat")
+        return law.slower(float(slowdown(demand, limits).max()))
 
     def in_motion(self, entry: Entry, paced: Pace, part: float, haste: float) -> WayLaw:
         """Return the law that continues the motion of ``entry`` to rest at the end of its line.

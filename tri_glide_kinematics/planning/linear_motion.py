@@ -63,7 +63,7 @@ class LinearMotion:
             limits: of the sliders.
 
         Raises:
-            PlanningError: if ruckig finds none.
+            PlanningError: if the line comes so close to the reach of an arm that none is found.
         """
         return LinePlan(line, self._timing.from_rest(line, limits))
 

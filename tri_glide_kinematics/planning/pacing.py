@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.errors import PlanningError
 from tri_glide_kinematics.limits import SliderLimits
 from tri_glide_kinematics.planning import quintics
 from tri_glide_kinematics.planning.line_plan import WayLaw
@@ -28,7 +29,8 @@ from tri_glide_kinematics.planning.straight_line import StraightLine
 
 # Places along a line where the pace is worked out: Chebyshev points, which are closer at both
 # ends, where arms lie flattest. In between, the weight is the polynomial through its values there.
-_ANGLES = np.linspace(0.0, np.pi, 41)
+# Lines to the edge of reach need many; of larger matrices OpenBLAS may make a matter of threads.
+_ANGLES = np.linspace(0.0, np.pi, 95)
 PLACES = 0.5 * (1.0 - np.cos(_ANGLES))
 
 
@@ -149,6 +151,9 @@ def line_pace(
         limits: of the sliders.
         shape: of the p-norm.
         platform_speed: largest speed of the platform [m/s]; it is one more term of the norm.
+
+    Raises:
+        PlanningError: if the need for speed changes too much between two places to be followed.
     """
     ways = line.length * PLACES
     _, first, second, third = line.derivatives(ways)
@@ -165,11 +170,14 @@ def line_pace(
     of_bends = shape.bend**p * (of_acceleration + of_jerk)
     sum_of_powers = of_velocity + of_bends + platform_speed**-p
     weights = sum_of_powers ** (1.0 / p)
+    coordinates = line.length * (INTEGRAL @ weights)
+    if not (coordinates[1:] > coordinates[:-1]).all():
+        raise PlanningError("the line comes too close to where an arm lies flat")
     # Height per way over each limit, of the slider for which it is largest.
     rates, accelerations, jerks = weights / np.abs(first / bounds).max(axis=1)
     return Pace(
         ways,
-        line.length * (INTEGRAL @ weights),
+        coordinates,
         weights,
         DERIVATIVE @ weights / line.length,
         rates,
