@@ -134,7 +134,7 @@ if [ "$(cat "$BUILD_STAMP" 2>/dev/null)" != "$built_from" ]; then
     say "building the workspace with colcon (the first time some minutes)"
     rm -f "$BUILD_STAMP"
     mkdir -p install # env.sh takes what is there
-    # Nodes start a third faster from byte code, which is only installed if Python may write it.
+    # Without byte code each start of a node compiles all modules; Python has to be allowed to write it.
     # shellcheck source=/dev/null
     if ! (set +eu; . ./env.sh && unset PYTHONDONTWRITEBYTECODE && colcon build) >.venv/build.log 2>&1; then
         tail -n 25 .venv/build.log >&2

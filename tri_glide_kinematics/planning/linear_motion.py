@@ -224,10 +224,9 @@ def check_line(plan: LinePlan, limits: SliderLimits, since: float = 0.0) -> None
         demand = line_demand(plan.line, law, plan.blend)
     if not demand.backwards <= NO_BACKWARD_SPEED:
         raise PlanningError("the platform cannot stop before the end of the line")
-    bounds = (limits.velocity, limits.acceleration, limits.jerk)
-    for (quantity, unit), values, bound in zip(QUANTITIES, demand[:3], bounds):
-        ratios = values / np.array(bound)[:, np.newaxis]
+    for (quantity, unit), values, bound in zip(QUANTITIES, demand[:3], limits.table):
+        ratios = values / bound[:, np.newaxis]
         slider, piece = divmod(int(ratios.argmax()), ratios.shape[1])
         if not ratios[slider, piece] <= 1.0 + RELATIVE_ROUNDING:
             value, time = float(values[slider, piece]), float(law.times[piece])
-            raise SliderLimitError(quantity, slider, value, bound[slider], unit, time)
+            raise SliderLimitError(quantity, slider, value, float(bound[slider]), unit, time)

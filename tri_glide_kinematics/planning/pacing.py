@@ -54,7 +54,11 @@ def _integral() -> FloatArray:
     angles = _ANGLES[:, np.newaxis]
     integrals = (1.0 - np.cos(higher * angles)) / higher
     integrals -= (1.0 - np.cos(lower * angles)) / np.where(lower == 0.0, 1.0, lower)
-    return np.asarray(0.25 * integrals @ np.linalg.inv(np.cos(orders * angles)))
+    # The cosines at these angles are their own inverse, but for factors.
+    halves = np.ones(len(PLACES))
+    halves[[0, -1]] = 0.5
+    values_to_cosines = 2.0 / orders[-1] * halves[:, np.newaxis] * np.cos(orders * angles) * halves
+    return np.asarray(0.25 * integrals @ values_to_cosines)
 
 
 DERIVATIVE = _derivative()

@@ -119,7 +119,7 @@ class StraightLine:
 
     def heights(self, ways: FloatArray) -> FloatArray:
         """Return the slider heights at many distances ``ways``, shape (n,) [m]. Shape (3, n)."""
-        return np.asarray(self.start[2] + self.slope * ways + self.derivatives(ways)[0])
+        return np.asarray(self.start[2] + self.slope * ways + self._rise(ways)[1])
 
     def derivatives(
         self, ways: FloatArray
@@ -132,9 +132,13 @@ class StraightLine:
         Returns:
             Four arrays, each of the shape (3, n).
         """
-        x = self._tilts + self.curvature * ways
-        rise = np.sqrt(self._rises + ways * (self._tilts + x))
+        x, rise = self._rise(ways)
         first = x / rise
         second = (self.curvature - first * first) / rise
         third = -3.0 * first * second / rise
         return rise, first + self.slope, second, third
+
+    def _rise(self, ways: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return x and R of the module's formulas. Each of the shape (3, n)."""
+        x = self._tilts + self.curvature * ways
+        return x, np.sqrt(self._rises + ways * (self._tilts + x))
