@@ -209,10 +209,12 @@ def test_jog_goes_in_its_direction_at_its_speed(kind):
 def test_renewed_twist_changes_nothing(kind):
     once, often = engine(kind), engine(kind)
     once.jog((0.1, 0.02, 0.0))
-    for _ in range(4000):
+    often.jog((0.1, 0.02, 0.0))
+    while once.phase is not MotionPhase.IDLE:
         often.jog((0.1, 0.02, 0.0))
         assert often.step(DT) == once.step(DT)
     assert often.phase is MotionPhase.IDLE
+    assert often.plan_number == once.plan_number
 
 
 @each_kind
@@ -233,11 +235,11 @@ def test_jog_stops_at_the_edge_and_can_be_driven_back(kind):
     WORKSPACE.check_position(edge.tolist())
     with pytest.raises(KinematicsError):
         WORKSPACE.check_position((edge[0] + 1e-3, edge[1], edge[2]))
-    moving.jog((0.2, 0.0, 0.0))  # the same twist, renewed: nothing to say
-    assert moving.phase is MotionPhase.IDLE
-    with pytest.raises(NoRoomError) as caught:
-        moving.jog((0.3, 0.0, 0.0))
-    assert "reach" in caught.value.reason
+    for outwards in (0.2, 0.3):  # the same twist renewed, and another one
+        with pytest.raises(NoRoomError) as caught:
+            moving.jog((outwards, 0.0, 0.0))
+        assert "reach" in caught.value.reason
+        assert moving.phase is MotionPhase.IDLE
     moving.jog((-0.2, 0.0, 0.0))
     run(moving, 0.6)
     assert platform_velocity(moving)[0] < -0.05
@@ -467,17 +469,91 @@ def test_machine_outside_the_workspace_comes_back_and_goes_no_farther(kind):
 
 def test_refusal_of_a_command_that_had_to_wait_is_told_once():
     moving = engine(MotionKind.LINEAR, heights=MACHINE.inverse((0.03, -0.02, 0.51)))
-    moving.move_to((0.02, -0.02, 0.51))
-    moving.step(DT)
-    # So soon after the other target it is only noted; its way turns out to be blocked.
+    moving.move_to((0.02, -0.02, 0.5))
+    run(moving, 0.02)
+    moving.set_limits(SliderLimits.uniform(0.001, 1.0, 20.0))
+    assert moving.limits_pending
+    # Until the new limits are in force it is only noted; its way turns out to be blocked.
     moving.move_to((-0.2, -0.09, 0.5))
     assert moving.target == (-0.2, -0.09, 0.5)
     heights = run_to_rest(moving)
     assert within(heights)
     assert isinstance(moving.take_refusal(), OutsideWorkspaceError)
     assert moving.take_refusal() is None
-    assert moving.target == (0.02, -0.02, 0.51)
-    assert np.abs(place(moving) - (0.02, -0.02, 0.51)).max() < 1e-7
+    assert moving.target is None
+
+
+@each_kind
+def test_a_tiny_move_does_not_hide_the_one_after_it(kind):
+    """Idle is said only when nothing more comes, however soon the second target came."""
+    for pause in range(8):
+        moving = engine(kind)
+        here = place(moving)
+        moving.move_to((here[0] + 3e-7, here[1], here[2]))
+        rows = [run(moving, pause * DT)]
+        moving.move_to(TARGET)
+        assert moving.phase is MotionPhase.MOVING
+        rows.append(run_to_rest(moving)[1:])
+        assert np.abs(place(moving) - TARGET).max() < 1e-9
+        assert within(np.concatenate(rows))
+
+
+@each_kind
+@pytest.mark.parametrize("pause", [0.0, 0.003, 0.05, 0.15, 0.2, 0.25, 0.5])
+def test_limits_that_are_restored_while_braking_lead_on_to_the_target(kind, pause):
+    """Whenever they come back: idle means that the target was reached, and stays the truth."""
+    target = (0.12, -0.05, 0.45)
+    moving = engine(kind)
+    moving.move_to(target)
+    rows = [run(moving, 0.1)]
+    moving.set_speed_scale(0.001)
+    rows.append(run(moving, pause)[1:])
+    moving.set_speed_scale(1.0)
+    assert moving.phase is MotionPhase.MOVING
+    rows.append(run_to_rest(moving)[1:])
+    assert np.abs(place(moving) - target).max() < 1e-9
+    resting = run(moving, 0.1)
+    assert (resting == resting[0]).all()
+    assert within(np.concatenate(rows))
+
+
+@each_kind
+def test_each_new_plan_has_a_new_number(kind):
+    moving = engine(kind)
+    numbers = [moving.plan_number]
+
+    def is_new() -> bool:
+        numbers.append(moving.plan_number)
+        return numbers[-1] != numbers[-2]
+
+    moving.move_to(TARGET)
+    assert is_new()
+    run(moving, 0.1)
+    moving.move_to(TARGET)
+    moving.set_limits(LIMITS)
+    assert not is_new()
+    moving.move_to(OTHER)
+    assert is_new()
+    run(moving, 0.1)
+    moving.stop()
+    assert is_new()
+    moving.stop()
+    run_to_rest(moving)
+    moving.stop()
+    assert not is_new()
+
+
+@each_kind
+def test_floods_while_limits_are_pending_are_not_planned(kind):
+    moving = engine(kind)
+    moving.move_to((0.12, -0.05, 0.45))
+    run(moving, 0.15)
+    moving.set_speed_scale(0.001)
+    number = moving.plan_number
+    for index in range(200):
+        moving.move_to((0.1, 0.05, 0.35 + 1e-5 * index))
+    assert moving.limits_pending
+    assert moving.plan_number == number
 
 
 def test_first_pose_out_of_reach_of_an_arm_names_it():

@@ -20,7 +20,6 @@ from motion_machine import (
 )
 from numpy.polynomial import Polynomial
 
-from tri_glide_kinematics import motion
 from tri_glide_kinematics.errors import KinematicsError, PlanningError
 from tri_glide_kinematics.motion import MotionKind, SliderLimits
 from tri_glide_kinematics.planning import (
@@ -32,7 +31,6 @@ from tri_glide_kinematics.planning import (
 )
 from tri_glide_kinematics.planning.line_plan import LinePlan, WayLaw
 from tri_glide_kinematics.planning.plans import AT_REST, SliderState
-from tri_glide_kinematics.planning.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.planning.straight_line import StraightLine
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
@@ -79,13 +77,8 @@ def lowered_limits_while_moving() -> tuple[float, float]:
 
 def test_limits_are_changed_only_when_the_motion_can_keep_them(monkeypatch):
     assert max(lowered_limits_while_moving()) <= 1.0 + 1e-3
-    monkeypatch.setattr(motion.MotionEngine, "_takes_over", take_over_at_once)
+    monkeypatch.setattr(motion_planner.MotionPlanner, "keeps", lambda *_: True)
     assert max(lowered_limits_while_moving()) > 1.5
-
-
-def take_over_at_once(self, limits) -> bool:
-    self._limits = limits
-    return True
 
 
 def test_slider_plans_are_compared_with_the_limits(monkeypatch):
@@ -249,52 +242,21 @@ def test_blends_are_checked_for_the_workspace(monkeypatch):
     assert turn_at_the_side_of_the_box() > 5e-3
 
 
-def test_phase_is_kept_as_the_same_target_is_not_planned_again(monkeypatch):
+def test_phase_is_kept_as_the_same_target_is_not_planned_again():
     """Ruckig plans a straight line in slider space from rest only."""
 
-    def crooked() -> float:
+    def crooked(change: float) -> float:
         moving = engine()
         rows = [HOME]
-        for _ in range(500):
-            moving.move_to((0.1, 0.05, 0.35))
-            if planned_again:
-                moving._command = None
+        for step in range(500):
+            moving.move_to((0.1, 0.05, 0.35 + change * step))
             rows.append(moving.step(DT).heights)
         offsets = np.array(rows) - HOME
         end = offsets[-1]
         return float(np.linalg.norm(np.cross(offsets, end), axis=1).max() / np.linalg.norm(end))
 
-    planned_again = False
-    assert crooked() < 1e-9
-    planned_again = True
-    assert crooked() > 1e-5
-
-
-def test_commands_in_a_flood_are_not_all_planned(monkeypatch):
-    """Planning takes longer than a control cycle may."""
-    calls = 0
-    calculate = RuckigPlanner._calculate
-
-    def counted(*arguments):
-        nonlocal calls
-        calls += 1
-        return calculate(*arguments)
-
-    monkeypatch.setattr(RuckigPlanner, "_calculate", counted)
-
-    def planned() -> int:
-        nonlocal calls
-        moving = engine(MotionKind.LINEAR)
-        calls = 0
-        for step in range(60):
-            for part in range(5):
-                moving.jog((0.1, 1e-4 * step, 1e-4 * part))
-            moving.step(DT)
-        return calls
-
-    coalesced = planned()
-    monkeypatch.setattr(motion, "COMMAND_INTERVAL", 0.0)
-    assert planned() > 10 * coalesced
+    assert crooked(0.0) < 1e-9
+    assert crooked(1e-12) > 1e-5
 
 
 def test_edge_clearance_leaves_room_for_rounding():

@@ -9,19 +9,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from enum import Enum
+from dataclasses import replace
 
 import numpy as np
 
 from tri_glide_kinematics.checks import finite_vector
-from tri_glide_kinematics.errors import (
-    KinematicsError,
-    NoRoomError,
-    NotStartedError,
-    OutOfBoundsError,
-)
+from tri_glide_kinematics.errors import KinematicsError, NotStartedError, OutOfBoundsError
 from tri_glide_kinematics.limits import SliderLimits
-from tri_glide_kinematics.planning.commands import Command, DriveLimits, Jog, Move, stays_within
+from tri_glide_kinematics.planning.commands import (
+    Command,
+    DriveLimits,
+    Jog,
+    Move,
+    jog_of,
+    stays_within,
+)
+from tri_glide_kinematics.planning.held_motion import HeldMotion, MotionPhase, PlanRole
 from tri_glide_kinematics.planning.motion_planner import MotionKind, MotionPlanner
 from tri_glide_kinematics.planning.plans import (
     AT_REST,
@@ -48,29 +51,14 @@ __all__ = [
 # What could not be done at once is tried again after this time of motion [s].
 RETRY_INTERVAL = 0.008
 
-# Of poses, and of twists, that follow each other faster than this only the newest is planned [s].
-COMMAND_INTERVAL = 0.005
-
-# A jog that is slower than this is a stop [m/s].
-SLOWEST_JOG = 1e-7
-
-
-class MotionPhase(Enum):
-    """What the engine is doing."""
-
-    IDLE = "idle"
-    MOVING = "moving"
-    JOGGING = "jogging"
-    STOPPING = "stopping"
-
 
 class MotionEngine:
     """Commanded state of the three sliders, stepped by a given time.
 
     Commands never touch the setpoint itself: they replace the plan of what comes next, from the
     next step on. Each raises a ``KinematicsError`` with the reason if it is refused; the engine
-    then goes on with what it did. Of poses, and of twists, that follow each other faster than
-    ``COMMAND_INTERVAL`` only the newest is planned; if it is refused then, ``take_refusal`` tells.
+    then goes on with what it did. Each is planned at once, which takes some milliseconds in
+    mid-motion: who is flooded with commands picks the newest, as the controller of the node does.
     """
 
     def __init__(
@@ -99,14 +87,9 @@ class MotionEngine:
         self._planner = MotionPlanner(workspace, kind)
         self._kind = kind
         self._limits = DriveLimits(limits, speed_scale)
-        self._pending_limits: DriveLimits | None = None
-        self._plan: Plan | None = None
+        self._held: HeldMotion | None = None
+        self._plan_number = 0
         self._time = 0.0
-        # What the held plan carries out, or is to be once what waits is done.
-        self._command: Command | None = None
-        self._waiting: Command | None = None
-        self._stopping = False
-        self._stop_waits = False
         self._retry_at = math.inf
         self._refusal: KinematicsError | None = None
 
@@ -128,32 +111,33 @@ class MotionEngine:
     @property
     def limits_pending(self) -> bool:
         """Whether new limits wait for the motion to become slow enough."""
-        return self._pending_limits is not None
+        return self._held is not None and self._held.pending is not None
 
     @property
     def started(self) -> bool:
         """Whether the engine knows where the sliders are."""
-        return self._plan is not None
+        return self._held is not None
 
     @property
     def phase(self) -> MotionPhase:
-        """What the engine is doing."""
-        if self.remaining == 0.0 and not self.limits_pending:
-            return MotionPhase.IDLE
-        if self._stopping:
-            return MotionPhase.STOPPING
-        return MotionPhase.JOGGING if isinstance(self._command, Jog) else MotionPhase.MOVING
+        """What the engine is doing. Idle is at rest with nothing that waits."""
+        return self._held.phase(self._time) if self._held else MotionPhase.IDLE
 
     @property
     def remaining(self) -> float:
         """Time until the held plan is at rest [s]."""
-        return max(self._plan.duration - self._time, 0.0) if self._plan else 0.0
+        return max(self._held.plan.duration - self._time, 0.0) if self._held else 0.0
+
+    @property
+    def plan_number(self) -> int:
+        """Counts the plans held so far: a new number is a new plan."""
+        return self._plan_number
 
     @property
     def target(self) -> Vector3 | None:
         """Position of the platform that is being moved to or was reached [m]."""
-        newest = self._waiting or self._command
-        return newest.position if isinstance(newest, Move) else None
+        goal = self._held.goal if self._held else None
+        return goal.position if isinstance(goal, Move) else None
 
     @property
     def state(self) -> SliderState:
@@ -162,7 +146,7 @@ class MotionEngine:
         Raises:
             NotStartedError: before the start.
         """
-        return self._held().state(self._time)
+        return self._holding().plan.state(self._time)
 
     def start(self, heights: Sequence[float]) -> None:
         """Begin, or begin anew, at rest at measured heights.
@@ -180,15 +164,16 @@ class MotionEngine:
         """
         h1, h2, h3 = finite_vector("heights", heights, 3)
         self._machine.forward((h1, h2, h3))
-        if self._pending_limits is not None:
-            self._limits, self._pending_limits = self._pending_limits, None
-        resting = SliderState((h1, h2, h3), AT_REST, AT_REST)
-        self._hold(CubicPlan(resting, ((), (), ())), None)
+        if self._held is not None and self._held.pending is not None:
+            self._limits = self._held.pending
+        resting = CubicPlan(SliderState((h1, h2, h3), AT_REST, AT_REST), ((), (), ()))
+        self._hold(HeldMotion(resting, None, PlanRole.LEADS_TO_GOAL))
 
     def move_to(self, position: Sequence[float]) -> None:
         """Move the platform to a position and rest there.
 
-        The position that is being moved to, or was reached, changes nothing.
+        The position that is being moved to, or was reached, changes nothing. While limits are
+        pending the motion is planned when they are in force; if that fails, ``take_refusal`` tells.
 
         Args:
             position: Shape (3,) [m].
@@ -197,10 +182,10 @@ class MotionEngine:
             NotStartedError: before the start.
             KinematicsError: if the position is no place in the workspace, or there is no way.
         """
-        self._held()
+        held = self._holding()
         x, y, z = finite_vector("position", position, 3)
         move = Move((x, y, z))
-        if move == (self._waiting or self._command):
+        if move == held.goal:
             return
         self._workspace.check_position((x, y, z))
         self._obey(move)
@@ -209,46 +194,38 @@ class MotionEngine:
         """Move the platform along a direction, up to the edge of the workspace at most.
 
         Limits of the sliders reduce the speed, never the direction. The same velocity again changes
-        nothing; zero is a stop.
+        nothing while the platform moves; a velocity below 1e-7 m/s is a stop.
 
         Args:
             velocity: of the platform. Shape (3,) [m/s].
 
         Raises:
             NotStartedError: before the start.
-            KinematicsError: if the velocity is no finite vector, or there is no room.
+            NoRoomError: if the edge is too near in that direction. At the edge it is raised again
+                for each twist that leads outwards.
+            KinematicsError: if the velocity is no finite vector, or there is no way.
         """
-        self._held()
+        held = self._holding()
         x, y, z = finite_vector("velocity", velocity, 3)
-        speed = math.hypot(x, y, z)
-        if speed < SLOWEST_JOG:
+        jog = jog_of((x, y, z))
+        if jog is None:
             self.stop()
-            return
-        jog = Jog((x / speed, y / speed, z / speed), speed)
-        newest = self._waiting or self._command
-        renewed = isinstance(newest, Jog) and newest.is_renewed_by(jog)
-        if renewed and self.remaining > 0.0:
-            return
-        try:
+        elif not (
+            isinstance(held.goal, Jog)
+            and held.goal.is_renewed_by(jog)
+            and self.phase is not MotionPhase.IDLE
+        ):
             self._obey(jog)
-        except NoRoomError:
-            # A jog that is held at the edge has been told before.
-            if not renewed:
-                raise
 
     def stop(self) -> None:
-        """Come to rest as soon as the limits allow.
+        """Come to rest as soon as the limits allow, and forget the goal.
 
         Raises:
             NotStartedError: before the start.
         """
-        self._held()
-        self._command = self._waiting = None
-        if self._stopping or self.remaining == 0.0:
-            return
-        self._stopping = True
-        self._stop_waits = not self._brake()
-        self._retry_soon()
+        held = self._holding()
+        if held.goal is not None:
+            self._hold(self._braked(replace(held, goal=None)))
 
     def set_limits(self, limits: SliderLimits) -> None:
         """Change the limits of the sliders.
@@ -259,8 +236,7 @@ class MotionEngine:
         Args:
             limits: already checked as a set by their class.
         """
-        newest = self._pending_limits or self._limits
-        self._change(DriveLimits(limits, newest.speed_scale))
+        self._change(DriveLimits(limits, self._newest_limits.speed_scale))
 
     def set_speed_scale(self, speed_scale: float) -> None:
         """Change the part of the velocities that is used, as ``set_limits`` changes limits.
@@ -272,8 +248,7 @@ class MotionEngine:
             NotFiniteError: if it is NaN or infinite.
             OutOfBoundsError: if it is not in (0, 1].
         """
-        newest = self._pending_limits or self._limits
-        self._change(DriveLimits(newest.sliders, speed_scale))
+        self._change(DriveLimits(self._newest_limits.sliders, speed_scale))
 
     def step(self, dt: float) -> SliderState:
         """Advance by ``dt`` [s] and return the setpoint.
@@ -282,18 +257,18 @@ class MotionEngine:
             NotStartedError: before the start.
             OutOfBoundsError: if ``dt`` is not greater than zero, or NaN.
         """
-        plan = self._plan
+        held = self._held
         time = self._time + dt
         # Nearly always there is nothing to do but go on. NaN is not greater than zero, either.
-        if plan is None or not dt > 0.0 or time >= self._retry_at:
+        if held is None or not dt > 0.0 or time >= self._retry_at:
             if not 0.0 < dt < math.inf:
                 raise OutOfBoundsError("dt", dt, "finite and greater than 0", "s")
             if self._time >= self._retry_at:
-                self._catch_up()
-            plan = self._held()
+                self._try_again()
+            held = self._holding()
             time = self._time + dt
         self._time = time
-        return plan.state(time)
+        return held.plan.state(time)
 
     def sample_plan(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints of the held plan at ``times`` from now on.
@@ -304,7 +279,8 @@ class MotionEngine:
         Raises:
             NotStartedError: before the start.
         """
-        sampled = self._held().sample(self._time + np.asarray(times, dtype=np.float64))
+        plan = self._holding().plan
+        sampled = plan.sample(self._time + np.asarray(times, dtype=np.float64))
         return sampled._replace(times=np.asarray(times, dtype=np.float64))
 
     def take_refusal(self) -> KinematicsError | None:
@@ -312,30 +288,30 @@ class MotionEngine:
         refusal, self._refusal = self._refusal, None
         return refusal
 
-    def _held(self) -> Plan:
-        if self._plan is None:
+    @property
+    def _newest_limits(self) -> DriveLimits:
+        pending = self._held.pending if self._held else None
+        return pending or self._limits
+
+    def _holding(self) -> HeldMotion:
+        if self._held is None:
             raise NotStartedError
-        return self._plan
+        return self._held
 
-    def _hold(self, plan: Plan, command: Command | None) -> None:
-        """Replace the plan by one that begins with the present setpoint."""
-        self._plan = plan
-        self._time = 0.0
-        self._command = command
-        self._waiting = None
-        self._stopping = self._stop_waits = False
-        self._retry_soon()
+    def _hold(self, held: HeldMotion) -> None:
+        """Hold something else; a new plan begins with the present setpoint."""
+        if self._held is None or held.plan is not self._held.plan:
+            self._time = 0.0
+            self._plan_number += 1
+        self._held = held
+        waits = held.waits(self._time)
+        self._retry_at = min(self._time + RETRY_INTERVAL, held.plan.duration) if waits else math.inf
 
-    def _retry_soon(self) -> None:
-        """Set the time at which what has to wait is tried again."""
-        waits = self._stop_waits or self._pending_limits is not None or self._waiting is not None
-        self._retry_at = self._time + RETRY_INTERVAL if waits else math.inf
-
-    def _planned(self, command: Command, limits: DriveLimits, *, or_after: bool) -> Plan:
-        """Return a plan for ``command`` from the present setpoint.
+    def _planned(self, goal: Command, limits: DriveLimits, *, or_after: bool) -> HeldMotion:
+        """Return a plan that leads from the present setpoint to ``goal``.
 
         Args:
-            command: to be carried out.
+            goal: to be reached.
             limits: for all of the plan.
             or_after: whether the held plan may come first, if there is no better way.
 
@@ -343,87 +319,84 @@ class MotionEngine:
             KinematicsError: if there is none.
         """
         state, moving = self.state, self.remaining > 0.0
-        if isinstance(command, Jog):
-            speed = command.speed * limits.speed_scale
-            return self._planner.jog(state, command.direction, speed, limits.effective, moving)
-        held = SequencePlan((self._held(),), self._time) if or_after else None
-        return self._planner.move(state, command.position, limits.effective, moving, held)
+        plan: Plan
+        if isinstance(goal, Jog):
+            speed = goal.speed * limits.speed_scale
+            plan = self._planner.jog(state, goal.direction, speed, limits.effective, moving)
+        else:
+            after = SequencePlan((self._holding().plan,), self._time) if or_after else None
+            plan = self._planner.move(state, goal.position, limits.effective, moving, after)
+        return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL)
 
-    def _obey(self, command: Command) -> None:
-        """Hold a plan for ``command``, or let it wait if it comes too soon after one of its kind.
+    def _obey(self, goal: Command) -> None:
+        """Hold a plan for ``goal``, or note it if limits are pending.
 
         Raises:
             KinematicsError: if there is none.
         """
-        if (
-            isinstance(self._command, type(command))
-            and self._time < COMMAND_INTERVAL
-            and self.remaining > 0.0
-        ):
-            self._waiting = command
-            self._retry_at = COMMAND_INTERVAL
-            return
-        plan = self._planned(command, self._limits, or_after=True)
-        if self._pending_limits is None:
-            self._hold(plan, command)
+        held = self._holding()
+        if held.pending is None:
+            self._hold(self._planned(goal, self._limits, or_after=True))
         else:
-            # The motion is slowing down for new limits, and goes on from there.
-            self._command = self._waiting = command
-            self._stopping = self._stop_waits = False
-            self._retry_soon()
+            self._hold(replace(held, goal=goal))
 
-    def _brake(self) -> bool:
-        """Hold a plan that stops; return whether there is one now."""
-        on_line = self._kind is MotionKind.LINEAR or not isinstance(self._held(), CubicPlan)
+    def _braked(self, held: HeldMotion) -> HeldMotion:
+        """Return ``held`` with a plan that comes to rest as soon as possible, if there is one."""
+        if held.role is PlanRole.BRAKES or self.remaining == 0.0:
+            return replace(held, role=PlanRole.BRAKES)
+        on_line = self._kind is MotionKind.LINEAR or not isinstance(held.plan, CubicPlan)
         try:
             plan = self._planner.stop(self.state, self._limits.effective, on_line)
         except KinematicsError:
-            return False
-        if plan.duration < self.remaining:
-            self._plan, self._time = plan, 0.0
-        return True
+            return replace(held, role=PlanRole.EARLIER)
+        sooner = plan if plan.duration < self.remaining else held.plan
+        return replace(held, plan=sooner, role=PlanRole.BRAKES)
 
     def _change(self, limits: DriveLimits) -> None:
         """Put limits in force now, or slow down until that is possible."""
-        self._pending_limits = None
-        if limits == self._limits or self._takes_over(limits):
-            return
-        self._pending_limits = limits
-        if self._waiting is None:
-            self._waiting = self._command
-        self._brake()
-        self._retry_soon()
-
-    def _takes_over(self, limits: DriveLimits) -> bool:
-        """Put limits in force if the motion can go on inside them; return whether it does."""
-        if self._plan is None or self.remaining == 0.0:
+        if self._held is None:
             self._limits = limits
-            return True
-        if stays_within(self.state, limits.effective):
-            command = self._waiting or self._command
+            return
+        if limits == self._newest_limits:
+            return
+        self._hold(replace(self._held, pending=limits))
+        self._try_again()
+
+    def _try_again(self) -> None:
+        """Put pending limits in force if that is possible now, and brake if not."""
+        if self._holding().pending is not None:
+            self._put_in_force(self._holding())
+        held = self._holding()
+        self._hold(self._braked(held) if held.waits(self._time) else held)
+
+    def _put_in_force(self, held: HeldMotion) -> None:
+        """Put pending limits in force if the motion can go on inside them."""
+        limits, goal = held.pending, held.goal
+        assert limits is not None
+        resting = self.remaining == 0.0
+        if not resting and goal is not None and stays_within(self.state, limits.effective):
             try:
-                if command is not None:
-                    plan = self._planned(command, limits, or_after=False)
-                    self._limits = limits
-                    self._hold(plan, command)
-                    return True
+                planned = self._planned(goal, limits, or_after=False)
             except KinematicsError:
                 pass
-        if self._planner.keeps(self._plan, limits.effective, self._time):
+            else:
+                self._limits = limits
+                self._hold(planned)
+                return
+        if (
+            resting
+            or limits == self._limits
+            or self._planner.keeps(held.plan, limits.effective, self._time)
+        ):
             self._limits = limits
-            return True
-        return False
+            self._hold(replace(held, pending=None))
+            if goal is not None and held.role is not PlanRole.LEADS_TO_GOAL:
+                self._resume(goal)
 
-    def _catch_up(self) -> None:
-        """Do what had to wait, or try again soon."""
-        if self._pending_limits is not None and self._takes_over(self._pending_limits):
-            self._pending_limits = None
-        if self._stop_waits:
-            self._stop_waits = not self._brake()
-        elif self._waiting is not None and self._pending_limits is None:
-            command, self._waiting = self._waiting, None
-            try:
-                self._hold(self._planned(command, self._limits, or_after=True), command)
-            except KinematicsError as error:
-                self._refusal = error
-        self._retry_soon()
+    def _resume(self, goal: Command) -> None:
+        """Go on to a goal that had to wait; if there is no way, tell so and come to rest."""
+        try:
+            self._hold(self._planned(goal, self._limits, or_after=True))
+        except KinematicsError as error:
+            self._refusal = error
+            self._hold(replace(self._holding(), goal=None))

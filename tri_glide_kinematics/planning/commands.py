@@ -11,6 +11,9 @@ from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.limits import SliderLimits
 from tri_glide_kinematics.planning.plans import SliderState, Vector3
 
+# A jog that is slower than this is none [m/s].
+SLOWEST_JOG = 1e-7
+
 # Jogs whose directions differ by less than this [rad], and speeds by less than this part, are one.
 SAME_JOG = 1e-9
 
@@ -47,6 +50,15 @@ class Jog:
 
 
 Command = Move | Jog
+
+
+def jog_of(velocity: Vector3) -> Jog | None:
+    """Return the jog with a platform ``velocity`` [m/s]; None if that is no velocity at all."""
+    x, y, z = velocity
+    speed = math.hypot(x, y, z)
+    if speed < SLOWEST_JOG:
+        return None
+    return Jog((x / speed, y / speed, z / speed), speed)
 
 
 @dataclass(frozen=True)
