@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from tri_glide_kinematics.wording import number_text, vector_text
+
 if TYPE_CHECKING:
     from tri_glide_kinematics.workspace_limits import WorkspaceLimit
 
@@ -40,7 +42,9 @@ class OutOfBoundsError(KinematicsError):
             unit: unit of both, for example ``m``.
         """
         suffix = f" {unit}" if unit else ""
-        super().__init__(f"{name} = {value:.9g}{suffix} must be {bound}{suffix}")
+        # However small: that may be what is wrong with it.
+        text = number_text(value, scale=0.0)
+        super().__init__(f"{name} = {text}{suffix} must be {bound}{suffix}")
         self.name = name
         self.value = value
         self.bound = bound
@@ -68,8 +72,8 @@ class CoincidentAnchorsError(GeometryError):
     def __init__(self, arms: tuple[int, int], place: Sequence[float], distance: float) -> None:
         """Store the indices of both ``arms``, the ``place`` [m] and the ``distance`` [m]."""
         super().__init__(
-            f"anchors of arms {arms[0] + 1} and {arms[1] + 1} coincide at ({place[0]:.9g}, "
-            f"{place[1]:.9g}) m, {distance:.3g} m apart"
+            f"anchors of arms {arms[0] + 1} and {arms[1] + 1} coincide at "
+            f"{vector_text(place)} m, {number_text(distance, 3)} m apart"
         )
         self.arms = arms
         self.place = tuple(place)
@@ -81,9 +85,9 @@ class CollinearAnchorsError(GeometryError):
 
     def __init__(self, anchors: Sequence[Sequence[float]], height: float) -> None:
         """Store the ``anchors`` [m] and the least ``height`` of their triangle [m]."""
-        places = ", ".join(f"({x:.9g}, {y:.9g})" for x, y in anchors)
+        places = ", ".join(map(vector_text, anchors))
         super().__init__(
-            f"anchors {places} m lie on one line: their triangle is {height:.3g} m high"
+            f"anchors {places} m lie on one line: their triangle is {number_text(height, 3)} m high"
         )
         self.anchors = tuple(tuple(anchor) for anchor in anchors)
         self.height = height
@@ -94,8 +98,8 @@ class ArmsNeverMeetError(GeometryError):
 
     def __init__(self, anchors: Sequence[Sequence[float]], arm_lengths: Sequence[float]) -> None:
         """Store the ``anchors`` [m] and the ``arm_lengths`` [m]."""
-        places = ", ".join(f"({x:.9g}, {y:.9g})" for x, y in anchors)
-        lengths = ", ".join(f"{length:.9g}" for length in arm_lengths)
+        places = ", ".join(map(vector_text, anchors))
+        lengths = ", ".join(map(number_text, arm_lengths))
         super().__init__(
             f"arms of {lengths} m at anchors {places} m never meet: no place is within reach of all"
         )
@@ -126,10 +130,9 @@ class ArmTooShortError(UnreachableError):
             distance: horizontal distance from the platform to the arm's anchor [m].
             arm_length: [m].
         """
-        x, y, z = position
         super().__init__(
-            f"position ({x:.9g}, {y:.9g}, {z:.9g}) m is out of reach of arm {arm + 1}: horizontal "
-            f"distance {distance:.9g} m, arm length {arm_length:.9g} m",
+            f"position {vector_text(position)} m is out of reach of arm {arm + 1}: horizontal "
+            f"distance {number_text(distance)} m, arm length {number_text(arm_length)} m",
             position,
         )
         self.arm = arm
@@ -147,10 +150,9 @@ class WrongAssemblyModeError(UnreachableError):
             position: of the platform [m].
             plane_height: of the carriages' plane over the platform [m]; negative if below it.
         """
-        x, y, z = position
         super().__init__(
-            f"position ({x:.9g}, {y:.9g}, {z:.9g}) m belongs to the other assembly mode: the plane "
-            f"of the carriages is {plane_height:.3g} m above it, not more than 0 m",
+            f"position {vector_text(position)} m belongs to the other assembly mode: the plane "
+            f"of the carriages is {number_text(plane_height, 3)} m above it, not more than 0 m",
             position,
         )
         self.plane_height = plane_height
@@ -176,12 +178,11 @@ class OutsideWorkspaceError(KinematicsError):
             value: of the limited quantity, in the limit's unit.
             bound: that it breaks.
         """
-        x, y, z = position
         of_arm = "" if arm is None else f" of arm {arm + 1}"
         unit = f" {limit.unit}" if limit.unit else ""
         super().__init__(
-            f"outside the workspace at ({x:.9g}, {y:.9g}, {z:.9g}) m: {value:.9g}{unit} breaks the "
-            f"{limit.value}{of_arm}, {bound:.9g}{unit}"
+            f"outside the workspace at {vector_text(position)} m: {number_text(value)}{unit} "
+            f"breaks the {limit.value}{of_arm}, {number_text(bound)}{unit}"
         )
         self.limit = limit
         self.arm = arm
@@ -204,10 +205,9 @@ class SpheresDoNotMeetError(NoPoseError):
 
     def __init__(self, heights: Sequence[float], discriminant: float) -> None:
         """Store the slider ``heights`` [m] and the ``discriminant`` [m^2] (not positive)."""
-        h1, h2, h3 = heights
         super().__init__(
-            f"slider heights ({h1:.9g}, {h2:.9g}, {h3:.9g}) m are too far apart: the arms do not "
-            f"meet (discriminant {discriminant:.3g} m^2)",
+            f"slider heights {vector_text(heights)} m are too far apart: the arms do not "
+            f"meet (discriminant {number_text(discriminant, 3)} m^2)",
             heights,
         )
         self.discriminant = discriminant
@@ -218,10 +218,9 @@ class PlatformAboveSliderError(NoPoseError):
 
     def __init__(self, heights: Sequence[float], arm: int, rise: float) -> None:
         """Store the slider ``heights`` [m], the index of the ``arm`` and its ``rise`` [m]."""
-        h1, h2, h3 = heights
         super().__init__(
-            f"slider heights ({h1:.9g}, {h2:.9g}, {h3:.9g}) m put the platform above slider "
-            f"{arm + 1}: arm {arm + 1} rises by {rise:.3g} m, not more than 0 m",
+            f"slider heights {vector_text(heights)} m put the platform above slider "
+            f"{arm + 1}: arm {arm + 1} rises by {number_text(rise, 3)} m, not more than 0 m",
             heights,
         )
         self.arm = arm
@@ -272,8 +271,8 @@ class SliderLimitError(MotionError):
             time: when on the trajectory, if that is known [s].
         """
         super().__init__(
-            f"{quantity} of slider {slider + 1} would be {value:.9g} {unit}, its limit is "
-            f"{limit:.9g} {unit}"
+            f"{quantity} of slider {slider + 1} would be {number_text(value)} {unit}, its limit "
+            f"is {number_text(limit)} {unit}"
         )
         self.quantity = quantity
         self.slider = slider
@@ -295,8 +294,8 @@ class SliderTravelError(MotionError):
     def __init__(self, slider: int, height: float, bound: float) -> None:
         """Store the index of the ``slider``, its ``height`` and the ``bound`` it passes, in [m]."""
         super().__init__(
-            f"slider {slider + 1} would pass the end of its travel at {bound:.9g} m and reach "
-            f"{height:.9g} m"
+            f"slider {slider + 1} would pass the end of its travel at {number_text(bound)} m "
+            f"and reach {number_text(height)} m"
         )
         self.slider = slider
         self.height = height
@@ -308,11 +307,9 @@ class NoRoomError(MotionError):
 
     def __init__(self, position: Sequence[float], direction: Sequence[float], reason: str) -> None:
         """Store the ``position`` [m], the unit vector ``direction`` and the ``reason`` in words."""
-        x, y, z = position
-        u, v, w = direction
         super().__init__(
-            f"no room to move from ({x:.9g}, {y:.9g}, {z:.9g}) m in the direction ({u:.6g}, "
-            f"{v:.6g}, {w:.6g}): {reason}"
+            f"no room to move from {vector_text(position)} m in the direction "
+            f"{vector_text(direction, 6)}: {reason}"
         )
         self.position = tuple(position)
         self.direction = tuple(direction)
@@ -325,8 +322,8 @@ class NotAssemblableError(KinematicsError):
     def __init__(self, link: str, length: float, rest: float) -> None:
         """Store the too long ``link``, its ``length`` and the ``rest`` of the links, in [m]."""
         super().__init__(
-            f"{link} = {length:.9g} m must be shorter than the other three links together, "
-            f"which are {rest:.9g} m"
+            f"{link} = {number_text(length, scale=0.0)} m must be shorter than the other three "
+            f"links together, which are {number_text(rest, scale=0.0)} m"
         )
         self.link = link
         self.length = length
@@ -338,9 +335,12 @@ class CrankLimitError(KinematicsError):
 
     def __init__(self, crank_angle: float, ranges: tuple[tuple[float, float], ...]) -> None:
         """Store the ``crank_angle`` and the ``ranges`` that the crank can reach, in [rad]."""
-        reach = " or ".join(f"from {low:.9g} to {high:.9g} rad" for low, high in ranges)
+        reach = " or ".join(
+            f"from {number_text(low)} to {number_text(high)} rad" for low, high in ranges
+        )
         super().__init__(
-            f"crank_angle = {crank_angle:.9g} rad is beyond the crank's limits: it reaches {reach}"
+            f"crank_angle = {number_text(crank_angle)} rad is beyond the crank's limits: it "
+            f"reaches {reach}"
         )
         self.crank_angle = crank_angle
         self.ranges = ranges
@@ -352,8 +352,8 @@ class SelfMotionError(KinematicsError):
     def __init__(self, crank_angle: float) -> None:
         """Store the ``crank_angle`` [rad] at which this happens."""
         super().__init__(
-            f"crank_angle = {crank_angle:.9g} rad: the platform can move while the cranks stand "
-            "still (self-motion), so it has no finite number of positions"
+            f"crank_angle = {number_text(crank_angle)} rad: the platform can move while the cranks "
+            "stand still (self-motion), so it has no finite number of positions"
         )
         self.crank_angle = crank_angle
 
@@ -373,8 +373,8 @@ class NotAPoseError(KinematicsError):
     def __init__(self, crank_angle: float, gap: float) -> None:
         """Store the ``crank_angle`` [rad] and the rod length ``gap`` [m] that is left there."""
         super().__init__(
-            f"pose is not a position of this mechanism at crank_angle = {crank_angle:.9g} rad: "
-            f"a rod length is wrong by {gap:.3g} m"
+            f"pose is not a position of this mechanism at crank_angle = "
+            f"{number_text(crank_angle)} rad: a rod length is wrong by {number_text(gap, 3)} m"
         )
         self.crank_angle = crank_angle
         self.gap = gap

@@ -8,6 +8,7 @@ from enum import Enum
 
 from tri_glide_kinematics.checks import finite, finite_vector, non_negative, positive
 from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.wording import number_text
 
 Vector3 = tuple[float, float, float]
 
@@ -121,4 +122,6 @@ def _check_corners(
 def _check_order(lower_name: str, lower: float, upper_name: str, upper: float) -> None:
     """Raise an error unless ``upper`` is above ``lower``."""
     if not upper > lower:
-        raise OutOfBoundsError(upper_name, upper, f"greater than {lower_name} = {lower:.9g}", "m")
+        raise OutOfBoundsError(
+            upper_name, upper, f"greater than {lower_name} = {number_text(lower)}", "m"
+        )

@@ -30,6 +30,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism_trace import (
     straight_drive,
     trace_branch,
 )
+from tri_glide_kinematics.wording import number_text
 
 # Platform joints closer than this, relative to the size, are one point.
 _COINCIDENT = 1e-12
@@ -262,7 +263,7 @@ def _monotone(name: str, values: ArrayLike, start: float) -> NDArray[np.float64]
     low, high = sorted((float(array[0]), float(array[-1])))
     if not low <= start <= high:
         raise OutOfBoundsError(
-            "crank_angle", start, f"within {name}, {low:.9g} to {high:.9g}", "rad"
+            "crank_angle", start, f"within {name}, {number_text(low)} to {number_text(high)}", "rad"
         )
     return array
 

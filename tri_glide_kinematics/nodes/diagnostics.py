@@ -11,6 +11,7 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from tri_glide_kinematics.nodes.messages import set_stamp
+from tri_glide_kinematics.wording import number_text
 
 OK, WARN, ERROR, STALE = (
     DiagnosticStatus.OK,
@@ -65,4 +66,4 @@ class DiagnosticsPublisher:
 
 
 def _text(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return number_text(value, 6) if isinstance(value, float) else str(value)

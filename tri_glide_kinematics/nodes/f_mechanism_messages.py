@@ -28,6 +28,7 @@ from tri_glide_kinematics.nodes.mechanism_messages import (
     point,
     point_message,
 )
+from tri_glide_kinematics.wording import number_text
 
 MAX_STEPS = 100_000
 """A trace has at most this many steps: they take about half a second."""
@@ -122,7 +123,7 @@ def _poses(mechanism: FMechanism, crank_angle: float) -> tuple[FMechanismPose, .
     poses = mechanism.poses(crank_angle)
     if not poses:
         raise RefusedRequestError(
-            f"crank_angle = {crank_angle:.9g} rad: the mechanism has no position there"
+            f"crank_angle = {number_text(crank_angle)} rad: the mechanism has no position there"
         )
     return poses
 

@@ -30,6 +30,7 @@ from tri_glide_kinematics.nodes.mechanism_messages import (
     point,
     point_message,
 )
+from tri_glide_kinematics.wording import number_text
 
 MAX_STEPS = 1_000_000
 """A trace has at most this many steps: its response then has 144 MB."""
@@ -70,10 +71,12 @@ def trace(request: TraceFourBar.Request, response: TraceFourBar.Response) -> Non
     sweep = linkage.sweep(angles, request.crank_velocity, request.crank_acceleration).branch(branch)
     response.properties = properties_message(linkage)
     if not sweep.is_reachable.any():
-        reach = " or ".join(f"from {low:.9g} to {high:.9g}" for low, high in linkage.crank_ranges)
+        reach = " or ".join(
+            f"from {number_text(low)} to {number_text(high)}" for low, high in linkage.crank_ranges
+        )
         raise RefusedRequestError(
-            f"none of {angles.size} crank angles from {angles[0]:.9g} to {angles[-1]:.9g} rad is "
-            f"within the crank's limits: it reaches {reach} rad"
+            f"none of {angles.size} crank angles from {number_text(angles[0])} to "
+            f"{number_text(angles[-1])} rad is within the crank's limits: it reaches {reach} rad"
         )
     _fill_columns(response, sweep, point(request.coupler_point))
     response.events = trace_events(linkage, angles)

@@ -6,6 +6,7 @@ from tri_glide_kinematics.limits import SliderLimits
 from tri_glide_kinematics.nodes.parameter_table import ParameterError, Values
 from tri_glide_kinematics.nodes.supervision import SupervisionBounds
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace_limits import Cylinder, WorkspaceLimits
 
 CALIBRATED = "calibrated"
@@ -88,8 +89,8 @@ def check_travel(values: Values) -> None:
     for index, (lower, upper) in enumerate(pairs):
         if not lower < upper:
             raise ParameterError(
-                f"lower_heights[{index}] = {lower:g} m must be less than "
-                f"upper_heights[{index}] = {upper:g} m"
+                f"lower_heights[{index}] = {number_text(lower)} m must be less than "
+                f"upper_heights[{index}] = {number_text(upper)} m"
             )
 
 

@@ -12,6 +12,7 @@ from rclpy.clock import Clock
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError
+from tri_glide_kinematics.wording import number_text, vector_text
 
 Vector3 = tuple[float, float, float]
 
@@ -124,9 +125,8 @@ def target_velocity(message: TwistStamped, base_frame: str, platform_frame: str)
     velocity = _finite_vector("target twist linear", linear.x, linear.y, linear.z)
     rotation = _finite_vector("target twist angular", angular.x, angular.y, angular.z)
     if any(rotation):
-        x, y, z = rotation
         raise RefusedMessageError(
-            f"target twist has the angular velocity ({x:.9g}, {y:.9g}, {z:.9g}) rad/s: the "
+            f"target twist has the angular velocity {vector_text(rotation, scale=0.0)} rad/s: the "
             "platform cannot rotate, it must be 0"
         )
     return velocity
@@ -154,7 +154,8 @@ def _check_no_rotation(orientation: Quaternion) -> None:
     x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
     # q and -q are the same orientation; written so that NaN fails too.
     if not all(abs(part) <= ROTATION_TOLERANCE for part in (x, y, z, abs(w) - 1.0)):
+        parts = ", ".join(f"{name} {number_text(part)}" for name, part in zip("xyzw", (x, y, z, w)))
         raise RefusedMessageError(
-            f"target pose has the orientation (x {x:.9g}, y {y:.9g}, z {z:.9g}, w {w:.9g}): the "
+            f"target pose has the orientation ({parts}): the "
             f"platform cannot rotate, it must be (0, 0, 0, 1) within {ROTATION_TOLERANCE:g}"
         )

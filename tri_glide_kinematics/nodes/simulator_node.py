@@ -19,6 +19,7 @@ from tri_glide_kinematics.nodes.parameter_table import ParameterError, Values
 from tri_glide_kinematics.nodes.parameters import SIMULATOR_NODE
 from tri_glide_kinematics.nodes.reason_log import ReasonLog
 from tri_glide_kinematics.nodes.simulated_sliders import SimulatedSliders, SliderFaults
+from tri_glide_kinematics.wording import number_text
 
 
 class SimulatorNode(Node):
@@ -99,5 +100,6 @@ def _check(values: Values) -> None:
         lower, upper = values["lower_heights"][index], values["upper_heights"][index]
         if not lower <= height <= upper:
             raise ParameterError(
-                f"initial_heights[{index}] = {height:g} m must be between {lower:g} and {upper:g} m"
+                f"initial_heights[{index}] = {number_text(height)} m must be between "
+                f"{number_text(lower)} and {number_text(upper)} m"
             )

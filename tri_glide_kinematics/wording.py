@@ -1,0 +1,27 @@
+"""Numbers as the texts of errors, log lines and diagnostics write them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+# What rounding leaves of a zero, as part of the numbers that it was computed from.
+ROUNDING = 1e-12
+
+
+def number_text(value: float, digits: int = 9, scale: float = 1.0) -> str:
+    """Return ``value`` as text: never ``-0``, and 0 if it is zero but for rounding.
+
+    Args:
+        value: any number, NaN and infinity too.
+        digits: significant digits.
+        scale: size of the numbers that it was computed from, in its unit: 1 suits lengths and
+            velocities of machines in SI units; with 0 the smallest number is written as it is.
+    """
+    if abs(value) <= ROUNDING * scale:
+        value = 0.0
+    return f"{value:.{digits}g}"
+
+
+def vector_text(values: Iterable[float], digits: int = 9, scale: float = 1.0) -> str:
+    """Return ``values`` in round brackets, each as in :func:`number_text`."""
+    return "(" + ", ".join(number_text(value, digits, scale) for value in values) + ")"
