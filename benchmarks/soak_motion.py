@@ -105,6 +105,7 @@ class Findings:
         place: largest overrun of the other limits of the workspace [m].
         idle: part of the steps in which nothing moved.
         violations: descriptions of the first few.
+        plans: how many were made, where this is counted.
         slowest: longest call of a command or step [s].
     """
 
@@ -116,6 +117,7 @@ class Findings:
     place: float = -math.inf
     still: int = 0
     violations: list[str] = field(default_factory=list)
+    plans: int = 0
 
     def violated(self, text: str) -> None:
         """Note a violation."""
@@ -126,9 +128,18 @@ class Findings:
 class Judge:
     """Checks recorded heights by differences, from batch to batch without a gap."""
 
-    def __init__(self, scenario: Scenario, findings: Findings) -> None:
-        """Judge the setpoints of a ``scenario`` and note what is found in ``findings``."""
+    def __init__(
+        self, scenario: Scenario, findings: Findings, *, starts_inside: bool = True
+    ) -> None:
+        """Judge the setpoints of a ``scenario`` and note what is found in ``findings``.
+
+        Args:
+            scenario: machine and limits.
+            findings: to be added to.
+            starts_inside: whether each start is inside the workspace, which then must not be left.
+        """
         self._scenario = scenario
+        self._starts_inside = starts_inside
         self._machine = TriGlide(scenario.geometry)
         self._findings = findings
         self._heights = np.empty((0, 3))
@@ -168,7 +179,8 @@ class Judge:
                     f"{quantity} of slider {slider + 1} is {worst:.9f} of its limit after step "
                     f"{self._findings.steps + row + order - fresh} of {self._scenario}"
                 )
-        self._check_places(heights[fresh:])
+        if self._starts_inside:
+            self._check_places(heights[fresh:])
         self._findings.steps += len(heights) - fresh
         self._findings.still += int((np.diff(heights[fresh:], axis=0) == 0.0).all(axis=1).sum())
         self._heights, self._bounds, self._streak = heights[-3:], bounds[-3:], streak[-3:]
@@ -356,7 +368,7 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
         heights = np.empty((count, 3))
         bounds = np.empty((count, 3, 3))
         streaks = np.empty(count, dtype=np.int64)
-        pauses = iter(_pauses(rng, count))
+        pauses = iter(random_pauses(rng, count))
         pause = next(pauses)
         known: tuple[SliderLimits, float] | None = None
         bound = np.empty((3, 3))
@@ -382,7 +394,7 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
         done += count
 
 
-def _pauses(rng: np.random.Generator, count: int) -> list[int]:
+def random_pauses(rng: np.random.Generator, count: int) -> list[int]:
     """Return numbers of steps between commands: calm, busy, and now and then a flood."""
     pauses: list[int] = []
     while sum(pauses) <= count:

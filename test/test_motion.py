@@ -34,6 +34,7 @@ from tri_glide_kinematics.errors import (
     WrongShapeError,
 )
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, SliderLimits
+from tri_glide_kinematics.workspace import WorkspaceLimits
 
 TARGET = (0.1, 0.05, 0.35)
 OTHER = (-0.08, 0.06, 0.25)
@@ -481,6 +482,26 @@ def test_refusal_of_a_command_that_had_to_wait_is_told_once():
     assert isinstance(moving.take_refusal(), OutsideWorkspaceError)
     assert moving.take_refusal() is None
     assert moving.target is None
+
+
+@each_kind
+def test_stop_outside_the_workspace_is_as_soon_over_as_inside(kind):
+    """On the way back a jog may turn round; a stop there must not wait for its end."""
+    box = WorkspaceLimits(
+        (0.3,) * 3, (0.9,) * 3, 0.005, 20.0, box_lower=(-0.1, -0.1, 0.0), box_upper=(0.1, 0.1, 0.5)
+    )
+    moving = engine(kind, heights=MACHINE.inverse((0.0, 0.16, 0.3)), workspace_limits=box)
+    moving.jog((0.0, -0.1, 0.0))
+    rows = [run(moving, 0.4)]
+    moving.jog((0.0, 0.001, 0.0))
+    rows.append(run(moving, 0.5)[1:])
+    assert place(moving)[1] > 0.1
+    assert platform_velocity(moving)[1] > 0.0
+    moving.stop()
+    rows.append(run_to_rest(moving, longest=0.2)[1:])
+    heights = np.concatenate(rows)
+    assert within(heights)
+    assert MACHINE.forward_batch(heights)[:, 1].max() <= 0.16 + 1e-9
 
 
 @each_kind

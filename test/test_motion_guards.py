@@ -104,7 +104,7 @@ def test_travel_is_checked_as_ruckig_does_not_enforce_it(monkeypatch):
     planner = motion_planner.MotionPlanner(WORKSPACE, MotionKind.SLIDER)
 
     def highest() -> float:
-        plan = planner.move(fast, (0.0, 0.0, 0.5), LIMITS, moving=True)
+        plan = planner.move(fast, (0.0, 0.0, 0.5), LIMITS, WORKSPACE, moving=True)
         return float(plan.sample(np.linspace(0.0, plan.duration, 500)).heights.max())
 
     with pytest.raises(KinematicsError):

@@ -14,7 +14,12 @@ from dataclasses import replace
 import numpy as np
 
 from tri_glide_kinematics.checks import finite_vector
-from tri_glide_kinematics.errors import KinematicsError, NotStartedError, OutOfBoundsError
+from tri_glide_kinematics.errors import (
+    KinematicsError,
+    NoPoseError,
+    NotStartedError,
+    OutOfBoundsError,
+)
 from tri_glide_kinematics.limits import SliderLimits
 from tri_glide_kinematics.planning.commands import (
     Command,
@@ -167,7 +172,7 @@ class MotionEngine:
         if self._held is not None and self._held.pending is not None:
             self._limits = self._held.pending
         resting = CubicPlan(SliderState((h1, h2, h3), AT_REST, AT_REST), ((), (), ()))
-        self._hold(HeldMotion(resting, None, PlanRole.LEADS_TO_GOAL))
+        self._hold(HeldMotion(resting, None, PlanRole.LEADS_TO_GOAL, self._workspace))
 
     def move_to(self, position: Sequence[float]) -> None:
         """Move the platform to a position and rest there.
@@ -227,16 +232,52 @@ class MotionEngine:
         if held.goal is not None:
             self._hold(self._braked(replace(held, goal=None)))
 
-    def set_limits(self, limits: SliderLimits) -> None:
-        """Change the limits of the sliders.
+    def check_position(self, position: Sequence[float]) -> None:
+        """Check what can be said of a target without a plan: that it is inside the workspace.
+
+        Args:
+            position: Shape (3,) [m].
+
+        Raises:
+            KinematicsError: if it is no place in the workspace.
+        """
+        x, y, z = finite_vector("position", position, 3)
+        self._workspace.check_position((x, y, z))
+
+    def distance_from_target(self, heights: Sequence[float]) -> float:
+        """Return how far the platform at measured ``heights`` is from the target.
+
+        Args:
+            heights: of the sliders. Shape (3,) [m].
+
+        Returns:
+            Distance [m]; NaN without a target, infinite if no pose belongs to the heights.
+        """
+        target = self.target
+        if target is None:
+            return math.nan
+        try:
+            return math.dist(target, self._machine.forward(heights))
+        except NoPoseError:
+            return math.inf
+
+    def set_limits(self, limits: SliderLimits, speed_scale: float | None = None) -> None:
+        """Change the limits of the sliders, and the scale with them if one is given.
 
         They are in force at once if a plan inside them can be made. Otherwise the motion slows
         down inside the old ones until that is so; ``limits_pending`` tells.
 
         Args:
             limits: already checked as a set by their class.
+            speed_scale: in (0, 1]; None leaves it as it is.
+
+        Raises:
+            NotFiniteError: if the scale is NaN or infinite.
+            OutOfBoundsError: if it is not in (0, 1].
         """
-        self._change(DriveLimits(limits, self._newest_limits.speed_scale))
+        if speed_scale is None:
+            speed_scale = self._newest_limits.speed_scale
+        self._change(DriveLimits(limits, speed_scale))
 
     def set_speed_scale(self, speed_scale: float) -> None:
         """Change the part of the velocities that is used, as ``set_limits`` changes limits.
@@ -318,15 +359,21 @@ class MotionEngine:
         Raises:
             KinematicsError: if there is none.
         """
-        state, moving = self.state, self.remaining > 0.0
+        state, moving, room = self.state, self.remaining > 0.0, self._room()
         plan: Plan
         if isinstance(goal, Jog):
             speed = goal.speed * limits.speed_scale
-            plan = self._planner.jog(state, goal.direction, speed, limits.effective, moving)
+            plan = self._planner.jog(state, goal.direction, speed, limits.effective, room, moving)
         else:
             after = SequencePlan((self._holding().plan,), self._time) if or_after else None
-            plan = self._planner.move(state, goal.position, limits.effective, moving, after)
-        return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL)
+            plan = self._planner.move(state, goal.position, limits.effective, room, moving, after)
+        return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, room)
+
+    def _room(self) -> Workspace:
+        """Return where the platform may be on a way that begins now."""
+        return self._planner.room(
+            self.state, self._holding().room if self.remaining > 0.0 else None
+        )
 
     def _obey(self, goal: Command) -> None:
         """Hold a plan for ``goal``, or note it if limits are pending.
@@ -346,7 +393,7 @@ class MotionEngine:
             return replace(held, role=PlanRole.BRAKES)
         on_line = self._kind is MotionKind.LINEAR or not isinstance(held.plan, CubicPlan)
         try:
-            plan = self._planner.stop(self.state, self._limits.effective, on_line)
+            plan = self._planner.stop(self.state, self._limits.effective, self._room(), on_line)
         except KinematicsError:
             return replace(held, role=PlanRole.EARLIER)
         sooner = plan if plan.duration < self.remaining else held.plan

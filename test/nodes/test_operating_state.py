@@ -16,25 +16,27 @@ from tri_glide_kinematics.nodes.operating_state import (
 )
 
 
-def test_each_change_comes_with_its_reason_and_staying_is_no_change():
+def test_each_new_state_or_reason_is_told_and_the_same_again_is_not():
     changes = []
-    machine = StateMachine(WAITING, "start", lambda *change: changes.append(change))
+    machine = StateMachine(
+        WAITING, "start", lambda: changes.append((machine.state, machine.reason))
+    )
     machine.change(IDLE, "measured")
     machine.change(MOVING, "first target")
     machine.change(MOVING, "second target")
-    assert machine.reason == "second target"
+    machine.change(MOVING, "second target")
     machine.change(FAULT, "silent")
     assert changes == [
-        (WAITING, "start"),
         (IDLE, "measured"),
         (MOVING, "first target"),
+        (MOVING, "second target"),
         (FAULT, "silent"),
     ]
 
 
 @pytest.mark.parametrize(("state", "following"), [*product(OperatingState, repeat=2)])
 def test_only_listed_states_follow(state, following):
-    machine = StateMachine(state, "", lambda *_: None)
+    machine = StateMachine(state, "", lambda: None)
     if following is state or following in FOLLOWERS[state]:
         machine.change(following, "")
         assert machine.state is following

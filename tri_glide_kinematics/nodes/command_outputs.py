@@ -21,8 +21,8 @@ from tri_glide_kinematics.nodes.parameter_table import Values
 
 RELIABLE = QoSProfile(depth=10)
 
-# A plan whose time to rest shrinks by one period in each cycle is still the same [s].
-SAME_PLAN = 1e-6
+# A last step of a trajectory that is shorter than this is part of the one before it [s].
+SHORTEST_STEP = 1e-8
 
 
 class JogOutputError(KinematicsError):
@@ -37,9 +37,8 @@ class CommandOutputs:
         self._clock = node.get_clock()
         self._joint_names = list(values["joint_names"])
         self._base_frame = values["base_frame"]
-        self._period = 1.0 / values["rate"]
         self._trajectory_step = values["trajectory_step"]
-        self._remaining = 0.0
+        self._plan_number = 0
         self._joint_state = JointState(name=self._joint_names)
         self._joint_state.header.frame_id = self._base_frame
         self._array = Float64MultiArray()
@@ -74,9 +73,8 @@ class CommandOutputs:
             self._array.data = array("d", setpoint.heights)
             self._arrays.publish(self._array)
         if self._trajectories is not None:
-            expected = max(self._remaining - self._period, 0.0)
-            self._remaining = engine.remaining
-            if self._remaining > 0.0 and abs(self._remaining - expected) > SAME_PLAN:
+            number, self._plan_number = self._plan_number, engine.plan_number
+            if number != self._plan_number and engine.remaining > 0.0:
                 self._trajectories.publish(self._trajectory(engine))
 
     def _trajectory(self, engine: MotionEngine) -> JointTrajectory:
@@ -86,7 +84,7 @@ class CommandOutputs:
         """
         message = JointTrajectory(joint_names=self._joint_names)
         message.header.frame_id = self._base_frame
-        steps = math.ceil(engine.remaining / self._trajectory_step - SAME_PLAN)
+        steps = max(1, math.ceil((engine.remaining - SHORTEST_STEP) / self._trajectory_step))
         times = self._trajectory_step * np.arange(1, steps + 1)
         times[-1] = engine.remaining
         message.points = trajectory_points(engine.sample_plan(times))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.nodes.controller import MotionController
+from tri_glide_kinematics.nodes.controller import ControllerStatus, MotionController
 from tri_glide_kinematics.nodes.diagnostics import ERROR, OK, WARN, Health
 from tri_glide_kinematics.nodes.loop_statistics import LoopStatistics
-from tri_glide_kinematics.nodes.operating_state import DISABLED, FAULT, WAITING, OperatingState
+from tri_glide_kinematics.nodes.operating_state import DISABLED, FAULT, WAITING
 from tri_glide_kinematics.nodes.reason_log import ReasonLog
 from tri_glide_kinematics.nodes.supervision import Supervisor
 
@@ -15,12 +15,21 @@ TOO_MANY_LATE = 0.05
 LEVELS = {WAITING: WARN, DISABLED: WARN, FAULT: ERROR}
 
 
-def status_of(state: OperatingState, reason: str) -> Health:
-    """Return state and reason as they are latched on ``~/status``."""
+def status_of(status: ControllerStatus, refused: ReasonLog) -> Health:
+    """Return state, reason, newest target and last refusal, as they are latched on ``~/status``."""
+    level = LEVELS.get(status.state, OK)
+    if status.target_missed:
+        level = max(level, WARN)
     return Health(
-        LEVELS.get(state, OK),
-        f"{state.value}: {reason}",
-        {"state": state.name.lower(), "reason": reason},
+        level,
+        f"{status.state.value}: {status.reason}",
+        {
+            "state": status.state.name.lower(),
+            "reason": status.reason,
+            "newest target": status.newest_target,
+            "refused commands": refused.total,
+            "last refusal": refused.last,
+        },
     )
 
 
@@ -42,7 +51,7 @@ def health_of(
     """
     timing = loop.report()
     refused_now = refused.end_of_second()
-    level, message, values = status_of(controller.state, controller.reason)
+    level, message, values = status_of(controller.status, refused)
     warnings = []
     if timing.late_cycles > TOO_MANY_LATE * timing.rate:
         warnings.append(f"{timing.late_cycles} late cycles")
@@ -64,8 +73,6 @@ def health_of(
             "late cycles in the last second": timing.late_cycles,
             "late cycles": loop.total_late,
             "refused commands in the last second": refused_now,
-            "refused commands": refused.total,
-            "last refusal": refused.last,
             "unusable measurements in the last second": unusable,
             "tracking error [m]": supervisor.tracking_error,
         },

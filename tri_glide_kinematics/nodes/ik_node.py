@@ -17,20 +17,21 @@ from std_srvs.srv import SetBool, Trigger
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, SliderState
 from tri_glide_kinematics.nodes.command_outputs import CommandOutputs
-from tri_glide_kinematics.nodes.controller import MotionController
+from tri_glide_kinematics.nodes.controller import ControllerStatus, MotionController
 from tri_glide_kinematics.nodes.diagnostics import DiagnosticsPublisher, Health, status_message
 from tri_glide_kinematics.nodes.ik_health import health_of, status_of
 from tri_glide_kinematics.nodes.live_parameters import LiveParameters
 from tri_glide_kinematics.nodes.loop_statistics import LoopStatistics
 from tri_glide_kinematics.nodes.machine import (
     check_joint_names,
+    in_position_bounds_of,
     limits_of,
     machine_of,
     supervision_bounds_of,
     workspace_limits_of,
 )
 from tri_glide_kinematics.nodes.messages import SliderReader, target_position, target_velocity
-from tri_glide_kinematics.nodes.operating_state import FAULT, OperatingState
+from tri_glide_kinematics.nodes.operating_state import FAULT, JOGGING
 from tri_glide_kinematics.nodes.parameter_table import Values
 from tri_glide_kinematics.nodes.parameters import IK_NODE
 from tri_glide_kinematics.nodes.patient_services import PatientServices
@@ -44,6 +45,9 @@ from tri_glide_kinematics.workspace import Workspace
 LATEST_ONLY = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE = QoSProfile(depth=10)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+# What changes all the time, as the twist of a joystick does, is told this often [s].
+STATUS_PERIOD = 0.1
 
 
 class IkNode(Node):
@@ -70,7 +74,10 @@ class IkNode(Node):
         self._refused = ReasonLog(self.get_logger().warning, lines_per_second=10)
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._loop = LoopStatistics(period)
-        self._changes: deque[tuple[OperatingState, str]] = deque()
+        self._changes: deque[ControllerStatus] = deque()
+        self._states = ReasonLog(self.get_logger().info, lines_per_second=5)
+        self._told: Health | None = None
+        self._logged: ControllerStatus | None = None
         self._status_publisher = self.create_publisher(DiagnosticStatus, "~/status", LATCHED)
         self._outputs = CommandOutputs(self, values)
         self._supervisor = Supervisor(supervision_bounds_of(values), values["joint_names"])
@@ -85,17 +92,20 @@ class IkNode(Node):
             self._supervisor,
             period=period,
             twist_timeout=values["twist_timeout"],
+            in_position_bounds=in_position_bounds_of(values),
             start_disabled=values["start_disabled"],
             travel=(values["lower_heights"], values["upper_heights"]),
-            on_change=lambda state, reason: self._changes.append((state, reason)),
+            on_change=self._changes.append,
             on_refusal=lambda reason: self._refused.add(f"refused after all: {reason}"),
         )
         parameters.on_change(self._apply)
         services = PatientServices(self, lambda: self._engine.phase is MotionPhase.IDLE)
         services.create(SetBool, "~/enable", self._on_enable)
         DiagnosticsPublisher(self, self._health)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(STATUS_PERIOD, self._publish_status, clock=steady)
         self.urgent = (
-            self.create_timer(period, self._cycle, clock=Clock(clock_type=ClockType.STEADY_TIME)),
+            self.create_timer(period, self._cycle, clock=steady),
             self.create_subscription(
                 JointState, "joint_states", self._on_measured, qos_profile_sensor_data
             ),
@@ -173,28 +183,50 @@ class IkNode(Node):
         That need not wait for it, as it takes 0.1 ms.
         """
         while self._changes:
-            self._tell(*self._changes.popleft())
+            status = self._changes.popleft()
+            # A joystick gives another twist all the time; that is told now and then.
+            if self._is_new(status):
+                self._log(status)
+                self._publish_status(status)
 
-    def _tell(self, state: OperatingState, reason: str) -> None:
-        text = f"{state.value}: {reason}"
+    def _is_new(self, status: ControllerStatus) -> bool:
+        """Return whether this is more than another twist of the same jog."""
+        last, self._logged = self._logged, status
+        if last is None or not last.state is status.state is JOGGING:
+            return True
+        return last.held_at_edge != status.held_at_edge
+
+    def _log(self, status: ControllerStatus) -> None:
+        text = f"{status.state.value}: {status.reason}"
         # Each place that logs has one severity: rclpy refuses another one.
-        if state is FAULT:
+        if status.state is FAULT:
             self.get_logger().error(text)
+        elif status.target_missed:
+            self.get_logger().warning(text)
         else:
-            self.get_logger().info(text)
-        name = self.get_fully_qualified_name()[1:]
-        self._status_publisher.publish(status_message(name, status_of(state, reason)))
+            self._states.add(text)
+
+    def _publish_status(self, status: ControllerStatus | None = None) -> None:
+        """Publish a status, the present one by default, unless that is told already."""
+        health = status_of(status or self._controller.status, self._refused)
+        if health != self._told:
+            self._told = health
+            name = self.get_fully_qualified_name()[1:]
+            self._status_publisher.publish(status_message(name, health))
 
     def _apply(self, values: Values) -> None:
         self._controller.twist_timeout = values["twist_timeout"]
+        self._controller.in_position_bounds = in_position_bounds_of(values)
         self._supervisor.bounds = supervision_bounds_of(values)
         self._controller.set_limits(limits_of(values), values["speed_scale"])
 
     def _health(self) -> Health:
         unusable = self._unusable.end_of_second()
+        self._states.end_of_second()
         return health_of(self._controller, self._supervisor, self._loop, self._refused, unusable)
 
 
 def _check(values: Values) -> None:
     """Check what can be set live; the rest is checked by what is made of it at the start."""
     limits_of(values)
+    in_position_bounds_of(values)

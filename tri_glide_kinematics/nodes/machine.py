@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tri_glide_kinematics.limits import SliderLimits
+from tri_glide_kinematics.nodes.in_position import InPositionBounds
 from tri_glide_kinematics.nodes.parameter_table import ParameterError, Values
 from tri_glide_kinematics.nodes.supervision import SupervisionBounds
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
@@ -77,6 +78,26 @@ def supervision_bounds_of(values: Values) -> SupervisionBounds:
         values["tracking_error_limit"],
         values["velocity_limits"],
     )
+
+
+def in_position_bounds_of(values: Values) -> InPositionBounds:
+    """Return when a target counts as reached.
+
+    Raises:
+        ParameterError: if the two distances, or the two times, are not in order.
+    """
+    names = ("position_tolerance", "settling_time", "settling_timeout", "position_error_limit")
+    tolerance, settling_time, timeout, error_limit = (values[name] for name in names)
+    if not tolerance <= error_limit:
+        raise ParameterError(
+            f"position_tolerance = {tolerance:g} m must be at most position_error_limit = "
+            f"{error_limit:g} m"
+        )
+    if not settling_time <= timeout:
+        raise ParameterError(
+            f"settling_time = {settling_time:g} s must be at most settling_timeout = {timeout:g} s"
+        )
+    return InPositionBounds(tolerance, settling_time, timeout, error_limit)
 
 
 def check_travel(values: Values) -> None:

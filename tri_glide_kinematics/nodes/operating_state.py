@@ -58,24 +58,22 @@ class StateMachine:
         self,
         state: OperatingState,
         reason: str,
-        on_change: Callable[[OperatingState, str], None],
+        on_change: Callable[[], None],
     ) -> None:
-        """Start in ``state``; ``on_change`` gets each state with its reason, the first one too."""
+        """Start in ``state``; ``on_change`` is called after each change."""
         self.state = state
         self.reason = reason
         self._on_change = on_change
-        on_change(state, reason)
 
     def change(self, state: OperatingState, reason: str) -> None:
-        """Go to ``state``; staying in the same state only renews the reason.
+        """Go to ``state``, or stay there with another reason; the same again is no change.
 
         Raises:
             ForbiddenTransitionError: if ``state`` cannot follow the present one.
         """
-        self.reason = reason
-        if state is self.state:
+        if (state, reason) == (self.state, self.reason):
             return
-        if state not in FOLLOWERS[self.state]:
+        if state is not self.state and state not in FOLLOWERS[self.state]:
             raise ForbiddenTransitionError(self.state, state)
-        self.state = state
-        self._on_change(state, reason)
+        self.state, self.reason = state, reason
+        self._on_change()

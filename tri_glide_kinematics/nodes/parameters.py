@@ -136,6 +136,45 @@ SUPERVISION = (
     ),
 )
 
+IN_POSITION = (
+    Parameter(
+        "position_tolerance",
+        0.0005,
+        "a target is reached if the platform is measured no farther away",
+        "m",
+        0.000001,
+        1.0,
+        live=True,
+    ),
+    Parameter(
+        "settling_time",
+        0.02,
+        "how long it has to stay within the tolerance",
+        "s",
+        0.0,
+        10.0,
+        live=True,
+    ),
+    Parameter(
+        "settling_timeout",
+        1.0,
+        "time after the last setpoint of a motion in which the target has to be reached",
+        "s",
+        0.01,
+        60.0,
+        live=True,
+    ),
+    Parameter(
+        "position_error_limit",
+        0.005,
+        "fault if the platform is measured farther from the target after that time",
+        "m",
+        0.000001,
+        1.0,
+        live=True,
+    ),
+)
+
 IK_NODE = (
     *GEOMETRY,
     JOINT_NAMES,
@@ -166,6 +205,7 @@ IK_NODE = (
     Parameter("start_disabled", False, "whether `~/enable` has to be called before any motion"),
     *WORKSPACE,
     *SUPERVISION,
+    *IN_POSITION,
     Parameter(
         "command_outputs",
         ("joint_state",),

@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tri_glide_kinematics.wording import number_text
+
 # The machine is silent only if it says nothing while we listen: after a late cycle of our own the
 # messages that came in meanwhile are read first.
 SILENT_CYCLES = 3
@@ -89,8 +91,8 @@ class Supervisor:
                 allowed = self.bounds.jump + self.bounds.velocity[slider] * elapsed
                 if abs(change) > allowed:
                     return (
-                        f"measured height of {name} jumped by {change:.6g} m in {elapsed:.3g} s, "
-                        f"more than {allowed:.6g} m"
+                        f"measured height of {name} jumped by {number_text(change, 6)} m in "
+                        f"{number_text(elapsed, 3)} s, more than {number_text(allowed, 6)} m"
                     )
         if commanded is None:
             return None
@@ -99,9 +101,10 @@ class Supervisor:
         if self.tracking_error > self.bounds.tracking_error:
             slider = errors.index(self.tracking_error)
             return (
-                f"{self._names[slider]} is measured at {heights[slider]:.6g} m, but commanded to "
-                f"{commanded[slider]:.6g} m: {errors[slider]:.6g} m apart, more than "
-                f"{self.bounds.tracking_error:.6g} m"
+                f"{self._names[slider]} is measured at {number_text(heights[slider], 6)} m, but "
+                f"commanded to {number_text(commanded[slider], 6)} m: "
+                f"{number_text(errors[slider], 6)} m apart, more than "
+                f"{number_text(self.bounds.tracking_error, 6)} m"
             )
         return None
 
@@ -114,6 +117,6 @@ class Supervisor:
         if self._silent_cycles < SILENT_CYCLES:
             return None
         return (
-            f"measured heights are silent for {now - self._time:.3g} s, more than "
-            f"{self.bounds.timeout:.3g} s"
+            f"measured heights are silent for {number_text(now - self._time, 3)} s, more than "
+            f"{number_text(self.bounds.timeout, 3)} s"
         )

@@ -26,6 +26,7 @@ from enum import Enum
 
 from tri_glide_kinematics.planning.commands import Command, DriveLimits, Jog
 from tri_glide_kinematics.planning.plans import Plan
+from tri_glide_kinematics.workspace import Workspace
 
 
 class MotionPhase(Enum):
@@ -54,12 +55,14 @@ class HeldMotion:
         goal: what was commanded last; None for a stop.
         role: what the plan does for the goal. It leads there, unless there is no goal or limits
             are pending.
+        room: where the plan was checked to stay.
         pending: limits that wait until the motion can keep them; None if there are none.
     """
 
     plan: Plan
     goal: Command | None
     role: PlanRole
+    room: Workspace
     pending: DriveLimits | None = None
 
     def phase(self, time: float) -> MotionPhase:

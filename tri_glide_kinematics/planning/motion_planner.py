@@ -79,6 +79,7 @@ class MotionPlanner:
         state: SliderState,
         position: Vector3,
         limits: SliderLimits,
+        room: Workspace,
         moving: bool,
         held: SequencePlan | None = None,
     ) -> Plan:
@@ -88,13 +89,13 @@ class MotionPlanner:
             state: of the sliders.
             position: inside the workspace.
             limits: of the sliders.
+            room: where the platform may be on its way.
             moving: whether the sliders are in motion.
             held: plan that leads from ``state`` to rest, after which the move may begin.
 
         Raises:
             KinematicsError: if there is no way, with the reason.
         """
-        room = self._room(state)
         if not moving:
             return self._move_from_rest(state, position, limits, room)
 
@@ -117,6 +118,7 @@ class MotionPlanner:
         direction: Vector3,
         speed: float,
         limits: SliderLimits,
+        room: Workspace,
         moving: bool,
     ) -> Plan:
         """Return a plan along ``direction`` up to the edge of the workspace.
@@ -126,12 +128,12 @@ class MotionPlanner:
             direction: of the platform, a unit vector.
             speed: of the platform at most [m/s].
             limits: of the sliders.
+            room: where the platform may be on its way.
             moving: whether the sliders are in motion.
 
         Raises:
             KinematicsError: if there is no way, with the reason.
         """
-        room = self._room(state)
         aim = JogAim(room, direction, speed)
         if not moving:
             return self._lines.jog(state, aim, limits, FROM_REST_SHARE, speed)
@@ -145,18 +147,21 @@ class MotionPlanner:
 
         return _first(candidates())
 
-    def stop(self, state: SliderState, limits: SliderLimits, on_line: bool) -> Plan:
+    def stop(
+        self, state: SliderState, limits: SliderLimits, room: Workspace, on_line: bool
+    ) -> Plan:
         """Return a plan that comes to rest soon.
 
         Args:
             state: of the sliders, in motion.
             limits: of the sliders.
+            room: where the platform may be on its way.
             on_line: whether the platform moves along a line, which then is not left.
 
         Raises:
             KinematicsError: if no braking keeps all limits now.
         """
-        return _first(self._brakings(state, limits, self._room(state), on_line))
+        return _first(self._brakings(state, limits, room, on_line))
 
     def keeps(self, plan: Plan, limits: SliderLimits, since: float) -> bool:
         """Return whether what is left of ``plan`` at a time [s] is inside ``limits``."""
@@ -171,12 +176,21 @@ class MotionPlanner:
             return False
         return True
 
-    def _room(self, state: SliderState) -> Workspace:
-        """Return the workspace, widened if the sliders are outside: the way back is not worse."""
+    def room(self, state: SliderState, room_of_motion: Workspace | None = None) -> Workspace:
+        """Return where the platform may be on a way that begins at ``state``.
+
+        That is the workspace. If the sliders are outside it, the way back must not be worse than
+        the place where it began: the room of the present motion stays, and a new motion gets a
+        workspace that is widened to its start.
+
+        Args:
+            state: of the sliders.
+            room_of_motion: room of the plan that is carried out, None at rest.
+        """
         try:
             self._workspace.check_heights(state.heights)
         except OutsideWorkspaceError:
-            return self._workspace.widened_to(state.heights)
+            return room_of_motion or self._workspace.widened_to(state.heights)
         return self._workspace
 
     def _move_from_rest(
@@ -195,7 +209,7 @@ class MotionPlanner:
         """Return a braking and then the move from where it rests."""
         first = braking()
         rest = first.state(first.duration)
-        second = self._move_from_rest(rest, position, limits, self._room(rest))
+        second = self._move_from_rest(rest, position, limits, self.room(rest))
         return SequencePlan((first, second))
 
     def _then_jog(
@@ -204,7 +218,9 @@ class MotionPlanner:
         """Return a braking and then the jog from where it rests."""
         first = braking()
         rest = first.state(first.duration)
-        return SequencePlan((first, self.jog(rest, direction, speed, limits, moving=False)))
+        return SequencePlan(
+            (first, self.jog(rest, direction, speed, limits, self.room(rest), moving=False))
+        )
 
     def _slider_move(
         self, state: SliderState, position: Vector3, limits: SliderLimits, room: Workspace

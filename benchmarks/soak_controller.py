@@ -1,0 +1,337 @@
+"""Adversarial soak of the controller: all that can arrive, at random, and its laws at each step.
+
+Poses near and far, floods, twists, stops, enabling and disabling, limits and scale, and faults of
+the measurement come in any order. At each step it is checked that
+
+- the state is true: idle means at rest until the next command, with nothing that waits;
+- a stop leads to rest, and says what it stopped;
+- the stream never ends in motion, and keeps all limits by finite differences;
+- the state that was told is the state;
+- no plan is made twice for one command, and in a flood one for each turn.
+
+Run it as ``python -m benchmarks.soak_controller --steps 1000000``; it exits with 1 after a
+violation.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from benchmarks.soak_motion import SCENARIOS, Findings, Judge, Scenario, random_pauses
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.limits import SliderLimits
+from tri_glide_kinematics.motion import MotionEngine, MotionPhase, SliderState
+from tri_glide_kinematics.nodes.controller import ControllerStatus, MotionController
+from tri_glide_kinematics.nodes.in_position import InPositionBounds
+from tri_glide_kinematics.nodes.operating_state import (
+    DISABLED,
+    FAULT,
+    IDLE,
+    IN_MOTION,
+    WAITING,
+)
+from tri_glide_kinematics.nodes.supervision import SupervisionBounds, Supervisor
+from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.workspace import Workspace
+
+Vector3 = tuple[float, float, float]
+
+TWIST_TIMEOUT = 0.1  # s
+MEASURED_TIMEOUT = 0.05  # s
+LONGEST_STOP = 3.0  # s, for the slowest limits that are given here
+JOINTS = ("slider_1", "slider_2", "slider_3")
+BATCH = 20_000  # steps between two checks of the limits
+
+
+class Adversary:
+    """A controller with a machine, commanded at random, and the laws that it has to keep."""
+
+    def __init__(self, scenario: Scenario, rng: np.random.Generator, findings: Findings) -> None:
+        """Prepare a machine of the ``scenario``."""
+        self._scenario = scenario
+        self._name = f"scenario {SCENARIOS.index(scenario)}"
+        self._rng = rng
+        self._findings = findings
+        self._workspace = Workspace(TriGlide(scenario.geometry), scenario.workspace)
+        self.engine = MotionEngine(self._workspace, scenario.limits, kind=scenario.kind)
+        self._statuses: list[ControllerStatus] = []
+        self._limits = (scenario.limits, 1.0)
+        limits = scenario.workspace
+        self.controller = MotionController(
+            self.engine,
+            Supervisor(SupervisionBounds(MEASURED_TIMEOUT, 0.02, 0.05, (9.0,) * 3), JOINTS),
+            period=scenario.dt,
+            twist_timeout=TWIST_TIMEOUT,
+            in_position_bounds=InPositionBounds(0.0005, 0.01, 0.1, 0.005),
+            start_disabled=False,
+            travel=(limits.lower_heights, limits.upper_heights),
+            on_change=self._statuses.append,
+            on_refusal=self._count_refusal,
+        )
+        self._now = 1000.0
+        self._heights: Vector3 = self._workspace.check_position(self._place())
+        self._offset = 0.0
+        self._silent_until = 0.0
+        self._last: SliderState | None = None
+        self._stopped_at = math.inf
+        self._twist = np.zeros(3)
+        self._allowed_plans = 1
+        self._services = 0
+        self._restarted = False
+        self._acted = True
+        self._was_idle = False
+        self._plan_number = self.engine.plan_number
+        self._actions: tuple[tuple[float, Callable[[], object]], ...] = (
+            (0.22, self._move),
+            (0.10, self._move_nearby),
+            (0.14, self._jog),
+            (0.10, self._jog_again),
+            (0.04, self._release),
+            (0.08, self._stop),
+            (0.03, self._disable),
+            (0.05, self._enable),
+            (0.06, self._set_limits),
+            (0.03, self._restore_limits),
+            (0.01, self._fall_silent),
+            (0.01, self._jump),
+        )
+        self._chances = np.cumsum([chance for chance, _ in self._actions])
+        self._chances /= self._chances[-1]
+
+    def act(self) -> None:
+        """Do something; a machine that is not led is mostly enabled again."""
+        self._acted = True
+        if self.controller.state in (FAULT, DISABLED) and self._rng.random() < 0.4:
+            self._try(self._enable)
+            return
+        index = int(np.searchsorted(self._chances, self._rng.random() * self._chances[-1]))
+        self._try(self._actions[index][1])
+
+    def _try(self, action: Callable[[], object]) -> None:
+        try:
+            action()
+        except KinematicsError as error:
+            self._findings.refusals[type(error).__name__] += 1
+        else:
+            self._findings.commands[action.__name__.strip("_")] += 1
+
+    def step(self) -> tuple[Vector3, bool]:
+        """Advance by one cycle; return the commanded heights and whether the stream goes on."""
+        controller = self.controller
+        self._now += self._scenario.dt
+        before = self._last
+        setpoint = controller.cycle(self._now)
+        if setpoint is None and before is not None and any(before.velocities):
+            self._violated("the stream ended in motion")
+        self._check_state(setpoint)
+        self._check_plans()
+        goes_on = setpoint is not None and before is not None and not self._restarted
+        self._restarted = False
+        self._last = setpoint
+        if setpoint is not None:
+            self._heights = setpoint.heights
+        if self._now >= self._silent_until:
+            h1, h2, h3 = self._heights
+            try:
+                controller.measured((h1 + self._offset, h2, h3), self._now)
+            except KinematicsError as error:
+                self._findings.refusals[type(error).__name__] += 1
+        self._offset *= 0.9
+        return self._heights, goes_on
+
+    def _check_state(self, setpoint: SliderState | None) -> None:
+        status = self.controller.status
+        told = self._statuses[-1]
+        if (told.state, told.reason) != (status.state, status.reason):
+            self._violated(f"{told.state} was told, but it is {status.state}")
+        self._allowed_plans += len(self._statuses) - 1
+        del self._statuses[:-1]
+        resting = self.engine.phase is MotionPhase.IDLE
+        if status.state is IDLE and not resting:
+            self._violated(f"idle, but the engine is {self.engine.phase}")
+        if status.state is IDLE and setpoint is not None and any(setpoint.velocities):
+            self._violated("idle in motion")
+        leads = status.state not in (WAITING, DISABLED)
+        if not leads and setpoint is not None and any(setpoint.velocities):
+            self._violated(f"in motion while {status.state.value}")
+        if not resting and status.state not in (*IN_MOTION, FAULT):
+            self._violated(f"in motion while {status.state.value}")
+        if resting or status.state in (IDLE, DISABLED):
+            self._stopped_at = math.inf
+        if self._now - self._stopped_at > LONGEST_STOP:
+            self._violated(f"a stop did not lead to rest, it is {status.state.value}")
+
+    def _check_plans(self) -> None:
+        """Check that each plan was asked for: by a command, or by a change of state."""
+        made = self.engine.plan_number - self._plan_number
+        self._plan_number = self.engine.plan_number
+        self._findings.plans += made
+        was_idle, self._was_idle = self._was_idle, self.controller.state is IDLE
+        if was_idle and made and not self._acted:
+            self._violated("idle, and then a motion that nobody asked for")
+        self._acted = False
+        # Two commands had their turn since the last step: limits, which may need a plan to brake
+        # and one to go on, and a target. Services are answered at once.
+        if made > 3 + self._services:
+            self._violated(f"{made} plans in one cycle")
+        self._services = 0
+        self._allowed_plans -= made
+        if self._allowed_plans < 0:
+            self._violated("a plan that nobody asked for")
+            self._allowed_plans = 0
+
+    def _violated(self, text: str) -> None:
+        self._findings.violated(f"{text} at {self._now:.4f} s of {self._name}")
+
+    def _count_refusal(self, _: str) -> None:
+        self._findings.refusals["when it was its turn"] += 1
+
+    def _place(self) -> Sequence[float]:
+        lower, upper = (-0.3, -0.3, -0.2), (0.3, 0.3, 0.8)
+        while True:
+            place = self._rng.uniform(lower, upper).tolist()
+            try:
+                self._workspace.check_position(place)
+            except KinematicsError:
+                continue
+            return [float(value) for value in place]
+
+    def _move(self) -> None:
+        x, y, z = self._place()
+        self._allowed_plans += 1
+        self.controller.move_to((x, y, z))
+
+    def _move_nearby(self) -> None:
+        here = np.array(self._workspace.machine.forward(self._heights))
+        x, y, z = (here + 10.0 ** self._rng.uniform(-9.0, -2.0) * self._rng.normal(size=3)).tolist()
+        self._allowed_plans += 1
+        self.controller.move_to((x, y, z))
+
+    def _jog(self) -> None:
+        speed = 10.0 ** self._rng.uniform(-9.0, 0.0)
+        direction = self._rng.normal(size=3)
+        self._twist = direction / np.linalg.norm(direction) * speed
+        self._jog_again()
+
+    def _jog_again(self) -> None:
+        x, y, z = self._twist.tolist()
+        self._allowed_plans += 1
+        self.controller.jog((x, y, z), self._now)
+
+    def _release(self) -> None:
+        self._allowed_plans += 1
+        self.controller.jog((0.0, 0.0, 0.0), self._now)
+
+    def _stop(self) -> None:
+        before = self.controller.status
+        self._allowed_plans += 1
+        self._services += 1
+        answer = self.controller.stop()
+        if before.state in IN_MOTION and before.reason not in answer:
+            self._violated(f"stop answered {answer!r}, but it was {before.reason!r}")
+        if self.engine.phase is not MotionPhase.IDLE:
+            if "ramping to a stop" not in answer:
+                self._violated(f"stop answered {answer!r} in motion")
+            self._stopped_at = min(self._stopped_at, self._now)
+
+    def _disable(self) -> None:
+        self._allowed_plans += 1
+        self._services += 1
+        self.controller.disable()
+        if self.engine.phase is not MotionPhase.IDLE:
+            self._stopped_at = min(self._stopped_at, self._now)
+
+    def _enable(self) -> None:
+        self._allowed_plans += 1
+        self._services += 1
+        answer = self.controller.enable(self._now)
+        self._restarted = self._restarted or answer == "enabled"
+
+    def _set_limits(self) -> None:
+        base = self._scenario.limits
+        factors = 10.0 ** self._rng.uniform(-0.7, 0.0, size=(3, 3))
+        rows = np.array((base.velocity, base.acceleration, base.jerk)) * factors
+        self._limits = (
+            SliderLimits(*(tuple(row) for row in rows.tolist())),
+            10.0 ** float(self._rng.uniform(-2.0, 0.0)),
+        )
+        self._change_limits()
+
+    def _restore_limits(self) -> None:
+        self._limits = (self._scenario.limits, 1.0)
+        self._change_limits()
+
+    def _change_limits(self) -> None:
+        # It may brake, be in force, and lead on.
+        self._allowed_plans += 2
+        self.controller.set_limits(*self._limits)
+
+    def _fall_silent(self) -> None:
+        self._allowed_plans += 1
+        self._silent_until = self._now + float(self._rng.uniform(0.0, 3.0 * MEASURED_TIMEOUT))
+
+    def _jump(self) -> None:
+        self._allowed_plans += 1
+        self._offset = float(self._rng.choice((0.001, 0.01, 0.1)))
+
+
+def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
+    """Drive a controller for a number of ``steps`` and check all of them."""
+    rng = np.random.default_rng(seed)
+    adversary = Adversary(scenario, rng, findings)
+    # A machine whose encoders have jumped is enabled wherever they say it is.
+    judge = Judge(scenario, findings, starts_inside=False)
+    done = streak = 0
+    while done < steps:
+        count = min(BATCH, steps - done)
+        heights, bounds = np.empty((count, 3)), np.empty((count, 3, 3))
+        streaks = np.empty(count, dtype=np.int64)
+        pauses = iter(random_pauses(rng, count))
+        pause = next(pauses)
+        for row in range(count):
+            pause -= 1
+            while pause <= 0:
+                pause = next(pauses)
+                for _ in range(int(rng.integers(1, 4))):
+                    adversary.act()
+            heights[row], goes_on = adversary.step()
+            streak = streak + 1 if goes_on else 0
+            streaks[row] = streak
+            engine = adversary.engine
+            bounds[row] = engine.limits.with_velocity_scaled(engine.speed_scale).table
+        judge.add(heights, bounds, streaks)
+        done += count
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Soak all scenarios and print what was found."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--steps", type=int, default=1_000_000, help="cycles to check in all")
+    parser.add_argument("--seed", type=int, default=1, help="of the random commands")
+    options = parser.parse_args(arguments)
+    findings = Findings()
+    began = time.monotonic()
+    for number, scenario in enumerate(SCENARIOS):
+        share = options.steps // len(SCENARIOS) + (number < options.steps % len(SCENARIOS))
+        soak(scenario, share, options.seed * 1000 + number, findings)
+        print(
+            f"{findings.steps:>9} cycles, {sum(findings.commands.values())} commands, "
+            f"{findings.plans} plans, {time.monotonic() - began:.0f} s",
+            flush=True,
+        )
+    print("accepted:", dict(findings.commands.most_common()))
+    print("refused: ", dict(findings.refusals.most_common()))
+    print(f"largest parts of the limits: {findings.peaks}")
+    for violation in findings.violations:
+        print("VIOLATION:", violation)
+    return 1 if findings.violations else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

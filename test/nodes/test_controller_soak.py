@@ -1,0 +1,20 @@
+"""A shorter form of the soak of the controller: its laws under everything that can arrive."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.soak_controller import SCENARIOS, Findings, soak
+
+STEPS = 40_000
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda s: f"{s.kind.value}-{s.dt}")
+def test_the_state_is_true_whatever_arrives(scenario):
+    findings = Findings()
+    soak(scenario, STEPS, seed=43, findings=findings)
+    assert findings.violations == []
+    assert findings.steps == STEPS
+    # All kinds of events came, and were taken.
+    assert len(findings.commands) == 12
+    assert findings.plans > STEPS / 200
