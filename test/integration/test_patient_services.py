@@ -1,93 +1,147 @@
-"""Answers that the middleware drops at first reach their clients all the same."""
+"""Answers wait for clients that are not discovered in full; the node that gives them does not."""
 
 from __future__ import annotations
 
-import warnings
+import time
 
 import pytest
-from std_srvs.srv import Trigger
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_srvs.srv import SetBool
 
 from tri_glide_kinematics.nodes import patient_services
 from tri_glide_kinematics.nodes.patient_services import PatientServices
 
-DROPPED = "failed to send response (timeout): client will not receive response"
+# The middleware waits for 100 ms.
+BLOCK = 0.09
+# Answers are not kept by services, so a reader of kept ones is never connected to them.
+UNFIT = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 @pytest.fixture
-def answer_again(client):
-    """Serve ``~/name`` with a middleware that drops the first answers, and return a caller."""
-
-    def serve(name, drops, **options):
-        send_attempts = []
-        create_service = client.node.create_service
-
-        def create(kind, service_name, callback):
-            service = create_service(kind, service_name, callback)
-            send = service.send_response
-
-            def drop_or_send(response, header):
-                send_attempts.append(response)
-                if len(send_attempts) <= drops:
-                    warnings.warn(DROPPED, RuntimeWarning, stacklevel=1)
-                else:
-                    send(response, header)
-
-            service.send_response = drop_or_send
-            return service
-
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(client.node, "create_service", create)
-            PatientServices(client.node, **options).create(Trigger, f"~/{name}", greet)
-        caller = client.node.create_client(Trigger, f"~/{name}")
-        client.wait_for(caller.service_is_ready, name)
-        return caller, send_attempts
-
-    return serve
+def unfit_node(ros_domain):
+    """Return a node of another participant."""
+    context = Context()
+    rclpy.init(context=context, args=[])
+    node = Node("unfit", context=context)
+    yield node
+    node.destroy_node()
+    context.try_shutdown()
 
 
-def greet(request, response):
-    response.message = "hello"
-    return response
+class Greeter:
+    """Serves ``~/greet``; each answer has its number."""
+
+    def __init__(self, client, unfit_node, **options):
+        self.asked = 0
+        self._client = client
+        service = client.node.create_service(SetBool, "~/greet", self._greet)
+        PatientServices(client.node, **options)
+        self.caller = client.node.create_client(SetBool, "~/greet")
+        client.wait_for(self.caller.service_is_ready, "greet")
+        self.unfit = unfit_node.create_client(SetBool, service.service_name, qos_profile=UNFIT)
+
+    def _greet(self, request, response):
+        self.asked += 1
+        response.message = f"hello {self.asked}"
+        return response
+
+    def ask_in_vain(self):
+        """Ask as a client that is never connected in full, and wait until it was heard."""
+        count = self.asked
+
+        def heard():
+            # Before the middleware knows of the service, a request goes nowhere.
+            self.unfit.call_async(SetBool.Request())
+            self._client.spin_once()
+            return self.asked > count
+
+        self._client.wait_for(heard, "the request")
+
+    def ask(self):
+        count = self.asked
+        future = self.caller.call_async(SetBool.Request())
+        self._client.wait_for(lambda: self.asked > count, "the request")
+        return future
 
 
-def test_answers_that_are_dropped_at_first_arrive(client, answer_again, recwarn):
-    caller, attempts = answer_again("greet", drops=4)
-    futures = [caller.call_async(Trigger.Request()) for _ in range(3)]
-    client.wait_for(lambda: all(future.done() for future in futures), "all answers")
-    assert [future.result().message for future in futures] == ["hello"] * 3
-    assert len(attempts) == 4 + 3
+def longest_wait(client, duration=0.5):
+    """Spin for a while and return the longest time that a callback took."""
+    end = time.monotonic() + duration
+    longest = 0.0
+    while (begin := time.monotonic()) < end:
+        client.spin_once()
+        longest = max(longest, time.monotonic() - begin)
+    return longest
+
+
+def never():
+    return False
+
+
+def test_a_client_that_is_not_connected_in_full_holds_nobody_up(client, unfit_node):
+    greeter = Greeter(client, unfit_node, may_wait=never)
+    greeter.ask_in_vain()
+    for _ in range(3):
+        greeter.unfit.call_async(SetBool.Request())
+    assert longest_wait(client) < BLOCK
+    assert greeter.asked >= 4
+
+
+def test_kept_answers_arrive_once_all_clients_are_known(client, unfit_node, recwarn):
+    greeter = Greeter(client, unfit_node, may_wait=never)
+    assert longest_wait(client, 0.1) < BLOCK
+    greeter.ask_in_vain()
+    futures = [greeter.ask() for _ in range(3)]
+    longest_wait(client)
+    assert not any(future.done() for future in futures)
+    unfit_node.destroy_client(greeter.unfit)
+    client.wait_for(lambda: all(future.done() for future in futures), "all answers", 5.0)
+    last = greeter.asked
+    texts = [future.result().message for future in futures]
+    assert texts == [f"hello {number}" for number in range(last - 2, last + 1)]
     assert not recwarn.list
 
 
-def test_an_answer_that_nobody_takes_is_given_up(client, answer_again, monkeypatch):
-    monkeypatch.setattr(patient_services, "GIVE_UP_AFTER", 0.0)
-    caller, attempts = answer_again("greet", drops=2)
-    lost = caller.call_async(Trigger.Request())
-    client.wait_for(lambda: len(attempts) == 2, "the second attempt")
-    answered = caller.call_async(Trigger.Request())
-    client.wait_for(answered.done, "the answer of the next request")
-    assert len(attempts) == 3
-    assert not lost.done()
-
-
-def test_too_many_answers_displace_the_oldest(client, answer_again, monkeypatch):
-    monkeypatch.setattr(patient_services, "MAX_WAITING", 2)
-    monkeypatch.setattr(patient_services, "RETRY_PERIOD", 2.0)
-    caller, _ = answer_again("greet", drops=3)
-    lost, *others = [caller.call_async(Trigger.Request()) for _ in range(3)]
-    client.wait_for(lambda: all(future.done() for future in others), "the two last answers")
-    assert not lost.done()
-
-
-def test_nothing_is_sent_again_while_there_is_no_time_for_it(client, answer_again):
+def test_after_some_time_an_answer_is_sent_when_that_does_no_harm(client, unfit_node, monkeypatch):
+    monkeypatch.setattr(patient_services, "PATIENCE", 0.2)
     asked = []
 
     def after_five_times():
         asked.append(None)
         return len(asked) > 5
 
-    caller, attempts = answer_again("greet", drops=1, may_wait=after_five_times)
-    future = caller.call_async(Trigger.Request())
+    greeter = Greeter(client, unfit_node, may_wait=after_five_times)
+    greeter.ask_in_vain()
+    future = greeter.ask()
     client.wait_for(lambda: len(asked) == 5, "five occasions")
-    assert len(attempts) == 1
+    assert not future.done()
     client.wait_for(future.done, "the answer")
+
+
+def test_an_answer_that_nobody_takes_is_given_up(client, unfit_node, monkeypatch, capfd):
+    monkeypatch.setattr(patient_services, "GIVE_UP_AFTER", 0.2)
+    greeter = Greeter(client, unfit_node, may_wait=never)
+    greeter.ask_in_vain()
+    output = []
+
+    def given_up():
+        output.append(capfd.readouterr().err)
+        return "/greet: gave up an answer" in "".join(output)
+
+    client.wait_for(given_up, "a warning")
+    unfit_node.destroy_client(greeter.unfit)
+    future = greeter.ask()
+    client.wait_for(future.done, "the answer of the next request")
+
+
+def test_too_many_answers_displace_the_oldest(client, unfit_node, monkeypatch):
+    monkeypatch.setattr(patient_services, "MAX_WAITING", 2)
+    greeter = Greeter(client, unfit_node, may_wait=never)
+    greeter.ask_in_vain()
+    lost, *others = [greeter.ask() for _ in range(3)]
+    unfit_node.destroy_client(greeter.unfit)
+    client.wait_for(lambda: all(future.done() for future in others), "the two last answers")
+    assert not lost.done()

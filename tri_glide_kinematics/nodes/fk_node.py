@@ -20,6 +20,7 @@ from tri_glide_kinematics.nodes.live_parameters import LiveParameters
 from tri_glide_kinematics.nodes.machine import check_joint_names, machine_of
 from tri_glide_kinematics.nodes.messages import SliderReader
 from tri_glide_kinematics.nodes.parameters import FK_NODE
+from tri_glide_kinematics.nodes.patient_services import PatientServices
 from tri_glide_kinematics.nodes.reason_log import ReasonLog
 
 
@@ -57,6 +58,7 @@ class FkNode(Node):
                 JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data
             ),
         )
+        PatientServices(self)
 
     def _on_joint_state(self, message: JointState) -> None:
         try:

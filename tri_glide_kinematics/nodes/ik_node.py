@@ -99,8 +99,7 @@ class IkNode(Node):
             on_refusal=lambda reason: self._refused.add(f"refused after all: {reason}"),
         )
         parameters.on_change(self._apply)
-        services = PatientServices(self, lambda: self._engine.phase is MotionPhase.IDLE)
-        services.create(SetBool, "~/enable", self._on_enable)
+        self.create_service(SetBool, "~/enable", self._on_enable)
         DiagnosticsPublisher(self, self._health)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(STATUS_PERIOD, self._publish_status, clock=steady)
@@ -111,8 +110,9 @@ class IkNode(Node):
             ),
             self.create_subscription(PoseStamped, "target_pose", self._on_pose, RELIABLE),
             self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY),
-            services.create(Trigger, "~/stop", self._on_stop),
+            self.create_service(Trigger, "~/stop", self._on_stop),
         )
+        PatientServices(self, lambda: self._engine.phase is MotionPhase.IDLE)
 
     def _cycle(self) -> None:
         now = time.monotonic()

@@ -44,9 +44,9 @@ class MechanismNode(Node):
         super().__init__("mechanism_node")
         self._refused = ReasonLog(self.get_logger().warning, lines_per_second=10)
         self.create_timer(1.0, self._refused.end_of_second)
-        services = PatientServices(self)
         for name, kind, fill in SERVICES:
-            services.create(kind, f"~/{name}", self._callback(name, fill))
+            self.create_service(kind, f"~/{name}", self._callback(name, fill))
+        PatientServices(self)
 
     def _callback(self, name: str, fill: Fill) -> Callable[[Any, Any], Any]:
         """Return a callback that answers whatever comes, so that no request ends the node."""

@@ -1,68 +1,111 @@
-"""A service whose answers reach clients that the middleware discovers late.
+"""Services whose answers wait for clients that are not fully discovered, instead of the node.
 
-A client sees a service as soon as its own half of the discovery is done, so a request may be
-answered before the answer has anywhere to go. rmw_fastrtps then waits 100 ms and drops it with a
-warning, and the client waits without end. Here such an answer is sent again.
+A client sees a service as soon as its own half of the discovery is done, so a request may come in
+before the node knows who reads the answer. rmw_fastrtps then waits 100 ms within the call that
+sends, in which nothing else of Python runs, and drops the answer.
+
+rclpy does not tell whose a request is, but the graph tells which participants send requests and
+which read answers. So an answer is kept while any that sends does not read as well.
 """
 
 from __future__ import annotations
 
 import time
 import warnings
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 from rclpy.clock import Clock, ClockType
+from rclpy.duration import Infinite
 from rclpy.node import Node
+from rclpy.qos import LivelinessPolicy, QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.service import Service
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-RETRY_PERIOD = 0.2  # s
+RETRY_PERIOD = 0.02  # s
+# Discovery takes a fraction of this, or 3 s where a packet was lost [s].
+PATIENCE = 2.0
 GIVE_UP_AFTER = 30.0  # s
 MAX_WAITING = 100  # answers; beyond it the one that waited longest is given up
 
+# The part of an endpoint's identifier that is that of its participant.
+PARTICIPANT = slice(0, 12)
 
-class _Answer(NamedTuple):
-    """Something to send, and until when [s of time.monotonic] it is worth it."""
+# With what quality of service answers are published, in the words of the graph.
+OFFERED = QoSProfile(
+    depth=10,
+    deadline=Infinite,
+    liveliness=LivelinessPolicy.AUTOMATIC,
+    liveliness_lease_duration=Infinite,
+)
 
-    service: str
-    send: Callable[[Any, Any], None]
-    response: Any
-    header: Any
+
+@dataclass
+class _Answer:
+    """Something to send.
+
+    Attributes:
+        service: that was asked.
+        send: sends it, at the price of 100 ms if nobody reads it.
+        deadline: time after which it is given up [s of time.monotonic].
+        at_a_price: time after which it is sent even if that takes 100 ms, if that is allowed [s].
+        has_failed: whether it was sent already and nobody read it.
+    """
+
+    service: Service
+    send: Callable[[], bool]
     deadline: float
+    at_a_price: float
+    has_failed: bool = False
 
 
 class PatientServices:
-    """Offers the services of a node, and keeps their answers until the clients can take them."""
+    """Keeps the answers of a node's services until the clients can take them."""
 
     def __init__(self, node: Node, may_wait: Callable[[], bool] = lambda: True) -> None:
-        """Offer nothing yet.
+        """Take over the answers of all services that ``node`` has; rclpy's own are among them.
 
         Args:
             node: that offers the services.
-            may_wait: whether 100 ms may pass now without anything else being done.
+            may_wait: whether 100 ms may pass now without anything else being done. It is asked only
+                for an answer whose client has not been discovered for some seconds.
         """
         self._node = node
         self._may_wait = may_wait
         self._waiting: deque[_Answer] = deque()
         self._timer = node.create_timer(
-            RETRY_PERIOD, self._send_again, clock=Clock(clock_type=ClockType.STEADY_TIME)
+            RETRY_PERIOD, self._send_kept, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
         self._timer.cancel()
+        for service in node.services:
+            self._take_over(service)
 
-    def create(self, kind: type, name: str, callback: Callable[[Any, Any], Any]) -> Service:
-        """Offer a service, as `Node.create_service` does, and return it."""
-        service = self._node.create_service(kind, name, callback)
+    def _take_over(self, service: Service) -> None:
         send = service.send_response
 
         def send_or_keep(response: Any, header: Any) -> None:
-            if not _is_sent(send, response, header):
-                deadline = time.monotonic() + GIVE_UP_AFTER
-                self._keep(_Answer(name, send, response, header, deadline))
+            now = time.monotonic()
+            answer = _Answer(
+                service,
+                lambda: _is_sent(send, response, header),
+                now + GIVE_UP_AFTER,
+                now + PATIENCE,
+            )
+            if not (self._clients_are_known(service) and self._send(answer)):
+                self._keep(answer)
 
         # The executor sends what the callback returns by this method of the service.
         service.send_response = send_or_keep  # type: ignore[method-assign]
-        return service
+
+    def _clients_are_known(self, service: Service) -> bool:
+        """Tell whether the reader of answers of each client is known, as its writer is."""
+        name = service.service_name
+        requests = self._node.get_publishers_info_by_topic(f"rq{name}Request", no_mangle=True)
+        answers = self._node.get_subscriptions_info_by_topic(f"rr{name}Reply", no_mangle=True)
+        readers = Counter(_participant(reader) for reader in answers if _may_read(reader))
+        return not Counter(map(_participant, requests)) - readers
 
     def _keep(self, answer: _Answer) -> None:
         if len(self._waiting) == MAX_WAITING:
@@ -70,26 +113,47 @@ class PatientServices:
         self._waiting.append(answer)
         self._timer.reset()
 
-    def _send_again(self) -> None:
-        """Send until one fails: each failure takes 100 ms, in which nobody else is served."""
-        if not self._may_wait():
-            return
+    def _send(self, answer: _Answer) -> bool:
+        if answer.send():
+            return True
+        answer.has_failed = True
+        answer.at_a_price = time.monotonic() + PATIENCE
+        return False
+
+    def _send_kept(self) -> None:
+        """Send what can be sent; at most one answer at the price of 100 ms."""
+        now = time.monotonic()
+        may_wait = self._may_wait()
+        services = {answer.service for answer in self._waiting}
+        known = {service for service in services if self._clients_are_known(service)}
         for _ in range(len(self._waiting)):
             answer = self._waiting.popleft()
-            if _is_sent(answer.send, answer.response, answer.header):
-                continue
-            if time.monotonic() < answer.deadline:
-                self._waiting.append(answer)
-            else:
+            is_free = answer.service in known and not answer.has_failed
+            if is_free or (may_wait and now > answer.at_a_price):
+                if self._send(answer):
+                    continue
+                may_wait = False
+            if now > answer.deadline:
                 self._give_up(answer)
-            break
+            else:
+                self._waiting.append(answer)
         if not self._waiting:
             self._timer.cancel()
 
     def _give_up(self, answer: _Answer) -> None:
         self._node.get_logger().warning(
-            f"{answer.service}: gave up an answer, as its client was never discovered"
+            f"{answer.service.service_name}: gave up an answer, as a client was never discovered"
         )
+
+
+def _participant(endpoint: TopicEndpointInfo) -> bytes:
+    return bytes(endpoint.endpoint_gid[PARTICIPANT])
+
+
+def _may_read(reader: TopicEndpointInfo) -> bool:
+    """Tell whether the middleware connects a service to this reader of answers at all."""
+    compatibility, _ = qos_check_compatible(OFFERED, reader.qos_profile)
+    return bool(compatibility != QoSCompatibility.ERROR)
 
 
 def _is_sent(send: Callable[[Any, Any], None], response: Any, header: Any) -> bool:

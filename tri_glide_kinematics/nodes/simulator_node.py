@@ -17,6 +17,7 @@ from tri_glide_kinematics.nodes.machine import check_joint_names, check_travel
 from tri_glide_kinematics.nodes.messages import SliderReader, set_stamp
 from tri_glide_kinematics.nodes.parameter_table import ParameterError, Values
 from tri_glide_kinematics.nodes.parameters import SIMULATOR_NODE
+from tri_glide_kinematics.nodes.patient_services import PatientServices
 from tri_glide_kinematics.nodes.reason_log import ReasonLog
 from tri_glide_kinematics.nodes.simulated_sliders import SimulatedSliders, SliderFaults
 from tri_glide_kinematics.wording import number_text
@@ -57,6 +58,7 @@ class SimulatorNode(Node):
                 JointState, "joint_commands", self._on_command, qos_profile_sensor_data
             ),
         )
+        PatientServices(self)
 
     def _on_command(self, message: JointState) -> None:
         try:
