@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 # A cycle is late if it starts later than this part of a period after it should have.
 LATE = 0.5
+# After more than this many periods the loop has stood still.
+STALL = 5.0
 
 
 class LoopReport(NamedTuple):
@@ -17,12 +19,14 @@ class LoopReport(NamedTuple):
         jitter: root mean square of what the intervals differ from the period [s].
         largest_delay: most that an interval was longer than the period [s].
         late_cycles: intervals that were longer by more than half a period.
+        stalls: intervals that were longer by more than five periods.
     """
 
     rate: float
     jitter: float
     largest_delay: float
     late_cycles: int
+    stalls: int
 
 
 class LoopStatistics:
@@ -30,11 +34,15 @@ class LoopStatistics:
 
     Attributes:
         total_late: late cycles since the start.
+        total_stalls: stalls since the start.
+        longest_delay: most that an interval was longer than the period, since the start [s].
     """
 
     def __init__(self, period: float) -> None:
         """Expect a cycle each ``period`` [s]."""
         self.total_late = 0
+        self.total_stalls = 0
+        self.longest_delay = 0.0
         self._period = period
         self._last = math.nan
         self._cycles = 0
@@ -42,22 +50,34 @@ class LoopStatistics:
         self._squares = 0.0
         self._largest = 0.0
         self._late = 0
+        self._stalls = 0
 
-    def cycle(self, now: float) -> None:
-        """Note that a cycle starts ``now`` [s]."""
+    def cycle(self, now: float) -> float | None:
+        """Note that a cycle starts ``now`` [s].
+
+        Returns:
+            By how much it is late [s] if that is a stall, otherwise None.
+        """
         interval = now - self._last
         self._last = now
         if interval != interval:
-            return
+            return None
         delay = interval - self._period
         self._cycles += 1
         self._time += interval
         self._squares += delay * delay
         if delay > self._largest:
             self._largest = delay
-        if delay > LATE * self._period:
-            self._late += 1
-            self.total_late += 1
+            self.longest_delay = max(self.longest_delay, delay)
+        if delay <= LATE * self._period:
+            return None
+        self._late += 1
+        self.total_late += 1
+        if delay <= STALL * self._period:
+            return None
+        self._stalls += 1
+        self.total_stalls += 1
+        return delay
 
     def report(self) -> LoopReport:
         """Return what was collected since the last report, and start anew."""
@@ -67,6 +87,8 @@ class LoopStatistics:
             math.sqrt(self._squares / count),
             self._largest,
             self._late,
+            self._stalls,
         )
-        self._cycles, self._time, self._squares, self._largest, self._late = 0, 0.0, 0.0, 0.0, 0
+        self._cycles, self._time, self._squares, self._largest = 0, 0.0, 0.0, 0.0
+        self._late, self._stalls = 0, 0
         return report
