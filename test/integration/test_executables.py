@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from ament_index_python.packages import get_package_prefix
 from rcl_interfaces.msg import ParameterType
-from rcl_interfaces.srv import DescribeParameters
+from rcl_interfaces.srv import DescribeParameters, GetParameters
 
 from tri_glide_kinematics.nodes.parameters import NODES
 from tri_glide_kinematics.nodes.processes import executable
@@ -44,7 +44,16 @@ def test_signals_end_every_node_in_silence(client, nodes, number):
     [
         ("ik_node", ["-p", "base_radius:=0.05"], "anchors of arms 1 and 2 coincide"),
         ("ik_node", ["-p", "rate:=5.0"], "rate"),
-        ("ik_node", ["-p", "rate:=500"], "'INTEGER', expecting type 'DOUBLE'"),
+        ("ik_node", ["-p", "rate:=fast"], "rate = 'fast' must be a double"),
+        ("ik_node", ["-p", "velocity_limits:=[1, 1.0, 1]"], "with a decimal point, or none"),
+        ("ik_node", ["-p", "command_outputs:=[]"], "command_outputs has 0 elements"),
+        ("ik_node", ["-p", "speed_scal:=0.1"], "speed_scal (did you mean speed_scale?)"),
+        ("ik_node", ["-p", "ik_nod:speed_scale:=0.1"], "is for /ik_nod, and this node is /ik_node"),
+        ("mechanism_node", ["-p", "speed_scal:=0.1"], "speed_scal (did you mean speed_scale?)"),
+        ("fk_node", ["--params-fil", "a.yaml"], "'--params-fil': did you mean --params-file?"),
+        ("fk_node", ["-params-file", "a.yaml"], "'-params-file': did you mean --params-file?"),
+        ("fk_node", ["--params-file", "nowhere.yaml"], "nowhere.yaml: No such file or directory"),
+        ("fk_node", ["--", "fast"], "unknown argument 'fast'"),
         (
             "ik_node",
             ["-p", "jerk_limits:=[200.0, 200.0]"],
@@ -61,17 +70,127 @@ def test_signals_end_every_node_in_silence(client, nodes, number):
     ],
 )
 def test_bad_parameters_get_one_line(ros_domain, name, arguments, reason):
-    run = subprocess.run(
-        [executable(name), "--ros-args", *arguments],
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT,
+    check_refused(run_node(name, "--ros-args", *arguments), reason)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (
+            "/**:\n  ros__parameters:\n    velocity_limit: [0.1, 0.1, 0.1]\n",
+            "velocity_limit (did you mean velocity_limits?)",
+        ),
+        (
+            "ik_node:\n  ros__parameters:\n    speed_scale: 0.1\n",
+            "is for /ik_node, and this node is /cell_1/ik_node",
+        ),
+        ("/**:\n  ros__parameters:\n    speed_scale: [0.1\n", "line 4, column 1"),
+    ],
+)
+def test_bad_parameter_files_get_one_line(ros_domain, tmp_path, text, reason):
+    path = tmp_path / "parameters.yaml"
+    path.write_text(text)
+    arguments = ("--ros-args", "--params-file", str(path), "-r", "__ns:=/cell_1")
+    check_refused(run_node("ik_node", *arguments), reason)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--params-file", "a.yaml"], "ROS arguments stand behind --ros-args"),
+        (["--ros-arg", "-p", "rate:=500.0"], "did you mean --ros-args?"),
+    ],
+)
+def test_arguments_outside_of_those_of_ros_get_one_line(ros_domain, arguments, reason):
+    check_refused(run_node("mechanism_node", *arguments), reason)
+
+
+def test_the_demo_refuses_what_it_would_ignore(ros_domain):
+    run = run_node("demo", "--ros-args", "-p", "speed_scale:=0.1")
+    assert run.returncode == 2
+    assert "unrecognized arguments: --ros-args -p speed_scale:=0.1" in run.stderr
+
+
+@pytest.mark.parametrize("option", ["--help", "-h"])
+@pytest.mark.parametrize("name", [*NODES, "mechanism_node", "demo"])
+def test_help_helps(ros_domain, name, option):
+    run = run_node(name, option)
+    assert run.returncode == 0
+    assert run.stderr == ""
+    assert f"{name} [" in run.stdout
+    for entry in NODES.get(name, ()):
+        assert f"  {entry.name} (" in run.stdout
+
+
+def run_node(name, *arguments):
+    return subprocess.run(
+        [executable(name), *arguments], capture_output=True, text=True, timeout=TIMEOUT
     )
+
+
+def check_refused(run, reason):
     assert run.returncode == 1
     errors = [line for line in run.stderr.splitlines() if line.startswith("error: ")]
     assert len(errors) == 1
     assert reason in errors[0]
     assert "Traceback" not in run.stderr
+
+
+def test_a_node_tells_what_it_works_with_and_what_changes(client, nodes):
+    node = nodes.start("ik_node", {"speed_scale": 0.25, "rate": 250})
+    client.wait_for(lambda: "waiting" in node.output, "the first state")
+    starts = [line for line in node.output.splitlines() if " starts with " in line]
+    assert len(starts) == 1
+    for text in (
+        f"{client.namespace}/ik_node starts with geometry symmetric, ",
+        "rate 250 1/s (default 500 1/s), velocity_limits [1, 1, 1] m/s, ",
+        "speed_scale 0.25 (default 1), motion linear, all else as by default",
+    ):
+        assert text in starts[0]
+    assert client.set_parameters(
+        "ik_node", {"velocity_limits": [1, 2, 1], "speed_scale": 1}
+    ).successful
+    line = "velocity_limits: [1, 1, 1] m/s -> [1, 2, 1] m/s, speed_scale: 0.25 -> 1\n"
+    client.wait_for(lambda: line in node.output, "the change to be logged")
+    assert client.set_parameters("ik_node", {"speed_scale": 1.0}).successful
+    assert not client.set_parameters("ik_node", {"speed_scale": 2}).successful
+    assert node.output.count(" -> ") == 2
+
+
+def test_a_storm_of_changes_does_not_flood_the_log(client, nodes):
+    node = nodes.start("simulator_node")
+    for number in range(200):
+        assert client.set_parameters("simulator_node", {"lag": 0.001 * number}).successful
+    last = "lag: 0.198 s -> 0.199 s"
+    client.wait_for(lambda: last in node.output, "the last change")
+    assert "more in the last second; the latest: lag: " in node.output
+    assert node.output.count("lag: ") < 100
+
+
+def test_integers_may_stand_for_doubles(client, nodes):
+    """Live too; what other nodes are told is a double."""
+    nodes.start(
+        "simulator_node", {"rate": 100, "initial_heights": [1, 1, 1], "upper_heights": [2, 2, 2]}
+    )
+    assert client.set_parameters("simulator_node", {"encoder_offsets": [0, 1, 0]}).successful
+    names = ["rate", "initial_heights", "encoder_offsets"]
+    request = GetParameters.Request(names=names)
+    rate, heights, offsets = client.call(
+        GetParameters, "simulator_node/get_parameters", request
+    ).values
+    assert (rate.type, rate.double_value) == (ParameterType.PARAMETER_DOUBLE, 100.0)
+    assert list(heights.double_array_value) == [1.0, 1.0, 1.0]
+    assert list(offsets.double_array_value) == [0.0, 1.0, 0.0]
+
+
+def test_a_section_that_looks_like_the_nodes_own_is_told(client, nodes, tmp_path):
+    path = tmp_path / "parameters.yaml"
+    path.write_text(
+        "/**:\n  ros__parameters:\n    lag: 0.0\nsimulator_nod:\n  ros__parameters:\n    lag: 0.1\n"
+    )
+    node = nodes.start("simulator_node", arguments=["--params-file", str(path)])
+    text = f"/simulator_nod is not this node, {client.namespace}/simulator_node"
+    client.wait_for(lambda: text in node.output, "the warning")
 
 
 def test_missing_ruckig_gets_one_line(ros_domain, tmp_path):

@@ -19,7 +19,7 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile
-from rclpy.utilities import ok, remove_ros_args
+from rclpy.utilities import ok
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.command_stream import CommandStream
@@ -345,7 +345,7 @@ def main() -> int:
     """Run the demonstration from the command line."""
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     parser.add_argument("--output", type=Path, default=Path("out"), help="folder of the picture")
-    folder = parser.parse_args(remove_ros_args(sys.argv)[1:]).output
+    folder = parser.parse_args().output
     # Discovery stays on this computer, for this process and the nodes that it starts.
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -37,12 +37,19 @@ class Health(NamedTuple):
 
 
 def status_message(name: str, health: Health) -> DiagnosticStatus:
-    """Return ``health`` as a message."""
+    """Return ``health`` as a message.
+
+    Args:
+        name: full name of the node, without the first slash; its namespace tells its machine from
+            others, here and in ``hardware_id``.
+        health: of the node.
+    """
+    namespace, slash, _ = name.rpartition("/")
     return DiagnosticStatus(
         level=health.level,
         name=name,
         message=health.message,
-        hardware_id=HARDWARE_ID,
+        hardware_id=f"{namespace}{slash}{HARDWARE_ID}",
         values=[KeyValue(key=key, value=_text(value)) for key, value in health.values.items()],
     )
 

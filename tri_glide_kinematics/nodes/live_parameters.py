@@ -1,7 +1,8 @@
-"""Declares the parameters of a node, and validates and applies changes to them as a set."""
+"""Declares the parameters of a node, and validates, applies and logs changes to them as a set."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -12,10 +13,29 @@ from rcl_interfaces.msg import (
     SetParametersResult,
 )
 from rclpy import parameter as rclpy_parameter
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.nodes.parameter_table import Parameter, Values
+from tri_glide_kinematics.nodes.parameter_sources import check_names, check_sources, sources_of
+from tri_glide_kinematics.nodes.parameter_table import (
+    Parameter,
+    Values,
+    change_text,
+    start_text,
+)
+from tri_glide_kinematics.nodes.parameters import NODES
+from tri_glide_kinematics.nodes.reason_log import ReasonLog
+
+PARAMETERS_OF_ALL = frozenset(entry.name for table in NODES.values() for entry in table)
+# ROS has two types of numbers; a person who writes 500 for 500.0 means the same.
+DOUBLE_FOR = {
+    rclpy_parameter.Parameter.Type.INTEGER: rclpy_parameter.Parameter.Type.DOUBLE,
+    rclpy_parameter.Parameter.Type.INTEGER_ARRAY: rclpy_parameter.Parameter.Type.DOUBLE_ARRAY,
+}
+# More changes than these in a second become one line of the log.
+LINES_PER_SECOND = 5
 
 
 class LiveParameters:
@@ -26,9 +46,12 @@ class LiveParameters:
     """
 
     def __init__(
-        self, node: Node, table: Iterable[Parameter], check: Callable[[Values], None]
+        self,
+        node: Node,
+        table: Iterable[Parameter],
+        check: Callable[[Values], None] = lambda values: None,
     ) -> None:
-        """Declare the parameters of ``table`` and check the values they start with.
+        """Declare the parameters of ``table``, check the values they start with, and log these.
 
         Args:
             node: whose parameters they are.
@@ -36,17 +59,37 @@ class LiveParameters:
             check: raises a KinematicsError if values do not fit together.
 
         Raises:
-            KinematicsError: if the values that the node is started with are not valid.
+            KinematicsError: if the values that the node is started with are not valid, or if
+                some of what it is started with has no meaning for it.
         """
         self._table = {entry.name: entry for entry in table}
         self._check = check
         self._apply: Callable[[Values], None] | None = None
         self._values: dict[str, Any] = {}
+        name = node.get_fully_qualified_name()
+        warnings = check_sources(sources_of(sys.argv[1:]), name)
+        overrides = _overrides(node)
+        unknown = [name for name in overrides if not node.has_parameter(name)]
+        check_names(unknown, self._table, PARAMETERS_OF_ALL)
         for entry in self._table.values():
-            default = list(entry.default) if entry.is_array else entry.default
-            declared = node.declare_parameter(entry.name, default, _descriptor(entry))
-            self._values[entry.name] = entry.checked(declared.value)
+            value = overrides.get(entry.name, entry.default)
+            self._values[entry.name] = value = entry.checked(value)
+            node.declare_parameter(
+                entry.name,
+                list(value) if entry.is_array else value,
+                _descriptor(entry),
+                ignore_override=True,
+            )
         check(self._values)
+        for warning in warnings:
+            node.get_logger().warning(warning)
+        node.get_logger().info(
+            f"{name} starts with {start_text(self._table.values(), self._values)}"
+        )
+        self._changes = ReasonLog(node.get_logger().info, LINES_PER_SECOND)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        node.create_timer(1.0, self._changes.end_of_second, clock=steady)
+        node.add_pre_set_parameters_callback(self._pre_set)
         node.add_on_set_parameters_callback(self._on_set)
         node.add_post_set_parameters_callback(self._post_set)
 
@@ -59,6 +102,19 @@ class LiveParameters:
         """Have ``apply`` called with all values after each change."""
         self._apply = apply
 
+    def _pre_set(self, changes: list[rclpy_parameter.Parameter]) -> list[rclpy_parameter.Parameter]:
+        """Return the changes with doubles for integers where doubles are wanted."""
+        return [self._with_double(change) for change in changes]
+
+    def _with_double(self, change: rclpy_parameter.Parameter) -> rclpy_parameter.Parameter:
+        entry = self._table.get(change.name)
+        wanted = DOUBLE_FOR.get(change.type_)
+        if entry is None or wanted is None or entry.element_type is not float:
+            return change
+        value = change.value
+        doubles = [float(part) for part in value] if entry.is_array else float(value)
+        return rclpy_parameter.Parameter(change.name, wanted, doubles)
+
     def _on_set(self, changes: list[rclpy_parameter.Parameter]) -> SetParametersResult:
         try:
             self._check({**self._values, **self._known(changes)})
@@ -70,7 +126,10 @@ class LiveParameters:
         known = self._known(changes)
         if not known:
             return
-        self._values = {**self._values, **known}
+        before, self._values = self._values, {**self._values, **known}
+        text = change_text(self._table.values(), before, self._values)
+        if text:
+            self._changes.add(text)
         if self._apply is not None:
             self._apply(self._values)
 
@@ -81,6 +140,13 @@ class LiveParameters:
             for change in changes
             if change.name in self._table
         }
+
+
+def _overrides(node: Node) -> dict[str, Any]:
+    """Return the values that the command line and the parameter files have for a node."""
+    with node.handle:
+        found = node.handle.get_parameters(rclpy_parameter.Parameter)
+    return {name: parameter.value for name, parameter in found.items()}
 
 
 def _descriptor(entry: Parameter) -> ParameterDescriptor:

@@ -21,6 +21,7 @@ from tri_glide_kinematics.nodes import (
     four_bar_messages,
     landing_gear_messages,
 )
+from tri_glide_kinematics.nodes.live_parameters import LiveParameters
 from tri_glide_kinematics.nodes.mechanism_messages import check_numbers
 from tri_glide_kinematics.nodes.patient_services import PatientServices
 from tri_glide_kinematics.nodes.reason_log import ReasonLog
@@ -42,6 +43,7 @@ class MechanismNode(Node):
     def __init__(self) -> None:
         """Offer the services."""
         super().__init__("mechanism_node")
+        LiveParameters(self, ())
         self._refused = ReasonLog(self.get_logger().warning, lines_per_second=10)
         self.create_timer(1.0, self._refused.end_of_second)
         for name, kind, fill in SERVICES:

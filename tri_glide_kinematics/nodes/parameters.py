@@ -27,6 +27,7 @@ GEOMETRY = (
         "symmetric",
         "`symmetric` takes the next four parameters, `calibrated` the two after them",
         choices=("symmetric", "calibrated"),
+        told=True,
     ),
     Parameter("base_radius", 0.25, "radius of the circle through the tower joints", "m", 0.0, 10.0),
     Parameter(
@@ -56,6 +57,7 @@ LIMITS = (
         0.001,
         100.0,
         live=True,
+        told=True,
     ),
     Parameter(
         "acceleration_limits",
@@ -65,6 +67,7 @@ LIMITS = (
         0.01,
         1000.0,
         live=True,
+        told=True,
     ),
     Parameter(
         "jerk_limits",
@@ -74,8 +77,18 @@ LIMITS = (
         0.1,
         100000.0,
         live=True,
+        told=True,
     ),
-    Parameter("speed_scale", 1.0, "part of the velocity limits to use", "", 0.001, 1.0, live=True),
+    Parameter(
+        "speed_scale",
+        1.0,
+        "part of the velocity limits to use",
+        "",
+        0.001,
+        1.0,
+        live=True,
+        told=True,
+    ),
 )
 WORKSPACE = (
     Parameter(
@@ -184,7 +197,7 @@ IK_NODE = (
         "tri_glide_platform",
         "frame on the platform; twists may be given in it, as its axes are those of the base",
     ),
-    Parameter("rate", 500.0, "setpoints per second", "1/s", 10.0, 2000.0),
+    Parameter("rate", 500.0, "setpoints per second", "1/s", 10.0, 2000.0, told=True),
     *TRAVEL,
     *LIMITS,
     Parameter(
@@ -192,6 +205,7 @@ IK_NODE = (
         "linear",
         "path of the platform to a pose: a straight line, or whatever the sliders make of it",
         choices=("linear", "slider"),
+        told=True,
     ),
     Parameter(
         "twist_timeout",
@@ -228,7 +242,7 @@ FK_NODE = (*GEOMETRY, JOINT_NAMES, BASE_FRAME)
 SIMULATOR_NODE = (
     JOINT_NAMES,
     *TRAVEL,
-    Parameter("rate", 500.0, "measurements per second", "1/s", 1.0, 2000.0),
+    Parameter("rate", 500.0, "measurements per second", "1/s", 1.0, 2000.0, told=True),
     Parameter("initial_heights", (0.6, 0.6, 0.6), "heights at the start", "m", -10.0, 10.0),
     Parameter(
         "lag",
@@ -238,6 +252,7 @@ SIMULATOR_NODE = (
         0.0,
         10.0,
         live=True,
+        told=True,
     ),
     Parameter(
         "encoder_resolution",

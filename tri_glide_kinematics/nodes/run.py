@@ -64,7 +64,8 @@ def run(module: str, node: str) -> int:
     # Until rclpy handles them, both signals just end the process.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
-        node_class = getattr(import_module(f"tri_glide_kinematics.nodes.{module}"), node)
+        code = import_module(f"tri_glide_kinematics.nodes.{module}")
+        node_class = getattr(code, node)
     except ModuleNotFoundError as error:
         return _fail(_missing(error.name or str(error)))
     except ImportError as error:
@@ -74,13 +75,25 @@ def run(module: str, node: str) -> int:
     from rclpy.utilities import ok
 
     from tri_glide_kinematics.errors import KinematicsError
+    from tri_glide_kinematics.nodes import command_line
+    from tri_glide_kinematics.nodes.parameter_sources import sources_of
+    from tri_glide_kinematics.nodes.parameters import NODES
 
+    arguments = sys.argv[1:]
+    if command_line.help_wanted(arguments):
+        print(command_line.help_text(module, code.__doc__ or "", NODES.get(module, ())))
+        return 0
+    try:
+        command_line.check_arguments(module, arguments)
+        sources_of(arguments)
+    except KinematicsError as error:
+        return _fail(f"{module}: {error}")
     # rclpy calls the handler that it finds beside its own; this one keeps KeyboardInterrupt away.
     signal.signal(signal.SIGINT, lambda *_: None)
     try:
         rclpy.init()
     except RuntimeError as error:
-        return _fail(str(error))
+        return _fail(f"{module}: {command_line.in_words(error)}")
     try:
         instance = node_class()
     except Exception as error:

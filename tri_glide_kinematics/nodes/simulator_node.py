@@ -20,7 +20,7 @@ from tri_glide_kinematics.nodes.parameters import SIMULATOR_NODE
 from tri_glide_kinematics.nodes.patient_services import PatientServices
 from tri_glide_kinematics.nodes.reason_log import ReasonLog
 from tri_glide_kinematics.nodes.simulated_sliders import SimulatedSliders, SliderFaults
-from tri_glide_kinematics.wording import number_text
+from tri_glide_kinematics.wording import number_text, vector_text
 
 
 class SimulatorNode(Node):
@@ -71,7 +71,9 @@ class SimulatorNode(Node):
         if all(map(math.isfinite, reading.heights)):
             self._sliders.command(reading.heights)
         else:
-            self._reasons.add(f"ignored a command: heights {reading.heights} m are not finite")
+            self._reasons.add(
+                f"ignored a command: heights {vector_text(reading.heights)} m are not finite"
+            )
 
     def _cycle(self) -> None:
         self._sliders.step(self._period)
