@@ -55,6 +55,9 @@ def health_of(
     warnings = []
     if timing.late_cycles > TOO_MANY_LATE * timing.rate:
         warnings.append(f"{timing.late_cycles} late cycles")
+    if timing.stalls:
+        delay = 1000.0 * timing.largest_delay
+        warnings.append(f"a cycle late by more than five periods, by {delay:.3g} ms")
     if refused_now:
         warnings.append(f"{refused_now} refused commands")
     if unusable:
@@ -72,6 +75,8 @@ def health_of(
             "largest delay of a cycle [s]": timing.largest_delay,
             "late cycles in the last second": timing.late_cycles,
             "late cycles": loop.total_late,
+            "cycles late by more than five periods": loop.total_stalls,
+            "largest delay of a cycle since the start [s]": loop.longest_delay,
             "refused commands in the last second": refused_now,
             "unusable measurements in the last second": unusable,
             "tracking error [m]": supervisor.tracking_error,

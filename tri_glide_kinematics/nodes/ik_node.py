@@ -73,6 +73,7 @@ class IkNode(Node):
         self._reader = SliderReader(values["joint_names"])
         self._refused = ReasonLog(self.get_logger().warning, lines_per_second=10)
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
+        self._stalls = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._loop = LoopStatistics(period)
         self._changes: deque[ControllerStatus] = deque()
         self._states = ReasonLog(self.get_logger().info, lines_per_second=5)
@@ -116,7 +117,9 @@ class IkNode(Node):
 
     def _cycle(self) -> None:
         now = time.monotonic()
-        self._loop.cycle(now)
+        delay = self._loop.cycle(now)
+        if delay is not None:
+            self._stalls.add(f"a cycle came {1000.0 * delay:.3g} ms late: the stream stood still")
         try:
             setpoint = self._setpoint(now)
             if setpoint is not None:
@@ -223,6 +226,7 @@ class IkNode(Node):
     def _health(self) -> Health:
         unusable = self._unusable.end_of_second()
         self._states.end_of_second()
+        self._stalls.end_of_second()
         return health_of(self._controller, self._supervisor, self._loop, self._refused, unusable)
 
 
