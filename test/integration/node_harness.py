@@ -299,14 +299,20 @@ class Machine:
         self.client.wait_for(lambda: self.state == state, f"state {state}", timeout)
 
     def wait_for_new_state(self, state: str, action: Callable[[], Any]) -> None:
-        """Do something and wait until the state has come once more."""
+        """Do something and wait until the machine has gone over to the state once more."""
         count = len(self.states)
         action()
+        self.client.wait_for(lambda: state in self.states_since(count), f"state {state}")
 
-        def has_come() -> bool:
-            return any(_value_of(status, "state") == state for status in self.states[count:])
+    def states_since(self, count: int) -> list[str]:
+        """Return the names of the states that the machine went over to after ``count`` messages.
 
-        self.client.wait_for(has_come, f"state {state}")
+        A message that only tells another reason or a refusal is left out.
+        """
+        names = [_value_of(status, "state") for status in self.states[max(count - 1, 0) :]]
+        before = names[:1] if count else [""]
+        names = names[1:] if count else names
+        return [name for last, name in zip([*before, *names], names) if name != last]
 
     def move(self, position: Sequence[float]) -> None:
         """Send a target and wait until the sliders are at rest there."""

@@ -59,13 +59,6 @@ def commands_since(machine, time):
     return [message for message in machine.commands if machine.client.time_of(message) > time]
 
 
-def states_since(machine, count):
-    return [
-        next(entry.value for entry in status.values if entry.key == "state")
-        for status in machine.states[count:]
-    ]
-
-
 def test_stop_is_a_ramp_and_holds_against_a_stream_of_twists(machine, client):
     machine.start({**SLOW, "twist_timeout": 1.0})
     get_going(machine, speed=0.04)
@@ -74,7 +67,7 @@ def test_stop_is_a_ramp_and_holds_against_a_stream_of_twists(machine, client):
     assert response.success
     assert response.message == "ramping to a stop: was moving, target (0.08, 0.03, 0.35) m"
     machine.wait_for_state("idle")
-    assert states_since(machine, count) == ["stopping", "idle"]
+    assert machine.states_since(count) == ["stopping", "idle"]
     machine.catch_up()
     assert machine.heights() != pytest.approx(MACHINE.inverse(FAR), abs=1e-3)
 
@@ -85,7 +78,7 @@ def test_stop_is_a_ramp_and_holds_against_a_stream_of_twists(machine, client):
     machine.wait_for_state("idle")
     first, count = len(machine.commands), len(machine.states)
     client.wait_for(lambda: len(machine.commands) > first + 200, "commands at rest")
-    assert states_since(machine, count) == []
+    assert machine.states_since(count) == []
     assert "jogging was stopped: it needs a twist of zero" in machine.ik.output
     stick.cancel()
     first = len(machine.commands)
@@ -110,7 +103,7 @@ def test_disabled_machine_is_silent_may_be_moved_by_hand_and_is_enabled_where_it
     count = len(machine.states)
     assert client.enable(False).message == "ramping to a stop, then disabled"
     machine.wait_for_state("disabled")
-    assert states_since(machine, count) == ["stopping", "disabled"]
+    assert machine.states_since(count) == ["stopping", "disabled"]
     assert_within_limits(machine)
     client.send_pose(NEAR)
     client.wait_for(lambda: "no motion while disabled" in machine.ik.output, "a refusal")

@@ -76,7 +76,8 @@ class IkNode(Node):
         self._stalls = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._loop = LoopStatistics(period)
         self._changes: deque[ControllerStatus] = deque()
-        self._states = ReasonLog(self.get_logger().info, lines_per_second=5)
+        # Each place that logs has one severity, as rclpy refuses another one: this one is its own.
+        self._states = ReasonLog(lambda text: self.get_logger().info(text), lines_per_second=5)
         self._told: Health | None = None
         self._logged: ControllerStatus | None = None
         self._status_publisher = self.create_publisher(DiagnosticStatus, "~/status", LATCHED)

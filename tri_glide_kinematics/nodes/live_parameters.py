@@ -86,7 +86,7 @@ class LiveParameters:
         node.get_logger().info(
             f"{name} starts with {start_text(self._table.values(), self._values)}"
         )
-        self._changes = ReasonLog(node.get_logger().info, LINES_PER_SECOND)
+        self._changes = ReasonLog(lambda text: node.get_logger().info(text), LINES_PER_SECOND)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(1.0, self._changes.end_of_second, clock=steady)
         node.add_pre_set_parameters_callback(self._pre_set)
