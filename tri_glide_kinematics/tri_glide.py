@@ -34,6 +34,7 @@ from tri_glide_kinematics.errors import (
     WrongAssemblyModeError,
     WrongShapeError,
 )
+from tri_glide_kinematics.rounding import first_smallest
 from tri_glide_kinematics.tri_glide_geometry import TriGlideGeometry
 
 __all__ = ["TriGlide", "TriGlideGeometry"]
@@ -387,7 +388,7 @@ class TriGlide:
             return not_finite
         arms = self._arms(*position[:2])
         squared_rises = arms[2::3]
-        worst = min(range(3), key=squared_rises.__getitem__)
+        worst = first_smallest(squared_rises)
         if squared_rises[worst] <= 0.0:
             distance = hypot(*arms[3 * worst : 3 * worst + 2])
             return ArmTooShortError(position, worst, distance, self.geometry.arm_lengths[worst])
@@ -412,7 +413,7 @@ class TriGlide:
             return SpheresDoNotMeetError(heights, too_far)
         w = (px * mx + py * my - sqrt(discriminant)) / n
         rises = (-w, d2 - w, d3 - w)
-        lowest = min(range(3), key=rises.__getitem__)
+        lowest = first_smallest(rises)
         if rises[lowest] <= 0.0:
             return PlatformAboveSliderError(heights, lowest, rises[lowest])
         return NotFiniteError("velocity[2]", inf)

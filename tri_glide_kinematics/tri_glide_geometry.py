@@ -137,7 +137,9 @@ class TriGlideGeometry:
         bound = 2.0 * spread * (longest + shortest) + spread * spread
         for corner in range(3):
             (x, y), (x1, y1), (x2, y2) = (self.anchors[(corner + k) % 3] for k in range(3))
-            if (x1 - x) * (x2 - x) + (y1 - y) * (y2 - y) <= bound:
+            product = (x1 - x) * (x2 - x) + (y1 - y) * (y2 - y)
+            # A right angle is one on every processor, and whichever way the machine stands.
+            if product <= bound + RELATIVE_RESOLUTION * longest * longest:
                 return False
         return True
 

@@ -61,7 +61,15 @@ class Bound(ABC):
 
     @abstractmethod
     def exit(self, start: Vector3, direction: Vector3) -> Exit | None:
-        """Return where a line from a place inside leaves, if ever; ``direction`` is a unit."""
+        """Return where a line from inside passes the edge, if ever; ``direction`` is a unit."""
+
+    @property
+    def edge(self) -> float:
+        """Where lines are cut off [m]: so far beyond the bound that they may end on it.
+
+        It is nearer than what is granted to places, so that the end of a cut line is one inside.
+        """
+        return self.bound + 0.5 * self.side * ROUNDING
 
     def slack(self, position: Vector3) -> float:
         """Return by how much the bound is kept at a place, negative if it is broken [m]."""
@@ -101,7 +109,7 @@ class Disc(Bound):
         if a == 0.0:
             return None
         b = x * direction[0] + y * direction[1]
-        squared = b * b + a * (self.bound * self.bound - x * x - y * y)
+        squared = b * b + a * (self.edge * self.edge - x * x - y * y)
         return Exit(max(0.0, (sqrt(max(0.0, squared)) - b) / a))
 
 
@@ -120,7 +128,7 @@ class Face(Bound):
         rate = direction[self.axis]
         if self.side * rate <= 0.0:
             return None
-        return Exit(max(0.0, (self.bound - start[self.axis]) / rate))
+        return Exit(max(0.0, (self.edge - start[self.axis]) / rate))
 
 
 @dataclass(frozen=True)
@@ -138,7 +146,7 @@ class TravelEnd(Bound):
 
     def exit(self, start: Vector3, direction: Vector3) -> Exit | None:
         """Return where a line leaves the sphere of the lower end, or enters that of the upper."""
-        x, y, z = start[0] - self.x, start[1] - self.y, start[2] - self.bound
+        x, y, z = start[0] - self.x, start[1] - self.y, start[2] - self.edge
         along = x * direction[0] + y * direction[1] + z * direction[2]
         outside = x * x + y * y + z * z - self.length * self.length
         squared = along * along - outside
@@ -219,7 +227,9 @@ class WorkspaceBounds:
         """
         exits = [(bound, bound.exit(start, direction)) for bound in (*self.shapes, *self.travel)]
         found = [(bound, one) for bound, one in exits if one is not None]
-        return min(found, key=lambda pair: pair[1].distance)
+        least = min(one.distance for _, one in found)
+        # Which of several limits in a corner is named is not left to rounding.
+        return next(pair for pair in found if pair[1].distance <= least + ROUNDING)
 
     def slack(self, position: Vector3) -> float:
         """Return the least distance to one of the shapes, negative outside [m]."""

@@ -24,6 +24,7 @@ from tri_glide_kinematics.mechanism_figures.drawing import (
 )
 from tri_glide_kinematics.mechanisms.f_mechanism_branch import FMechanismTrace
 from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
+from tri_glide_kinematics.rounding import within_turn
 
 FloatArray = NDArray[np.float64]
 
@@ -62,8 +63,9 @@ def f_mechanism_movie(branch: FMechanismTrace, title: str, frames: int) -> Movie
     """
     curve = f_mechanism_branches.BranchCurve.of(branch)
     shown = f_mechanism_branches.evenly(curve, frames)
+    crank = within_turn(curve.crank_angle)
     captions = tuple(
-        f"{title}\ncrank {degrees_text(curve.crank_angle[index] % math.tau, 1)}, "
+        f"{title}\ncrank {degrees_text(float(crank[index]), 1)}, "
         f"platform {degrees_text(curve.angle[index], 1)}"
         for index in shown
     )

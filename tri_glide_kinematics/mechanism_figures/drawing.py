@@ -17,6 +17,7 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.figures import MILLIMETRES
+from tri_glide_kinematics.rounding import SAME_PART, directions, first_largest
 
 FloatArray = NDArray[np.float64]
 
@@ -149,7 +150,7 @@ class DrawnMechanism:
             x, y = _free_direction(points[neighbours] - points[index])
             drop = 0.0
             if index in self._skeleton.pivots:
-                x, y = 0.0, math.copysign(1.0, y)
+                x, y = 0.0, -1.0 if y < -SAME_PART else 1.0
                 drop = 6.0 if y < 0.0 else 0.0  # the bearing stands there
             axes.annotate(
                 name,
@@ -167,9 +168,9 @@ class DrawnMechanism:
 
 def _free_direction(vectors: FloatArray) -> tuple[float, float]:
     """Return the unit vector in the middle of the widest gap between vectors, shape (k, 2)."""
-    angles = np.sort(np.arctan2(vectors[:, 1], vectors[:, 0]))
+    angles = np.sort(directions(vectors[:, 0] + 1j * vectors[:, 1]))
     gaps = np.diff(angles, append=angles[0] + math.tau)
-    widest = int(np.argmax(gaps))
+    widest = first_largest(gaps)
     middle = float(angles[widest] + 0.5 * gaps[widest])
     return math.cos(middle), math.sin(middle)
 
@@ -238,7 +239,8 @@ def plane_figure(box: FloatArray, unit: LengthUnit, beside: float = 0.0) -> tupl
 def angle_axis(axes: Axes, which: str, low: float, high: float) -> None:
     """Set limits and round ticks of an axis that shows angles; limits in [deg]."""
     span = high - low
-    step = next((s for s in (1, 2, 5, 10, 15, 30, 45, 60, 90, 180) if span / s <= 9), 360)
+    steps = (1, 2, 5, 10, 15, 30, 45, 60, 90, 180)
+    step = next((step for step in steps if span / step < 9.0 + SAME_PART), 360)
     axis = axes.xaxis if which == "x" else axes.yaxis
     axis.set_major_locator(MultipleLocator(step))
     (axes.set_xlim if which == "x" else axes.set_ylim)(low, high)
@@ -272,4 +274,6 @@ def legend_beside(axes: Axes) -> None:
 
 def degrees_text(angle: float, digits: int = 2) -> str:
     """Write an angle [rad] in degrees, with a minus sign instead of a hyphen."""
-    return f"{math.degrees(angle):.{digits}f}°".replace("-", "\N{MINUS SIGN}")
+    # Adding zero takes the sign off a zero.
+    rounded = round(math.degrees(angle), digits) + 0.0
+    return f"{rounded:.{digits}f}°".replace("-", "\N{MINUS SIGN}")

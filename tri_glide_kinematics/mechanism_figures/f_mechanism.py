@@ -39,10 +39,14 @@ from tri_glide_kinematics.mechanism_figures.f_mechanism_branches import (
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.f_mechanism_branch import EventKind
 from tri_glide_kinematics.mechanisms.f_mechanism_overview import FMechanismOverview
+from tri_glide_kinematics.rounding import within_turn, wrapped
 
 FloatArray = NDArray[np.float64]
 
 BRANCH_STYLES = ("-", "--", "-.", ":")
+
+SAME = 1e-7
+"""Places on branches that differ by less are one [rad]."""
 
 MARKS = {
     EventKind.TURNING_POINT: ("turning point", "o", "white"),
@@ -58,7 +62,7 @@ def angle_figure(overview: FMechanismOverview) -> Figure:
     upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (4.0, 1.0)})
     for number, branch in enumerate(overview.branches):
         curve = BranchCurve.of(branch)
-        crank = curve.crank_angle % math.tau
+        crank = within_turn(curve.crank_angle)
         x, y = np.insert(
             np.degrees([crank, curve.angle]), wraps(crank, curve.angle), np.nan, axis=1
         )
@@ -107,11 +111,12 @@ def _places(overview: FMechanismOverview, kind: EventKind) -> list[tuple[float, 
     if kind is EventKind.SINGULAR:
         poses += overview.singular_poses
     # Both branches that cross in a bifurcation report it.
-    places = {
-        (round(math.degrees(pose.crank_angle % math.tau), 6), round(math.degrees(pose.angle), 6))
-        for pose in poses
-    }
-    return sorted(places)
+    places: list[tuple[float, float]] = []
+    for pose in poses:
+        place = float(within_turn(pose.crank_angle)), pose.angle
+        if not any(max(abs(wrapped(a - b)) for a, b in zip(place, p)) < SAME for p in places):
+            places.append(place)
+    return sorted((math.degrees(crank), math.degrees(angle)) for crank, angle in places)
 
 
 def paths_figure(
@@ -144,7 +149,7 @@ def paths_figure(
     DrawnMechanism(axes, SKELETON, curve.points[0], unit, named=True)
     axes.set_title(
         f"F-mechanism, branch {number + 1}: {describe(branch)}\n"
-        f"drawn at crank angle {degrees_text(curve.crank_angle[0] % math.tau)}",
+        f"drawn at crank angle {degrees_text(float(within_turn(curve.crank_angle[0])))}",
         fontsize=11,
     )
     legend_beside(axes)

@@ -21,6 +21,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.f_mechanism_branch import EventKind, FMechanismTrace
 from tri_glide_kinematics.mechanisms.f_mechanism_overview import FMechanismOverview
 from tri_glide_kinematics.mechanisms.f_mechanism_pose import FMechanismPose
+from tri_glide_kinematics.rounding import SAME_PART, directions, first_largest
 
 FloatArray = NDArray[np.float64]
 
@@ -31,6 +32,9 @@ SAMPLES = 1440
 
 FEWEST_SAMPLES = 300
 """Positions of a branch that make it look smooth."""
+
+SAME_PLACE = 1e-6
+"""Branches that pass a position within this [rad, sizes] both pass through it."""
 
 SKELETON = Skeleton(
     names=tuple(f"${corner}_{level}$" for level in (0, 1, 2) for corner in "ABC"),
@@ -54,11 +58,13 @@ class BranchCurve:
         crank_angle: angle of crank A, counted on over full turns, shape (m,) [rad].
         angle: platform angle in (-pi, pi], shape (m,) [rad].
         points: the points of :data:`SKELETON`, shape (m, 9, 2) [m].
+        reverses: whether the crank does so anywhere.
     """
 
     crank_angle: FloatArray
     angle: FloatArray
     points: FloatArray
+    reverses: bool
 
     @classmethod
     def of(cls, branch: FMechanismTrace) -> BranchCurve:
@@ -77,7 +83,7 @@ class BranchCurve:
         return cls(
             np.insert(branch.crank_angle, at, [event.crank_angle for event in events]),
             np.insert(
-                np.angle(np.exp(1j * branch.angle)), at, [event.pose.angle for event in events]
+                directions(np.exp(1j * branch.angle)), at, [event.pose.angle for event in events]
             ),
             np.insert(
                 samples,
@@ -85,6 +91,7 @@ class BranchCurve:
                 [skeleton_points(branch.linkage.pivots, e.pose) for e in events],
                 axis=0,
             ),
+            bool(branch.turning_points),
         )
 
 
@@ -117,7 +124,7 @@ def _refined(mechanism: FMechanism, branch: FMechanismTrace, fewest: int) -> FMe
     # A range that ends just in the turning points would cut the branch off there.
     beyond = 0.01 * (max(turning) - min(turning))
     crank_angles = np.linspace(min(turning) - beyond, max(turning) + beyond, fewest)
-    best = int(np.argmax(np.abs(branch.singularity)))
+    best = first_largest(np.abs(branch.singularity))
     start = float(branch.crank_angle[best])
     return mechanism.trace(start, branch.pose(best), crank_angles=crank_angles, through=True)
 
@@ -141,14 +148,14 @@ def evenly(curve: BranchCurve, count: int) -> list[int]:
     Even in the crank angle where the crank turns one way; even in crank and platform angle
     together where it reverses, since the platform is fast there.
     """
-    turned = np.diff(curve.crank_angle)
-    steps = np.abs(turned)
-    if turned.min() < 0.0 < turned.max():
+    steps = np.abs(np.diff(curve.crank_angle))
+    if curve.reverses:
         turn = np.abs(np.diff(curve.angle))
         steps = steps + np.minimum(turn, math.tau - turn)
     way = np.concatenate([[0.0], np.cumsum(steps)])
     wanted = np.linspace(0.0, way[-1], count, endpoint=False)
-    return sorted(set(np.searchsorted(way, wanted).tolist()))
+    # A position that lies where it is wanted is taken, even if it seems to lie just before.
+    return sorted(set(np.searchsorted(way, wanted - SAME_PART * way[-1]).tolist()))
 
 
 def branch_through(overview: FMechanismOverview, pose: FMechanismPose) -> int:
@@ -161,7 +168,9 @@ def branch_through(overview: FMechanismOverview, pose: FMechanismPose) -> int:
         apart = np.linalg.norm(curve.points[:, 6:] - pose.platform_joints, axis=(1, 2))
         return float(np.min(turns.sum(axis=0) + apart / branch.linkage.size))
 
-    return min(range(len(overview.branches)), key=lambda i: distance(overview.branches[i]))
+    distances = [distance(branch) for branch in overview.branches]
+    # In a bifurcation it lies on two branches, of which the first is taken.
+    return next(i for i, found in enumerate(distances) if found <= min(distances) + SAME_PLACE)
 
 
 def telling_crank_angle(overview: FMechanismOverview) -> float:

@@ -30,6 +30,7 @@ from tri_glide_kinematics.mechanism_figures.drawing import (
     wraps,
 )
 from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, BranchSweep, FourBar
+from tri_glide_kinematics.rounding import SAME_ANGLE
 
 FloatArray = NDArray[np.float64]
 
@@ -71,7 +72,7 @@ def interval_around(linkage: FourBar, crank_angle: float) -> FloatArray:
     """
     for angles in crank_angles(linkage):
         middle = 0.5 * (angles[0] + angles[-1])
-        if abs(math.remainder(crank_angle - middle, math.tau)) <= angles[-1] - middle:
+        if abs(math.remainder(crank_angle - middle, math.tau)) <= angles[-1] - middle + SAME_ANGLE:
             return angles
     raise CrankLimitError(crank_angle, linkage.crank_ranges)
 

@@ -25,6 +25,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.f_mechanism_overview import FMechanismOverview
 from tri_glide_kinematics.mechanisms.files import MechanismFile, load_mechanism
 from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
+from tri_glide_kinematics.rounding import first_largest
 
 RESOLUTION = 110.0  # dots per inch
 
@@ -196,7 +197,7 @@ def _main_branch(overview: FMechanismOverview) -> int:
     if overview.fully_turning:
         return overview.fully_turning[0]
     ways = [float(np.ptp(branch.crank_angle)) for branch in overview.branches]
-    return int(np.argmax(ways))
+    return first_largest(ways)
 
 
 def _at(crank_angles: list[float]) -> str:

@@ -31,6 +31,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism_trace import (
     trace_branch,
 )
 from tri_glide_kinematics.wording import number_text
+from tri_glide_kinematics.rounding import SAME_ANGLE
 
 # Platform joints closer than this, relative to the size, are one point.
 _COINCIDENT = 1e-12
@@ -194,7 +195,7 @@ class FMechanism:
         Raises:
             NotFiniteError: if a number is NaN or infinite.
             OutOfBoundsError: if ``steps`` or ``largest_step`` is not positive, or ``crank_angles``
-                are not monotone or do not hold the start.
+                are not monotone, do not hold the start, or end at it though the phases change.
             WrongShapeError: if ``crank_angles`` or ``phases`` has another shape.
             NotAPoseError: if ``pose`` is not a position of this mechanism at ``crank_angle``.
         """
@@ -205,13 +206,21 @@ class FMechanism:
             places = _monotone("crank_angles", crank_angles, start)
             end = float(places[-1])
         stop = start + 2.0 * math.pi if end is None else finite("end", end)
-        if phases is None:
-            changes = (0.0, 0.0)
-        else:
+        way, changes = stop - start, (0.0, 0.0)
+        if phases is not None:
             phase_b, phase_c = finite_vector("phases", phases, 2)
             changes = (phase_b - self.phase_b, phase_c - self.phase_c)
-        drive, length = straight_drive(self._linkage, start, (stop - start, *changes))
-        turning_only = changes == (0.0, 0.0)
+        turning_only = max(map(abs, changes)) <= SAME_ANGLE
+        if turning_only:
+            changes = (0.0, 0.0)
+        if places is not None:
+            if turning_only:
+                # The sense of the given angles counts, also from the last of them.
+                way = float(places[-1] - places[0])
+            elif abs(way) <= SAME_ANGLE:
+                bound = "other than the last of crank_angles, as the phases change"
+                raise OutOfBoundsError("crank_angle", start, bound, "rad")
+        drive, length = straight_drive(self._linkage, start, (way, *changes))
         if places is not None:
             stations = (places - start) / drive.rates[0]
         else:
@@ -261,7 +270,7 @@ def _monotone(name: str, values: ArrayLike, start: float) -> NDArray[np.float64]
             "rad",
         )
     low, high = sorted((float(array[0]), float(array[-1])))
-    if not low <= start <= high:
+    if not low - SAME_ANGLE <= start <= high + SAME_ANGLE:
         raise OutOfBoundsError(
             "crank_angle", start, f"within {name}, {number_text(low)} to {number_text(high)}", "rad"
         )

@@ -45,6 +45,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism_roots import (
     possible_cells,
     sample,
 )
+from tri_glide_kinematics.rounding import directions
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -142,8 +143,7 @@ def _solve_chunk(linkage: Linkage, angles: Array, result: FMechanismPoses, first
         failed = degenerate | ~(residual <= _RESIDUAL * linkage.size)
     special[row[failed]] = True
 
-    angle = np.angle(z)
-    angle[angle <= -np.pi] = np.pi
+    angle = directions(z)
     ordinary = np.flatnonzero(~special[row])
     ordinary = ordinary[_row_order(row[ordinary], angle[ordinary])]
     row = row[ordinary]

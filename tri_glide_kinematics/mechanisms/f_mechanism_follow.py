@@ -22,6 +22,8 @@ from tri_glide_kinematics.mechanisms.f_mechanism_singular import (
     turning_point,
 )
 
+# A start whose drive is slower than this along the curve is a turning point.
+STANDSTILL = 1e-6
 # Another branch this near [rad] is a reason to look for a bifurcation ahead.
 _SUSPICIOUS_RADIUS = 5e-3
 # The search is repeated whenever the other branch has come nearer by this factor.
@@ -88,12 +90,15 @@ def follow(
 ) -> Iterator[Arc | Turning | Bifurcation | Singular]:
     """Walk along the curve from ``x``; ``sense`` is +1 or -1 along ``Frame.tangent``.
 
-    The walk never ends by itself unless at a bifurcation that cannot be passed, or where the curve
-    is singular along more than a point.
+    A start that is a turning point is not reported as one: ``sense`` tells to which side of it the
+    walk leads. The walk never ends by itself unless at a bifurcation that cannot be passed, or
+    where the curve is singular along more than a point.
     """
     frame = curve.frame(x)
     searched = math.inf
     covered = _LEG_LENGTH
+    # At a turning point only rounding tells which way the drive runs.
+    standing = frame is not None and abs(frame.tangent[2]) < STANDSTILL
     for count in itertools.count():
         if count % _LEG == 0:
             stuck, covered = covered < _LEG_LENGTH, 0.0
@@ -129,7 +134,7 @@ def follow(
             _scaled(frame.tangent, sense),
             _scaled(following.tangent, sense),
         )
-        if (frame.tangent[2] > 0.0) == (following.tangent[2] > 0.0):
+        if standing or (frame.tangent[2] > 0.0) == (following.tangent[2] > 0.0):
             yield Arc(frame, 0.0, h, radius, frame.x, x, start_tangent, end_tangent)
         else:
             point, middle = turning_point(curve, frame, h)
@@ -139,6 +144,7 @@ def follow(
             yield Turning(point)
             yield Arc(frame, middle, h, radius, point, x, tangent, end_tangent)
         frame = following
+        standing = False
 
 
 def _advance(

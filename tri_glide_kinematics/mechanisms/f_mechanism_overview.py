@@ -22,6 +22,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism_trace import (
     trace_branch,
     uniform_stations,
 )
+from tri_glide_kinematics.rounding import first_largest
 
 Array = NDArray[np.float64]
 
@@ -69,7 +70,7 @@ def survey(linkage: Linkage, samples: int) -> FMechanismOverview:
     while True:
         # Start far from singular positions, where the branch is well told from others.
         strength = np.where(missing, np.abs(poses.singularity), -1.0)
-        row, slot = divmod(int(np.argmax(strength)), strength.shape[1])
+        row, slot = divmod(first_largest(strength), strength.shape[1])
         if not missing[row, slot]:
             break
         missing[row, slot] = False

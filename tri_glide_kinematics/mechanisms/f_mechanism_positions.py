@@ -24,6 +24,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism_closure import (
 )
 from tri_glide_kinematics.mechanisms.f_mechanism_pose import FMechanismPose, Point
 from tri_glide_kinematics.mechanisms.f_mechanism_roots import NODES, real_roots
+from tri_glide_kinematics.rounding import wrapped
 
 # Below this determinant, relative to the lengths in it, the linear system for v loses so many
 # digits that v is taken from the circle of rod A and one linear equation instead.
@@ -36,6 +37,8 @@ _ACCEPTED = 1e-11
 _LONGEST_CORRECTION = 1e-4
 _LONGEST_STEP = 0.01
 _SAME_POSITION = 1e-7
+# Platform angles of two positions that differ by less are one; the platform is translated [rad].
+_SAME_ANGLE = 1e-9
 # Rounding of products of lengths, relative to the same power of the size.
 _LENGTH_ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
 # Agreement of lengths that makes a mechanism special, relative to the size.
@@ -71,12 +74,23 @@ def poses_at(linkage: Linkage, crank_angle: float) -> tuple[FMechanismPose, ...]
         for position in positions(linkage, pins, crank_angle)
     ]
     if len(poses) > 1:
-        poses.sort(key=_platform_angle)
+        _put_in_order(linkage, poses)
     return tuple(poses)
 
 
-def _platform_angle(pose: FMechanismPose) -> float:
-    return pose.angle
+def _put_in_order(linkage: Linkage, poses: list[FMechanismPose]) -> None:
+    """Sort by platform angle; positions that share one by the place of the platform."""
+
+    def place(pose: FMechanismPose) -> tuple[float, float]:
+        x, y = pose.position
+        return round(x / linkage.size, 6), round(y / linkage.size, 6)
+
+    poses.sort(key=lambda pose: pose.angle)
+    first = 0
+    for after in range(1, len(poses) + 1):
+        if after == len(poses) or poses[after].angle - poses[after - 1].angle > _SAME_ANGLE:
+            poses[first:after] = sorted(poses[first:after], key=place)
+            first = after
 
 
 def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Position]:
@@ -242,10 +256,9 @@ def pose_of(
     residual = max(
         abs(abs(joint - pin) - length) for joint, pin, length in zip(joints, pins, linkage.rods)
     )
-    angle = cmath.phase(z)
     return FMechanismPose(
         crank_angle,
-        angle if angle > -math.pi else math.pi,
+        wrapped(cmath.phase(z)),
         (origin.real, origin.imag),
         (_point(pins.a), _point(pins.b), _point(pins.c)),
         (_point(joints[0]), _point(joints[1]), _point(joints[2])),

@@ -22,8 +22,14 @@ from tri_glide_kinematics.mechanisms.f_mechanism_closure import (
     rod_jacobian,
     singularity_unit,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism_curve import Curve, Drive, Vector
-from tri_glide_kinematics.mechanisms.f_mechanism_follow import Arc, Bifurcation, Turning, follow
+from tri_glide_kinematics.mechanisms.f_mechanism_curve import Curve, Drive, Frame, Vector
+from tri_glide_kinematics.mechanisms.f_mechanism_follow import (
+    STANDSTILL,
+    Arc,
+    Bifurcation,
+    Turning,
+    follow,
+)
 from tri_glide_kinematics.mechanisms.f_mechanism_pose import FMechanismPose
 from tri_glide_kinematics.mechanisms.f_mechanism_positions import (
     Position,
@@ -43,12 +49,10 @@ Array = NDArray[np.float64]
 # Values of the drive to report in the half-open interval (from, to], in this order.
 Stations = Callable[[float, float], Array]
 
-# A start whose drive is slower than this along the curve is a turning point.
-_STANDSTILL = 1e-6
 # Rod gap of a start, relative to the size, that is still corrected instead of refused.
 _NEAR_POSE = 1e-6
 _CLOSED = 1e-8
-# Stations at the end of an arc are met to rounding only [rad].
+# Values of the drive closer than this are one: an arc meets its end to rounding only [rad].
 _SPLIT = 1e-12
 
 
@@ -162,7 +166,7 @@ class _Recorder:
         """Take a turning point; return whether the trace ends there."""
         period = self.plan.period
         drift = x[2] if math.isinf(period) else math.remainder(x[2], period)
-        if abs(drift) < _STANDSTILL and same_position(x, self.start, 10.0 * _STANDSTILL):
+        if abs(drift) < STANDSTILL and same_position(x, self.start, 10.0 * STANDSTILL):
             self.event(EventKind.CLOSED, x)
             return True
         self.event(EventKind.TURNING_POINT, x)
@@ -174,7 +178,8 @@ class _Recorder:
         self.arcs.append(arc)
         low, high = arc.start[2], arc.end[2]
         limit = self.plan.high if high > low else self.plan.low
-        ends = high >= limit if high > low else high <= limit
+        # A turning point that lies on the limit is still taken.
+        ends = high > limit + _SPLIT if high > low else high < limit - _SPLIT
         closing = self._closing(arc, limit if ends else high)
         stop = closing[2] if closing else (limit if ends else high)
         stations = self.plan.stations(low, stop)
@@ -201,14 +206,17 @@ class _Recorder:
 
 
 def _multiples(period: float, start: float, stop: float) -> list[float]:
-    """Multiples of ``period`` in (start, stop], rising or falling; only 0 if it is infinite."""
+    """Multiples of ``period`` in (start, stop], rising or falling; only 0 if it is infinite.
+
+    One that is missed by rounding only belongs to the interval that ends there.
+    """
     sign = 1.0 if stop > start else -1.0
     if math.isinf(period):
         candidates = [0.0]
     else:
         first, last = sorted((math.floor(start / period), math.ceil(stop / period)))
-        candidates = [period * k for k in range(first, last + 1)]
-    inside = [s for s in candidates if sign * start < sign * s <= sign * stop]
+        candidates = [period * k for k in range(first - 1, last + 2)]
+    inside = [s for s in candidates if sign * start + _SPLIT < sign * s <= sign * stop + _SPLIT]
     return sorted(inside, reverse=sign < 0.0)
 
 
@@ -219,11 +227,11 @@ def trace_branch(curve: Curve, start: Vector, plan: Plan) -> FMechanismTrace:
     standing = False
     sense = 1.0
     if first is not None:
-        sense = 1.0 if first.tangent[2] > 0.0 else -1.0
+        sense = _sense(first)
         bend = first.normal_1[2] * first.curvature[0] + first.normal_2[2] * first.curvature[1]
-        if abs(first.tangent[2]) < _STANDSTILL and bend < 0.0:
-            # The branch lies on the other side of this turning point.
-            standing, sense = True, -sense
+        if abs(first.tangent[2]) < STANDSTILL and bend < 0.0:
+            # The branch lies behind this turning point.
+            standing = True
             recorder.rising = False
             recorder.event(EventKind.TURNING_POINT, start)
     if plan.high <= 0.0:
@@ -243,6 +251,17 @@ def trace_branch(curve: Curve, start: Vector, plan: Plan) -> FMechanismTrace:
             else:
                 recorder.event(EventKind.SINGULAR, item.point)
     return _assemble(recorder)
+
+
+def _sense(first: Frame) -> float:
+    """Sense along the tangent in which a branch is followed: the drive rises.
+
+    From a turning point, where the branch lies to either side, the platform angle rises.
+    """
+    swing, turn, drive = first.tangent
+    if abs(drive) < STANDSTILL:
+        drive = turn if abs(turn) > STANDSTILL else swing
+    return math.copysign(1.0, drive)
 
 
 def _assemble(recorder: _Recorder) -> FMechanismTrace:

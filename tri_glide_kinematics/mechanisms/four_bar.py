@@ -8,6 +8,7 @@ linkage as such are in :mod:`.four_bar_analysis`.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -33,6 +34,7 @@ from tri_glide_kinematics.mechanisms.four_bar_sweep import (
     GroundFrame,
     PointMotion,
 )
+from tri_glide_kinematics.rounding import wrapped
 
 __all__ = [
     "Branch",
@@ -161,8 +163,8 @@ class FourBar:
         a = complex(*finite_vector("crank_pin", crank_pin, 2))
         b = complex(*finite_vector("rocker_pin", rocker_pin, 2))
         b0 = complex(*finite_vector("rocker_pivot", rocker_pivot, 2))
-        ground_angle = math.atan2((b0 - a0).imag, (b0 - a0).real)
-        crank_angle = math.atan2((a - a0).imag, (a - a0).real)
+        ground_angle = wrapped(cmath.phase(b0 - a0))
+        crank_angle = wrapped(cmath.phase(a - a0))
         linkage = AssembledFourBar(
             crank=abs(a - a0),
             coupler=abs(b - a),
@@ -221,8 +223,8 @@ class FourBar:
         extremes = analysis.transmission_extremes(self.lengths)
         return replace(
             extremes,
-            smallest_at=analysis.wrap(extremes.smallest_at + self.ground_angle),
-            largest_at=analysis.wrap(extremes.largest_at + self.ground_angle),
+            smallest_at=wrapped(extremes.smallest_at + self.ground_angle),
+            largest_at=wrapped(extremes.largest_at + self.ground_angle),
         )
 
     @cached_property

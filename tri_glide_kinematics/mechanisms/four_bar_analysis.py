@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from tri_glide_kinematics.mechanisms.four_bar_lengths import LINK_NAMES, LinkLengths
+from tri_glide_kinematics.rounding import wrapped
 
 
 class Branch(Enum):
@@ -69,8 +70,8 @@ class DeadCentre:
 
     Attributes:
         kind: which links.
-        crank_angle: in [rad], from -pi to pi.
-        rocker_angle: in [rad], from -pi to pi; NaN in the one position of a kite in which the crank
+        crank_angle: in [rad], in (-pi, pi].
+        rocker_angle: in [rad], in (-pi, pi]; NaN in the one position of a kite in which the crank
             pin lies on the rocker pivot, so that the rocker is free to turn.
         branch: the branch it lies on, None where both branches meet.
     """
@@ -84,8 +85,8 @@ class DeadCentre:
         """Return the same position, seen from a line that lies ``angle`` [rad] back."""
         return replace(
             self,
-            crank_angle=wrap(self.crank_angle + angle),
-            rocker_angle=wrap(self.rocker_angle + angle),
+            crank_angle=wrapped(self.crank_angle + angle),
+            rocker_angle=wrapped(self.rocker_angle + angle),
         )
 
 
@@ -109,11 +110,6 @@ class TransmissionExtremes:
     def worst(self) -> float:
         """The transmission angle that is farthest from a right angle, as an acute one, in [rad]."""
         return min(self.smallest, math.pi - self.largest)
-
-
-def wrap(angle: float) -> float:
-    """Return the equal angle from -pi to pi, in [rad]."""
-    return math.remainder(angle, math.tau)
 
 
 def grashof_class(lengths: LinkLengths) -> GrashofClass:
@@ -240,9 +236,9 @@ def _crank_and_coupler(
     direction = 2.0 * math.atan2(math.sqrt(opposite), math.sqrt(adjacent))
     found = []
     for angle in _both_signs(direction):
-        crank_angle = angle if reach > 0.0 else wrap(angle + math.pi)
+        crank_angle = angle if reach > 0.0 else wrapped(angle + math.pi)
         side = sense * b * d * math.sin(crank_angle)
-        rocker_angle = math.atan2(r * math.sin(angle), r * math.cos(angle) - d)
+        rocker_angle = wrapped(math.atan2(r * math.sin(angle), r * math.cos(angle) - d))
         found.append(
             DeadCentre(kind, crank_angle, rocker_angle, branch_of(lengths, crank_angle, side))
         )
@@ -264,5 +260,5 @@ def _coupler_and_rocker(lengths: LinkLengths, kind: DeadCentreKind) -> list[Dead
     for crank_angle in _both_signs(limit):
         x = sense * (d - a * math.cos(crank_angle))
         y = -sense * a * math.sin(crank_angle)
-        found.append(DeadCentre(kind, crank_angle, math.atan2(y, x), None))
+        found.append(DeadCentre(kind, crank_angle, wrapped(math.atan2(y, x)), None))
     return found

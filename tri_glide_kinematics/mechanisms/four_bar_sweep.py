@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.checks import finite
 from tri_glide_kinematics.mechanisms.four_bar_analysis import Branch
 from tri_glide_kinematics.mechanisms.four_bar_lengths import LinkLengths
+from tri_glide_kinematics.rounding import directions
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -140,14 +141,12 @@ class BranchSweep:
     @property
     def coupler_angles(self) -> FloatArray:
         """From the x axis to the line from crank pin to rocker pin, in (-pi, pi]. Shape (n,)."""
-        angles: FloatArray = np.angle(self.frame.rotation * self._coupler)
-        return angles
+        return directions(self.frame.rotation * self._coupler)
 
     @property
     def rocker_angles(self) -> FloatArray:
         """From the x axis to the line from rocker pivot to rocker pin, in (-pi, pi]. Shape (n,)."""
-        angles: FloatArray = np.angle(self.frame.rotation * self._rocker)
-        return angles
+        return directions(self.frame.rotation * self._rocker)
 
     @property
     def transmission_angles(self) -> FloatArray:

@@ -30,6 +30,7 @@ from tri_glide_kinematics.checks import (
     positive,
 )
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError
+from tri_glide_kinematics.rounding import SAME_PART
 
 FloatArray = NDArray[np.float64]
 
@@ -191,7 +192,7 @@ class LandingGear:
             positive(name, getattr(self, name), "kg")
         axial = positive("wheel_axial_inertia", self.wheel_axial_inertia, "kg m^2")
         transverse = positive("wheel_transverse_inertia", self.wheel_transverse_inertia, "kg m^2")
-        if axial > 2.0 * transverse * (1.0 + 1e-9):
+        if axial > 2.0 * transverse * (1.0 + SAME_PART):
             bound = "at most twice wheel_transverse_inertia"
             raise OutOfBoundsError("wheel_axial_inertia", axial, bound, "kg m^2")
         finite_vector("gravity", self.gravity, 3)
@@ -286,15 +287,16 @@ def _check_inertia(name: str, inertia: FloatArray) -> None:
     scale = float(np.abs(inertia).max())
     skew = inertia - inertia.T
     row, column = np.unravel_index(int(np.abs(skew).argmax()), skew.shape)
-    if abs(skew[row, column]) > 1e-9 * scale:
+    if abs(skew[row, column]) > SAME_PART * scale:
         bound = f"equal to {name}[{column}][{row}] = {inertia[column, row]:.9g}"
         raise OutOfBoundsError(
             f"{name}[{row}][{column}]", float(inertia[row, column]), bound, "kg m^2"
         )
     smallest, middle, largest = np.linalg.eigvalsh(inertia).tolist()
-    if smallest <= 0.0:
+    # That of a thin rod is zero, whatever rounding makes of it.
+    if smallest <= SAME_PART * largest:
         raise OutOfBoundsError(f"smallest principal value of {name}", smallest, "greater than 0")
-    if largest > (smallest + middle) * (1.0 + 1e-9):
+    if largest > (smallest + middle) * (1.0 + SAME_PART):
         bound = f"at most the sum of the other two, {smallest + middle:.9g}"
         raise OutOfBoundsError(f"largest principal value of {name}", largest, bound)
 

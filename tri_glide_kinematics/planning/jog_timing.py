@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.errors import PlanningError
+from tri_glide_kinematics.limits import RELATIVE_ROUNDING
 from tri_glide_kinematics.planning.line_entry import Entry
 from tri_glide_kinematics.planning.line_plan import WayLaw
 from tri_glide_kinematics.planning.pacing import Pace, Shape
@@ -57,10 +58,12 @@ class JogGains(NamedTuple):
             timed: what was planned with these gains.
             slowdowns: factor by which each piece of it is too fast. Shape (k,).
         """
-        ends = timed.law.times[1:]
-        begin = _excess(slowdowns[ends <= timed.steady_from])
-        end = _excess(slowdowns[ends > timed.steady_until])
-        steady = _excess(slowdowns[(ends > timed.steady_from) & (ends <= timed.steady_until)])
+        # Pieces end where the ramps do, but for rounding; their middles are clear of that.
+        middles = 0.5 * (timed.law.times[:-1] + timed.law.times[1:])
+        ramping = middles < timed.steady_from
+        ending = middles > timed.steady_until
+        begin, end = _excess(slowdowns[ramping]), _excess(slowdowns[ending])
+        steady = _excess(slowdowns[~ramping & ~ending])
         return JogGains(self.begin / begin**2, self.end / end**2, self.haste / steady)
 
 
@@ -81,7 +84,7 @@ class TimedJog(NamedTuple):
 def _excess(slowdowns: FloatArray) -> float:
     """Return the largest factor, with a margin, or 1 if there is none above 1."""
     largest = float(slowdowns.max(initial=0.0))
-    return MARGIN * largest if largest > 1.0 else 1.0
+    return MARGIN * largest if largest > 1.0 + RELATIVE_ROUNDING else 1.0
 
 
 class JogTiming:

@@ -154,7 +154,7 @@ class LinearMotion:
         for _ in range(JOG_ATTEMPTS):
             timed = self._jogs.law(entry, paced, gains)
             slowdowns = slowdown(line_demand(entry.line, timed.law, entry.blend), limits)
-            if slowdowns.max() <= 1.0:
+            if slowdowns.max() <= 1.0 + RELATIVE_ROUNDING:
                 break
             gains = gains.after(timed, slowdowns)
         law = timed.law

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.planning.plans import CubicPlan, FloatArray
+from tri_glide_kinematics.rounding import SAME_PART
 
 
 class CoordinateLaw(NamedTuple):
@@ -64,7 +65,8 @@ def _shares(begins: list[float], total: float, pieces: int) -> list[int]:
     """Return how many of the ``pieces`` each phase gets that begins at ``begins``."""
     least = max(1, pieces // (2 * len(begins)))
     spare = (pieces - least * len(begins)) / total
-    given = [round(spare * end) for end in (*begins[1:], total)]
+    # Symmetric phases meet at a half: it is rounded down whatever the last bits are.
+    given = [round(spare * end - SAME_PART) for end in (*begins[1:], total)]
     return [least + until - before for before, until in zip([0, *given], given)]
 
 
