@@ -7,7 +7,7 @@ import math
 import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.workspace import WorkspaceLimits
@@ -85,3 +85,13 @@ def random_positions(
         condition = machine.condition_number_batch(places)
         found = np.concatenate((found, places[condition < max_condition]))
     return found[:count]
+
+
+def nudged(rng: np.random.Generator, values: ArrayLike) -> NDArray[np.float64]:
+    """The same numbers with other last bits, as another processor might have them.
+
+    Each is changed by up to four units of the last place of the largest, so that zeros change too.
+    """
+    array = np.asarray(values, dtype=np.float64)
+    unit = float(np.spacing(np.abs(array).max(initial=0.0)))
+    return np.asarray(array + unit * rng.integers(-4, 5, array.shape))

@@ -67,3 +67,31 @@ def test_all_errors_have_one_base_that_is_a_value_error():
     assert issubclass(KinematicsError, ValueError)
     for error in (NotFiniteError, OutOfBoundsError, WrongShapeError):
         assert issubclass(error, KinematicsError)
+
+
+@pytest.mark.parametrize("check", [checks.finite, checks.positive, checks.non_negative])
+def test_huge_numbers_are_refused(check):
+    assert check("length", 1e30) == 1e30
+    with pytest.raises(OutOfBoundsError, match=r"length = 1e\+300 must be at most 1e\+30"):
+        check("length", 1e300)
+
+
+def test_huge_numbers_in_vectors_are_refused_by_name():
+    assert checks.finite_vector("v", (1e30, -1e30), 2) == (1e30, -1e30)
+    with pytest.raises(OutOfBoundsError, match=r"v\[1\] = -1e\+31 must be at most 1e\+30"):
+        checks.finite_vector("v", (0.0, -1e31), 2)
+
+
+def test_an_empty_list_has_no_rows():
+    assert checks.array_of_shape("points", [], (None, 3)).shape == (0, 3)
+    assert checks.array_of_shape("angles", [], (None,)).shape == (0,)
+    with pytest.raises(WrongShapeError):
+        checks.array_of_shape("point", [], (3,))
+
+
+def test_finite_array():
+    assert checks.finite_array("angle", 1.0, ()).shape == ()
+    for value in (math.nan, -math.inf, 1e31):
+        error = OutOfBoundsError if math.isfinite(value) else NotFiniteError
+        with pytest.raises(error, match=r"points\[1\]\[0\]"):
+            checks.finite_array("points", [[1.0, 2.0], [value, value]], (None, 2))

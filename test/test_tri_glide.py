@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from strategies import (
     DEFAULT_GEOMETRY,
     geometries,
+    nudged,
     random_geometry,
     random_positions,
     reproducible,
@@ -150,6 +151,22 @@ def test_jacobian_turns_platform_velocity_into_height_rates():
         np.testing.assert_allclose((largest, smallest), expected[[0, 2]], rtol=1e-12)
 
 
+def test_condition_number_does_not_depend_on_the_height():
+    machine = TriGlide(DEFAULT_GEOMETRY)
+    places = [(0.05, -0.02, z) for z in (0.0, -0.3, 1e6, 1e300)]
+    expected = machine.condition_number(places[0])
+    np.testing.assert_allclose(machine.condition_number_batch(places), expected, rtol=1e-14)
+    assert np.isnan(machine.condition_number_batch([(0.0, 0.0, math.inf)])).all()
+
+
+def test_is_a_value():
+    again = TriGlide(TriGlideGeometry(DEFAULT_GEOMETRY.anchors, (0.4,) * 3), compiled=True)
+    assert again == TriGlide(DEFAULT_GEOMETRY)
+    assert hash(again) == hash(TriGlide(DEFAULT_GEOMETRY))
+    assert again != TriGlide(TriGlideGeometry(DEFAULT_GEOMETRY.anchors, (0.4, 0.4, 0.41)))
+    assert again != DEFAULT_GEOMETRY
+
+
 def test_condition_number_agrees_with_singular_value_decomposition():
     rng = np.random.default_rng(13)
     for symmetric in (True, False):
@@ -258,6 +275,25 @@ class TestErrorsOfPoses:
         for call in (machine.inverse_batch, machine.forward_batch, machine.condition_number_batch):
             with pytest.raises(WrongShapeError, match=r"expected \(n, 3\)"):
                 call(np.zeros(shape))
+
+    def test_the_arm_that_is_named_is_not_left_to_rounding(self):
+        rng = np.random.default_rng(8)
+        named = set()
+        for _ in range(100):
+            with pytest.raises(ArmTooShortError) as far:
+                self.machine.inverse(nudged(rng, (0.0, 0.5, 0.1)))
+            with pytest.raises(PlatformAboveSliderError) as high:
+                self.machine.forward(nudged(rng, (0.75, 0.3, 0.3)))
+            named.add((far.value.arm, high.value.arm))
+        assert len(named) == 1
+
+    @pytest.mark.parametrize("compiled", [False, True])
+    @pytest.mark.parametrize("nothing", [[], (), np.empty((0, 3))])
+    def test_nothing_gives_nothing(self, nothing, compiled):
+        machine = TriGlide(DEFAULT_GEOMETRY, compiled=compiled)
+        assert machine.inverse_batch(nothing).shape == (0, 3)
+        assert machine.forward_batch(nothing).shape == (0, 3)
+        assert machine.condition_number_batch(nothing).shape == (0,)
 
     def test_what_overflows_is_refused(self):
         with pytest.raises(ArmTooShortError):
@@ -437,6 +473,13 @@ class TestGeometry:
             else:
                 refuted += not below.all()
         assert min(proven, refuted) >= 20
+
+    def test_a_right_angle_is_one_however_the_machine_stands(self):
+        right_angle = np.array([0.2, 0.2j, 0.0]) + (0.3 + 0.1j)
+        for angle in np.random.default_rng(7).uniform(-math.pi, math.pi, 300):
+            turned = right_angle * np.exp(1j * angle)
+            geometry = TriGlideGeometry(np.column_stack((turned.real, turned.imag)), (0.5,) * 3)
+            assert not geometry.has_single_assembly_mode()
 
     def test_calibrated_machine_needs_no_check_of_the_assembly_mode(self):
         assert DEFAULT_GEOMETRY.has_single_assembly_mode()

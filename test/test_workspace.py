@@ -7,7 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from strategies import DEFAULT_GEOMETRY, DEFAULT_LIMITS, random_geometry, random_positions
+from strategies import (
+    DEFAULT_GEOMETRY,
+    DEFAULT_LIMITS,
+    nudged,
+    random_geometry,
+    random_positions,
+)
 
 from tri_glide_kinematics.errors import (
     KinematicsError,
@@ -424,6 +430,63 @@ class TestAtTheEdge:
         _, state, acceleration = smooth_path((0.9, 0.8, 0.8), (0.9, 0.85, 0.75), (0,) * 3, 1.0)
         WORKSPACES["plain"].check_path(state, 1.0, acceleration)
 
+    def test_lines_may_end_on_the_edge(self):
+        rng = np.random.default_rng(20)
+        box, cylinder = WORKSPACES["box"], WORKSPACES["cylinder"]
+        for start in inside_positions(box, rng, 300):
+            end = np.array((*rng.uniform(-0.06, 0.06, 2), rng.uniform(0.2, 0.3)))
+            for axis in range(3):
+                for corner in (box.limits.box_lower, box.limits.box_upper):
+                    on_face = np.where(np.arange(3) == axis, corner, end)
+                    if passes(box.check_position, on_face):
+                        box.check_segment(start, nudged(rng, on_face))
+        for start in inside_positions(cylinder, rng, 300):
+            angle = rng.uniform(0.0, math.tau)
+            x = CYLINDER.center_x + CYLINDER.radius * math.cos(angle)
+            y = CYLINDER.center_y + CYLINDER.radius * math.sin(angle)
+            cylinder.check_segment(start, nudged(rng, (x, y, 0.3)))
+
+    def test_lines_may_end_where_slider_travel_does(self):
+        rng = np.random.default_rng(21)
+        workspace = WORKSPACES["plain"]
+        checked = 0
+        for start in inside_positions(workspace, rng, 100):
+            for arm in range(3):
+                for end_of_travel, inwards in ((0.3, 1.0), (0.9, -1.0)):
+                    heights = np.full(3, end_of_travel) + inwards * rng.uniform(0.0, 0.1, 3)
+                    heights[arm] = end_of_travel
+                    end = MACHINE.forward(heights)
+                    if not workspace.exit_distance(end, np.subtract(start, end), 1e-3):
+                        continue
+                    # The way there may lead past the upper end, as a slider rises on its way.
+                    reached = workspace.exit_distance(start, np.subtract(end, start), 9.0)
+                    if reached > math.dist(start, end) - 1e-6:
+                        workspace.check_segment(start, nudged(rng, end))
+                        checked += 1
+        assert checked > 200
+
+    def test_lines_may_run_along_a_face(self):
+        rng = np.random.default_rng(22)
+        workspace = Workspace(MACHINE, replace(DEFAULT_LIMITS, box_lower=(-0.1, -0.1, 0.2)))
+        for _ in range(300):
+            x, y, end_x, end_y = rng.uniform(-0.06, 0.06, 4)
+            start, end = nudged(rng, (x, y, 0.2)), nudged(rng, (end_x, end_y, 0.2))
+            workspace.check_segment(start, end)
+            assert workspace.exit_distance(start, end - start, 0.01) == 0.01
+
+    def test_which_limit_of_a_corner_is_named_is_not_left_to_rounding(self):
+        rng = np.random.default_rng(23)
+        machine = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.4, math.radians(180.0)))
+        limits = replace(DEFAULT_LIMITS, max_condition_number=1e6)
+        workspace = Workspace(machine, limits)
+        # Arms 2 and 3 are as far away.
+        arms = set()
+        for _ in range(200):
+            with pytest.raises(OutsideWorkspaceError) as caught:
+                workspace.check_segment((0.0, 0.0, 0.3), nudged(rng, (0.0, -0.31, 0.3)))
+            arms.add((caught.value.limit, caught.value.arm))
+        assert len(arms) == 1
+
     def test_from_the_edge_only_the_way_out_is_closed(self):
         workspace = WORKSPACES["box"]
         edge = (0.0, 0.0, workspace.limits.box_upper[2])
@@ -487,6 +550,15 @@ class TestAtTheEdge:
 
 
 class TestLimitsAsASet:
+    def test_workspace_is_a_value(self):
+        again = Workspace(TriGlide(DEFAULT_GEOMETRY), replace(DEFAULT_LIMITS))
+        plain = WORKSPACES["plain"]
+        assert again == plain
+        assert hash(again) == hash(plain)
+        assert plain != WORKSPACES["box"]
+        assert plain != plain.widened_to((0.2, 0.3, 0.3))
+        assert plain.widened_to((0.4, 0.4, 0.4)) == plain
+
     def test_is_a_value_of_plain_floats(self):
         limits = WorkspaceLimits(np.zeros(3), [1, 1, 1], 0, 5, box_lower=np.zeros(3))
         assert limits == WorkspaceLimits((0.0,) * 3, (1.0,) * 3, 0.0, 5.0, box_lower=(0.0,) * 3)

@@ -10,27 +10,33 @@ from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 
+# Numbers are no larger than this, whatever their unit, so that products of several do not overflow.
+LARGEST = 1e30
 
-def finite(name: str, value: float) -> float:
+
+def finite(name: str, value: float, largest: float = LARGEST) -> float:
     """Return ``value`` as a float.
 
     Raises:
         NotFiniteError: if it is NaN or infinite.
+        OutOfBoundsError: if its absolute value is above ``largest``.
     """
     number = float(value)
     if not math.isfinite(number):
         raise NotFiniteError(name, number)
+    if abs(number) > largest:
+        raise OutOfBoundsError(name, number, f"at most {largest:g} in absolute value")
     return number
 
 
-def positive(name: str, value: float, unit: str = "") -> float:
+def positive(name: str, value: float, unit: str = "", largest: float = LARGEST) -> float:
     """Return ``value`` as a float.
 
     Raises:
         NotFiniteError: if it is NaN or infinite.
-        OutOfBoundsError: if it is not greater than zero.
+        OutOfBoundsError: if it is not greater than zero, or above ``largest``.
     """
-    number = finite(name, value)
+    number = finite(name, value, largest)
     if number <= 0.0:
         raise OutOfBoundsError(name, number, "greater than 0", unit)
     return number
@@ -41,7 +47,7 @@ def non_negative(name: str, value: float, unit: str = "") -> float:
 
     Raises:
         NotFiniteError: if it is NaN or infinite.
-        OutOfBoundsError: if it is less than zero.
+        OutOfBoundsError: if it is less than zero, or above ``LARGEST``.
     """
     number = finite(name, value)
     if number < 0.0:
@@ -55,12 +61,13 @@ def finite_vector(name: str, values: Sequence[float], size: int) -> tuple[float,
     Raises:
         WrongShapeError: if there are more or fewer than ``size``.
         NotFiniteError: if one of them is NaN or infinite; it is named by its index.
+        OutOfBoundsError: if the absolute value of one of them is above ``LARGEST``.
     """
     numbers = tuple(values)
     if len(numbers) != size:
         raise WrongShapeError(name, (len(numbers),), f"({size},)")
     numbers = tuple(map(float, numbers))
-    if not all(map(math.isfinite, numbers)):
+    if not sum(map(abs, numbers)) <= LARGEST:
         for index, number in enumerate(numbers):
             finite(f"{name}[{index}]", number)
     return numbers
@@ -71,14 +78,36 @@ def array_of_shape(
 ) -> NDArray[np.float64]:
     """Return ``values`` as a float array; ``None`` in ``shape`` stands for any size.
 
+    An empty list, which has no further sizes, is taken for an array without rows.
+
     Raises:
         WrongShapeError: if its shape is another.
     """
     array = np.asarray(values, dtype=np.float64)
+    if array.shape == (0,) and shape[0] is None:
+        array = array.reshape((0, *(size or 0 for size in shape[1:])))
     fits = array.ndim == len(shape) and all(
         wanted is None or wanted == actual for wanted, actual in zip(shape, array.shape)
     )
     if not fits:
         expected = "(" + ", ".join("n" if n is None else str(n) for n in shape) + ")"
         raise WrongShapeError(name, array.shape, expected)
+    return array
+
+
+def finite_array(
+    name: str, values: ArrayLike, shape: tuple[int | None, ...]
+) -> NDArray[np.float64]:
+    """Return ``values`` as a float array of finite numbers; ``shape`` as in ``array_of_shape``.
+
+    Raises:
+        WrongShapeError: if its shape is another.
+        NotFiniteError: if one of the numbers is NaN or infinite; it is named by its index.
+        OutOfBoundsError: if the absolute value of one of them is above ``LARGEST``.
+    """
+    array = array_of_shape(name, values, shape)
+    # Not by a scalar product: the linear algebra library may share that out to threads, which keep
+    # their cores busy for a while after.
+    for index in np.argwhere(~(np.abs(array) <= LARGEST)).tolist():
+        finite(name + "".join(f"[{i}]" for i in index), float(array[tuple(index)]))
     return array

@@ -15,15 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 # Angles closer than this are equal [rad].
 SAME_ANGLE = 1e-12
 
-# A part of the largest of some numbers, below which their differences are rounding.
+# Differences below this part of the largest of some numbers are rounding.
 SAME_PART = 1e-9
 
 
 def first_largest(values: ArrayLike) -> int:
     """Return the flat index of the largest value; of equal ones, that of the first."""
     flat = np.ravel(values)
-    largest = flat.max()
-    return int(np.argmax(flat >= largest * (1.0 - math.copysign(SAME_PART, largest))))
+    slack = SAME_PART * np.abs(flat[np.isfinite(flat)]).max(initial=0.0)
+    return int(np.argmax(flat >= flat.max() - slack))
 
 
 def first_smallest(values: ArrayLike) -> int:

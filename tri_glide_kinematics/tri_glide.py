@@ -98,6 +98,14 @@ class TriGlide:
         )
         self._single_mode = geometry.has_single_assembly_mode()
 
+    def __eq__(self, other: object) -> bool:
+        """Return whether the other machine has the same geometry, and so the same poses."""
+        return self.geometry == other.geometry if isinstance(other, TriGlide) else NotImplemented
+
+    def __hash__(self) -> int:
+        """Return the hash of the geometry."""
+        return hash(self.geometry)
+
     def inverse(self, position: Iterable[float]) -> Vector3:
         """Return the slider heights that hold the platform at ``position``.
 
@@ -335,7 +343,9 @@ class TriGlide:
             WrongShapeError: if ``positions`` has another shape.
         """
         places = array_of_shape("positions", positions, (None, 3))
-        rises = self.inverse_batch(places) - places[:, 2:]
+        # At the height zero: next to a large one, the rises would lose their digits.
+        with np.errstate(invalid="ignore"):
+            rises = self.inverse_batch(places * (1.0, 1.0, 0.0))
         across = np.asarray(self.geometry.anchors) - places[:, np.newaxis, :2]
         matrices = np.ones((3, 3, len(places)))
         np.divide(across.transpose(1, 2, 0), rises.T[:, np.newaxis], out=matrices[:, :2])

@@ -70,6 +70,16 @@ class Workspace:
         self.limits = limits
         self._use(WorkspaceBounds.from_limits(machine.geometry, limits))
 
+    def __eq__(self, other: object) -> bool:
+        """Return whether the other workspace has the same machine and the same places inside."""
+        if not isinstance(other, Workspace):
+            return NotImplemented
+        return (self.machine, self._bounds) == (other.machine, other._bounds)
+
+    def __hash__(self) -> int:
+        """Return the hash of machine and bounds."""
+        return hash((self.machine, self._bounds))
+
     def _use(self, bounds: WorkspaceBounds) -> None:
         self._bounds = bounds
         self._field = ConditionField(self.machine.geometry, bounds.condition)

@@ -16,6 +16,7 @@ from f_mechanism_samples import (
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from strategies import nudged
 
 from tri_glide_kinematics.errors import (
     DegenerateLinkageError,
@@ -486,3 +487,52 @@ def test_collinear_triangles():
         poses = mechanism.poses(crank_angle)
         assert len(poses) == scan_count(mechanism, crank_angle, grid)
         assert all(pose.residual < 1e-9 * mechanism.size for pose in poses)
+
+
+def test_positions_that_share_a_platform_angle_are_in_order_of_their_place():
+    # Pins and platform collinear, the first in the middle: at each root of F the
+    # platform can be in two places.
+    rng = np.random.default_rng(20)
+    lengths = [
+        [[0.0, 0.0], [1.4, 0.5], [-1.4, -0.5]],
+        [0.5, 0.5, 0.5],
+        [1.4, 1.2, 1.7],
+        [[0.0, 0.0], [1.5, 0.0], [-1.5, 0.0]],
+    ]
+    orders = set()
+    for _ in range(60):
+        mechanism = FMechanism(*(nudged(rng, part) for part in lengths))
+        poses = mechanism.poses(0.3)
+        orders.add(tuple((round(p.angle, 5), *np.round(p.position, 5).tolist()) for p in poses))
+    assert len(orders) == 1
+    angles = [angle for angle, *_ in orders.pop()]
+    assert len(angles) > len(set(angles))
+
+
+def test_half_a_turn_of_the_platform_is_the_last_position():
+    rng = np.random.default_rng(21)
+    for _ in range(100):
+        joints, pins, place = random_points(rng, 3), random_points(rng, 3), random_points(rng, 1)[0]
+        angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
+        mechanism = mechanism_through(pins, joints, (math.pi, place), cranks, angles)
+        single = [pose.angle for pose in mechanism.poses(angles[0])]
+        batch = mechanism.poses_batch([angles[0]])
+        assert single[-1] == pytest.approx(math.pi, abs=1e-11)
+        assert batch.angle[0, batch.counts[0] - 1] == pytest.approx(math.pi, abs=1e-11)
+
+
+def test_is_a_value():
+    assert example_2() == example_2()
+    assert hash(example_2()) == hash(example_2())
+    assert example_2() != example_2(1.0)
+    assert example_2().with_phases(1.0, 2.0) == example_2(0.0).with_phases(1.0, 2.0)
+    poses = example_2().poses_batch([0.0, 1.0])
+    assert poses == poses
+    assert poses != example_2().poses_batch([0.0, 1.0])
+
+
+def test_huge_dimensions_are_refused():
+    with pytest.raises(OutOfBoundsError, match=r"platform\[2\]\[0\] = 1e\+300 must be at most"):
+        FMechanism(np.eye(3)[:, :2], (1.0,) * 3, (1.0,) * 3, [[0.0, 0.0], [1.0, 0.0], [1e300, 1.0]])
+    with pytest.raises(OutOfBoundsError, match=r"crank_angles\[1\]"):
+        example_2().poses_batch([0.0, 1e300])

@@ -12,6 +12,7 @@ from f_mechanism_samples import (
     example_2,
     random_mechanism,
 )
+from strategies import nudged
 
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
@@ -172,3 +173,24 @@ def test_mechanism_that_never_closes():
 def test_too_few_samples():
     with pytest.raises(OutOfBoundsError, match="samples"):
         example_2().overview(7)
+
+
+def test_mirror_images_are_not_exchanged_by_rounding():
+    # What a symmetric mechanism can do at a crank angle, it can do mirrored at the opposite one.
+    rng = np.random.default_rng(5)
+    starts = set()
+    for _ in range(12):
+        x, y, crank, rod, phase, platform_x, platform_y = nudged(
+            rng, (0.05, 0.06, 0.015, 0.045, 0.7, 0.02, 0.03)
+        )
+        mechanism = FMechanism(
+            [[0.0, 0.0], [x, y], [x, -y]],
+            (0.02, crank, crank),
+            (0.05, rod, rod),
+            [[-0.02, 0.0], [platform_x, platform_y], [platform_x, -platform_y]],
+            phase,
+            -phase,
+        )
+        branches = mechanism.overview(72).branches
+        starts.add(tuple((round(b.crank_angle[0], 6), round(b.angle[0], 6)) for b in branches))
+    assert len(starts) == 1

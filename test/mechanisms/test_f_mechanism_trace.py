@@ -15,6 +15,7 @@ from f_mechanism_samples import (
     random_mechanism,
     random_points,
 )
+from strategies import nudged
 
 from tri_glide_kinematics.errors import (
     NotAPoseError,
@@ -255,6 +256,35 @@ def test_given_crank_angles():
     assert_samples_are_positions(mechanism, backwards)
 
 
+@pytest.mark.parametrize("through", [False, True])
+@pytest.mark.parametrize("places", [[START - 0.2, START - 0.1, START], [START + 0.1, START]])
+def test_given_crank_angles_that_end_at_the_start(places, through):
+    mechanism = example_2()
+    *_, pose = mechanism.poses(START)
+    trace = mechanism.trace(START, pose, crank_angles=places, through=through)
+    assert kinds(trace) == [EventKind.END]
+    assert trace.crank_angle.tolist() == [START]
+    assert_same_pose(trace.events[0].pose, pose, mechanism.size)
+
+
+def test_the_start_may_miss_the_given_crank_angles_by_rounding():
+    rng = np.random.default_rng(43)
+    mechanism = example_2()
+    for start in nudged(rng, [START] * 20).tolist():
+        *_, pose = mechanism.poses(start)
+        trace = mechanism.trace(start, pose, crank_angles=[START, START + 0.1, START + 0.2])
+        assert trace.crank_angle == pytest.approx([START, START + 0.1, START + 0.2])
+
+
+def test_phases_that_change_by_rounding_only_do_not_change():
+    rng = np.random.default_rng(44)
+    mechanism = example_2()
+    *_, pose = mechanism.poses(START)
+    for _ in range(20):
+        phases = nudged(rng, (mechanism.phase_b, mechanism.phase_c)).tolist()
+        assert mechanism.trace(START, pose, steps=4, phases=tuple(phases)).closed
+
+
 def test_phases_change_at_rest_and_in_motion():
     mechanism = example_2()
     end_phases = (mechanism.phase_b - 0.3, mechanism.phase_c + 0.15)
@@ -322,6 +352,42 @@ def test_start_at_a_turning_point():
     around = mechanism.trace(event.crank_angle, event.pose, end, through=True)
     assert kinds(around) == [EventKind.TURNING_POINT] * 4 + [EventKind.CLOSED]
     assert_same_pose(around.events[-1].pose, event.pose, mechanism.size, 1e-6)
+
+
+def test_from_a_turning_point_one_and_the_same_side_is_followed():
+    rng = np.random.default_rng(40)
+    mechanism = example_2()
+    for event in mechanism.overview(36).branches[0].turning_points:
+        seen = set()
+        for crank_angle in nudged(rng, [event.crank_angle] * 12).tolist():
+            poses = mechanism.poses(crank_angle)
+            pose = min(poses, key=lambda p: turn_difference(p.angle, event.pose.angle))
+            for through in (False, True):
+                trace = mechanism.trace(crank_angle, pose, steps=36, through=through)
+                way = np.sign(np.round(np.diff(trace.angle[:2]), 6)).tolist()
+                seen.add((through, len(trace.angle), *way, *kinds(trace)))
+        assert len(seen) == 2
+
+
+def test_a_branch_closes_after_one_turn_wherever_it_starts():
+    mechanism = example_2()
+    traces = [
+        mechanism.trace(start, pose, steps=4)
+        for start in np.random.default_rng(41).uniform(0.0, 3.0, 100).tolist()
+        for pose in mechanism.poses(start)
+    ]
+    whole = [trace for trace in traces if len(trace.angle) == 5]
+    assert len(whole) == 100
+    assert all(trace.closed and trace.turns_fully for trace in whole)
+
+
+def test_a_turning_point_at_the_end_of_the_range_is_taken():
+    rng = np.random.default_rng(42)
+    mechanism = example_2()
+    pose = mechanism.poses(START)[1]
+    event = mechanism.trace(START, pose).events[0]
+    for end in nudged(rng, [event.crank_angle] * 20).tolist():
+        assert kinds(mechanism.trace(START, pose, end)) == [EventKind.TURNING_POINT]
 
 
 def test_bifurcations_are_reported_and_passed():
@@ -437,6 +503,7 @@ def test_no_other_branch_enters_the_tube():
         ({"crank_angles": [START, math.inf]}, NotFiniteError, r"crank_angles\[1\]"),
         ({"crank_angles": [START, 3.0, 2.9]}, OutOfBoundsError, r"crank_angles\[2\]"),
         ({"crank_angles": [3.0, 4.0]}, OutOfBoundsError, "crank_angle"),
+        ({"crank_angles": [2.0, START], "phases": (1.0, 1.0)}, OutOfBoundsError, "crank_angle"),
         ({"phases": (1.0,)}, WrongShapeError, "phases"),
         ({"phases": (1.0, math.nan)}, NotFiniteError, r"phases\[1\]"),
     ],

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import fsolve
+from strategies import nudged
 
 from tri_glide_kinematics.errors import (
     CrankLimitError,
@@ -542,3 +543,38 @@ class TestBadInput:
             TEXTBOOK.sweep([[0.0, 1.0]])
         with pytest.raises(NotFiniteError, match="x = "):
             TEXTBOOK.sweep([0.0]).open.point_of_coupler_plane(math.nan, 0.0)
+
+
+def test_angles_of_half_a_turn_are_positive():
+    rng = np.random.default_rng(30)
+    for _ in range(20):
+        (ground_angle,) = nudged(rng, [math.pi])
+        parallelogram = FourBar(0.03, 0.05, 0.03, 0.05, ground_angle=ground_angle)
+        coupler = parallelogram.sweep(np.linspace(0.1, 6.1, 100)).open.coupler_angles
+        np.testing.assert_allclose(coupler, math.pi)
+
+
+def test_joints_in_a_row_give_one_and_the_same_linkage():
+    rng = np.random.default_rng(31)
+    for _ in range(50):
+        pivot, pin, other_pivot = nudged(rng, ((0.0, 0.0), (-0.02, 0.0), (-0.06, 0.0)))
+        linkage = FourBar.from_joints(pivot, pin, (-0.07, 0.05), other_pivot)
+        assert linkage.ground_angle == pytest.approx(math.pi)
+        assert linkage.assembled_crank_angle == pytest.approx(math.pi)
+
+
+@pytest.mark.parametrize(
+    ("name", "make"),
+    [
+        ("crank", lambda: FourBar(1e300, 1e300, 1e300, 1e300)),
+        ("ground_angle", lambda: FourBar(2.0, 7.0, 9.0, 6.0, ground_angle=1e300)),
+        ("crank_angle", lambda: FourBar(2.0, 7.0, 9.0, 6.0).solve(1e300)),
+        ("crank_velocity", lambda: FourBar(2.0, 7.0, 9.0, 6.0).solve(1.0, 1e300)),
+        (r"crank_angles\[1\]", lambda: FourBar(2.0, 7.0, 9.0, 6.0).sweep([1.0, 1e300])),
+    ],
+)
+def test_huge_numbers_are_refused(name, make):
+    with pytest.raises(
+        OutOfBoundsError, match=name + r" = 1e\+300( m)? must be at most 1e\+(30|152)"
+    ):
+        make()

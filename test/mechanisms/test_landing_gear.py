@@ -451,3 +451,50 @@ class TestBadInput:
             GEAR.state(LandingGearMotion([0.0, 1.0], 0.0, [1.0, 2.0, 3.0]))
         with pytest.raises(WrongShapeError, match="pitch_angle"):
             GEAR.state(LandingGearMotion(np.zeros((2, 2)), 0.0))
+
+
+class TestValue:
+    def test_gears_with_the_same_numbers_are_equal(self):
+        lists = {"gear_inertia": INERTIA.tolist(), "gravity": [0, 0, -9.80665]}
+        again = LandingGear(**{**GOOD, **lists})
+        assert again == GEAR
+        assert hash(again) == hash(GEAR)
+        assert GEAR != LandingGear(**{**GOOD, "gear_inertia": 2.0 * INERTIA})
+        assert GEAR != LandingGear(**{**GOOD, "l1": 1.3})
+        assert GEAR != GOOD
+
+    def test_motions_with_the_same_numbers_are_equal(self):
+        motion = LandingGearMotion(0.1, np.array([0.2, 0.3]))
+        assert motion == LandingGearMotion(0.1, [0.2, 0.3])
+        assert hash(motion) == hash(LandingGearMotion(0.1, [0.2, 0.3]))
+        assert motion != LandingGearMotion(0.1, [0.2, 0.4])
+        assert motion != LandingGearMotion([0.1, 0.1], [0.2, 0.3])
+        state = GEAR.state(motion)
+        assert state == state
+        assert state != GEAR.state(motion)
+
+    def test_gravity_cannot_be_changed_from_outside(self):
+        gravity = [0.0, 0.0, -9.8]
+        gear = LandingGear(**{**GOOD, "gravity": gravity})
+        gravity[2] = 0.0
+        assert gear.gravity == (0.0, 0.0, -9.8)
+
+
+def test_a_thin_rod_is_refused_however_it_lies():
+    rotations = Rotation.random(300, random_state=9).as_matrix()
+    for rotation in rotations:
+        inertia = rotation @ np.diag([0.0, 2.0, 2.0]) @ rotation.T
+        with pytest.raises(OutOfBoundsError, match="smallest principal value"):
+            LandingGear(**{**GOOD, "gear_inertia": inertia})
+
+
+def test_no_instants_give_no_rows():
+    state = GEAR.state(LandingGearMotion([], 0.1))
+    assert state.hinge.force.shape == (0, 3)
+
+
+def test_huge_numbers_are_refused():
+    with pytest.raises(OutOfBoundsError, match=r"spin_velocity = 1e\+300"):
+        GEAR.state(LandingGearMotion(0.0, 0.0, spin_velocity=1e300))
+    with pytest.raises(OutOfBoundsError, match="l3"):
+        LandingGear(**{**GOOD, "l3": 1e300})

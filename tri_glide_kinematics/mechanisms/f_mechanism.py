@@ -9,10 +9,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tri_glide_kinematics.checks import array_of_shape, finite, finite_vector, positive
+from tri_glide_kinematics.checks import finite, finite_array, finite_vector, positive
 from tri_glide_kinematics.errors import (
     DegenerateLinkageError,
-    NotFiniteError,
     OutOfBoundsError,
     WrongShapeError,
 )
@@ -95,6 +94,14 @@ class FMechanism:
             platform_radius=radius,
         )
 
+    def __eq__(self, other: object) -> bool:
+        """Return whether the other mechanism has the same dimensions."""
+        return self._linkage == other._linkage if isinstance(other, FMechanism) else NotImplemented
+
+    def __hash__(self) -> int:
+        """Return the hash of the dimensions."""
+        return hash(self._linkage)
+
     @property
     def linkage(self) -> Linkage:
         """The dimensions as complex numbers."""
@@ -152,11 +159,7 @@ class FMechanism:
             WrongShapeError: if the angles are not a one-dimensional array.
             NotFiniteError: if one of them is NaN or infinite.
         """
-        angles = array_of_shape("crank_angles", crank_angles, (None,))
-        bad = np.flatnonzero(~np.isfinite(angles))
-        if bad.size:
-            raise NotFiniteError(f"crank_angles[{bad[0]}]", float(angles[bad[0]]))
-        return solve_batch(self._linkage, angles)
+        return solve_batch(self._linkage, finite_array("crank_angles", crank_angles, (None,)))
 
     def trace(
         self,
@@ -255,8 +258,7 @@ class FMechanism:
 
 def _monotone(name: str, values: ArrayLike, start: float) -> NDArray[np.float64]:
     """Strictly monotone finite values that hold ``start`` in their range."""
-    array = array_of_shape(name, values, (None,))
-    finite_vector(name, array.tolist(), len(array))
+    array = finite_array(name, values, (None,))
     if len(array) < 2:
         raise WrongShapeError(name, array.shape, "(n,) with n of at least 2")
     steps = np.diff(array)
@@ -278,10 +280,7 @@ def _monotone(name: str, values: ArrayLike, start: float) -> NDArray[np.float64]
 
 
 def _points(name: str, values: ArrayLike) -> tuple[complex, complex, complex]:
-    array: NDArray[np.float64] = array_of_shape(name, values, (3, 2))
-    a, b, c = (
-        complex(*finite_vector(f"{name}[{row}]", array[row].tolist(), 2)) for row in range(3)
-    )
+    a, b, c = (complex(x, y) for x, y in finite_array(name, values, (3, 2)).tolist())
     return a, b, c
 
 

@@ -51,7 +51,7 @@ class FMechanismEvent:
     index: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FMechanismTrace:
     """Samples along one branch, in the order in which they are passed.
 

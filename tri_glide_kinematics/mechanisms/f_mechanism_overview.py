@@ -33,7 +33,7 @@ _SAME = 1e-5
 _LARGEST_STEP = 0.5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FMechanismOverview:
     """What a mechanism can do over one turn of its cranks.
 

@@ -66,7 +66,7 @@ class FMechanismPose:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FMechanismPoses:
     """All positions at many crank angles; places without a position hold NaN.
 

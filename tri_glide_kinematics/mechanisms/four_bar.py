@@ -17,8 +17,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tri_glide_kinematics.checks import array_of_shape, finite, finite_vector
-from tri_glide_kinematics.errors import CrankLimitError, NotFiniteError
+from tri_glide_kinematics.checks import finite, finite_array, finite_vector
+from tri_glide_kinematics.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms import four_bar_analysis as analysis
 from tri_glide_kinematics.mechanisms.four_bar_analysis import (
     Branch,
@@ -290,7 +290,7 @@ class FourBar:
             NotFiniteError: if a number is NaN or infinite.
             WrongShapeError: if an array has the wrong shape.
         """
-        angles = _finite_array("crank_angles", crank_angles, (None,))
+        angles = finite_array("crank_angles", crank_angles, (None,))
         velocity = _scalar_or_array("crank_velocity", crank_velocity, angles.size)
         acceleration = _scalar_or_array("crank_acceleration", crank_acceleration, angles.size)
         motion = close_loop(
@@ -341,22 +341,10 @@ class AssembledFourBar(FourBar):
     assembled_branch: Branch | None = None
 
 
-def _finite_array(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> FloatArray:
-    """Return ``values`` as a float array of finite numbers."""
-    array = array_of_shape(name, values, shape)
-    # Not by a scalar product: the linear algebra library may share that out to threads, which keep
-    # their cores busy for a while after.
-    is_finite = np.isfinite(array)
-    if not is_finite.all():
-        index = int(is_finite.argmin())
-        raise NotFiniteError(f"{name}[{index}]", float(array[index]))
-    return array
-
-
 def _scalar_or_array(name: str, values: ArrayLike, size: int) -> FloatArray:
     """Return a finite number as an array of shape (), or finite numbers in the shape (size,)."""
     array = np.asarray(values, dtype=np.float64)
     if array.ndim:
-        return _finite_array(name, array, (size,))
+        return finite_array(name, array, (size,))
     finite(name, float(array))
     return array

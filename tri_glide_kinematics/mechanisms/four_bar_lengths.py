@@ -9,6 +9,9 @@ from functools import cached_property
 from tri_glide_kinematics.checks import finite, positive
 from tri_glide_kinematics.errors import NotAssemblableError, OutOfBoundsError
 
+# The loop is closed with the longest link as unit: lengths may be larger than other numbers [m].
+LARGEST = 1e152
+
 LINK_NAMES = ("crank", "coupler", "rocker", "ground")
 
 
@@ -36,12 +39,12 @@ class LinkLengths:
 
         Raises:
             NotFiniteError: if a number is NaN or infinite.
-            OutOfBoundsError: if a length is not positive, or is zero within the tolerance, or the
-                tolerance is not in its bounds.
+            OutOfBoundsError: if a length is not positive, or is zero within the tolerance, or above
+                ``LARGEST``, or the tolerance is not in its bounds.
             NotAssemblableError: if the longest link is as long as the other three together.
         """
         for name in LINK_NAMES:
-            object.__setattr__(self, name, positive(name, getattr(self, name), "m"))
+            object.__setattr__(self, name, positive(name, getattr(self, name), "m", LARGEST))
         if not 0.0 <= finite("tolerance", self.tolerance) <= 1e-3:
             raise OutOfBoundsError("tolerance", self.tolerance, "from 0 to 1e-3")
         least = 4.0 * self.tolerance * self.longest

@@ -51,7 +51,7 @@ class GroundFrame:
         return _as_pairs(self.rotation * vectors)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PointMotion:
     """Motion of a point of the coupler plane over n crank angles.
 
@@ -66,7 +66,7 @@ class PointMotion:
     acceleration: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BranchSweep:
     """One branch over n crank angles. Rows beyond the crank's limits are NaN.
 
@@ -203,7 +203,7 @@ class BranchSweep:
         return self._rocker_pin - self.lengths.ground
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FourBarSweep:
     """Both branches over n crank angles.
 

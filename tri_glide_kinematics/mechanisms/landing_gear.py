@@ -23,20 +23,36 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.checks import (
-    array_of_shape,
-    finite,
+    finite_array,
     finite_vector,
     non_negative,
     positive,
 )
-from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError
+from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.rounding import SAME_PART
 
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class LandingGearMotion:
+@dataclass(frozen=True, eq=False)
+class _Value:
+    """What is equal to another of its class with the same numbers, be they in arrays or not."""
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether all fields have the same shapes and numbers."""
+        return self._numbers() == other._numbers() if isinstance(other, _Value) else NotImplemented
+
+    def __hash__(self) -> int:
+        """Return the hash of all shapes and numbers."""
+        return hash(self._numbers())
+
+    def _numbers(self) -> tuple[object, ...]:
+        arrays = [np.asarray(getattr(self, field.name), np.float64) for field in fields(self)]
+        return type(self), *((array.shape, *array.ravel().tolist()) for array in arrays)
+
+
+@dataclass(frozen=True, eq=False)
+class LandingGearMotion(_Value):
     """Where the gear is and how it moves: each attribute a number, or an array of shape (n,).
 
     Attributes:
@@ -74,17 +90,13 @@ class LandingGearMotion:
         size: int | None = None
         for field in fields(self):
             array = np.asarray(getattr(self, field.name), dtype=np.float64)
-            if array.ndim:
-                array = array_of_shape(field.name, array, (size,))
-                size = array.size
-            for index in np.flatnonzero(~np.isfinite(array)):
-                name = f"{field.name}[{index}]" if array.ndim else field.name
-                raise NotFiniteError(name, float(array.flat[index]))
+            array = finite_array(field.name, array, (size,) if array.ndim else ())
+            size = array.size if array.ndim else size
             arrays.append(array)
         return tuple(array[..., np.newaxis] for array in np.broadcast_arrays(*arrays))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BodyState:
     """Motion and momentum of one body, in x y z. Each array has shape (3,) or (n, 3).
 
@@ -114,7 +126,7 @@ class BodyState:
     angular_momentum_rate: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Reaction:
     """What a joint does to the body that hangs on it, in x y z. Each array: (3,) or (n, 3).
 
@@ -132,7 +144,7 @@ class Reaction:
     axial_moment: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LandingGearState:
     """All that is known of the gear at an instant.
 
@@ -149,8 +161,8 @@ class LandingGearState:
     axle: Reaction
 
 
-@dataclass(frozen=True)
-class LandingGear:
+@dataclass(frozen=True, eq=False)
+class LandingGear(_Value):
     """A landing gear with its wheel.
 
     Attributes:
@@ -195,8 +207,8 @@ class LandingGear:
         if axial > 2.0 * transverse * (1.0 + SAME_PART):
             bound = "at most twice wheel_transverse_inertia"
             raise OutOfBoundsError("wheel_axial_inertia", axial, bound, "kg m^2")
-        finite_vector("gravity", self.gravity, 3)
-        inertia = array_of_shape("gear_inertia", self.gear_inertia, (3, 3)).copy()
+        object.__setattr__(self, "gravity", finite_vector("gravity", self.gravity, 3))
+        inertia = finite_array("gear_inertia", self.gear_inertia, (3, 3)).copy()
         _check_inertia("gear_inertia", inertia)
         inertia.flags.writeable = False
         object.__setattr__(self, "gear_inertia", inertia)
@@ -282,8 +294,6 @@ class LandingGear:
 
 def _check_inertia(name: str, inertia: FloatArray) -> None:
     """Check that a body can have this inertia tensor about its mass centre."""
-    for (row, column), value in np.ndenumerate(inertia):
-        finite(f"{name}[{row}][{column}]", float(value))
     scale = float(np.abs(inertia).max())
     skew = inertia - inertia.T
     row, column = np.unravel_index(int(np.abs(skew).argmax()), skew.shape)
