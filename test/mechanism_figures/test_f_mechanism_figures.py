@@ -13,6 +13,7 @@ from figure_checks import (
     lines_labelled,
     without_gaps,
 )
+from strategies import nudged
 
 from tri_glide_kinematics.mechanism_figures.f_mechanism import (
     angle_figure,
@@ -272,6 +273,41 @@ def test_positions_are_spread_evenly(overview):
     crank, angle = turning.crank_angle[shown], np.unwrap(turning.angle[shown])
     steps = np.abs(np.diff(crank)) + np.abs(np.diff(angle))
     assert steps.max() < 2.0 * steps.mean()
+
+
+def test_even_positions_do_not_hang_on_rounding(overview):
+    rng = np.random.default_rng(6)
+    full = BranchCurve.of(overview.branches[1])
+    # The places of two successive positions are one where an event lies on a sample.
+    crank_angle = np.insert(full.crank_angle, [1, 500], full.crank_angle[[0, 499]])
+    angle = np.insert(full.angle, [1, 500], full.angle[[0, 499]])
+    expected = evenly(replace(full, crank_angle=crank_angle, angle=angle), 36)
+    assert len(expected) == 36
+    for _ in range(50):
+        curve = replace(full, crank_angle=nudged(rng, crank_angle), angle=angle)
+        assert evenly(curve, 36) == expected
+
+
+def test_a_bifurcation_at_the_start_of_a_turn_is_marked_once(overview):
+    branch = overview.branches[0]
+    event = replace(branch.turning_points[0], kind=EventKind.BIFURCATION)
+    for crank_angle in (1e-16, -1e-16, math.tau, math.nextafter(math.tau, 0.0)):
+        poses = [replace(event.pose, crank_angle=at) for at in (0.0, crank_angle)]
+        drawn = replace(branch, events=tuple(replace(event, pose=pose) for pose in poses))
+        (marks,) = lines_labelled(
+            angle_figure(replace(overview, branches=(drawn,))).axes[0], "bifurcation (1)"
+        )
+        assert marks.get_xdata()[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_position_on_two_branches_is_put_on_the_first(overview):
+    rng = np.random.default_rng(7)
+    branch = overview.branches[0]
+    near = replace(branch, crank_angle=nudged(rng, branch.crank_angle))
+    for branches in ((near, branch), (branch, near)):
+        crossing = replace(overview, branches=branches)
+        for index in range(5, len(branch.angle), 97):
+            assert branch_through(crossing, branch.pose(index)) == 0
 
 
 def test_events_stand_at_their_places_in_a_curve(overview):

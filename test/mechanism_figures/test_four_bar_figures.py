@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from figure_checks import assert_equal_scales, lines_labelled, without_gaps
+from strategies import nudged
 
 from tri_glide_kinematics.errors import CrankLimitError
 from tri_glide_kinematics.mechanism_figures.four_bar import (
@@ -166,3 +167,12 @@ def test_the_default_crank_angle_can_be_reached(linkage):
     angles = interval_around(linkage, crank_angle)
     turns = np.round((angles.mean() - crank_angle) / math.tau)
     assert angles[0] < crank_angle + turns * math.tau < angles[-1]
+
+
+@pytest.mark.parametrize("linkage", LIMITED)
+def test_a_limit_belongs_to_its_interval(linkage):
+    rng = np.random.default_rng(1)
+    for ends in linkage.crank_ranges:
+        for limit in ends:
+            for angle in nudged(rng, [limit] * 20).tolist():
+                assert interval_around(linkage, angle)[[0, -1]] == pytest.approx(ends)
