@@ -14,7 +14,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
-        (f"share/{PACKAGE}/config", glob("config/*.yaml")),
+        (f"share/{PACKAGE}/config", glob("config/*")),
         # The nodes. A script made of an entry point takes 45 ms to find it, a tenth of their start.
         (f"lib/{PACKAGE}", glob("executables/*")),
     ],

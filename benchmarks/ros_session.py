@@ -18,6 +18,7 @@ from rclpy.node import Node
 
 from benchmarks.machine import ROOT
 from tri_glide_kinematics.nodes.processes import default_parameter_file, executable
+from tri_glide_kinematics.nodes.transport import COMPUTER, Transport, choose_transport
 
 TIMEOUT = 90.0  # s
 
@@ -114,11 +115,20 @@ class Session:
 
 
 @contextmanager
-def session() -> Iterator[Session]:
-    """Give a session in a domain that nobody else on this computer uses."""
+def own_domain() -> Iterator[Transport]:
+    """Choose a domain that nobody else on this computer uses, and a transport.
+
+    By default the loopback address alone; what is set in the environment is used instead.
+    """
     with domain_coordinator.domain_id() as domain:
         os.environ["ROS_DOMAIN_ID"] = str(domain)
-        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+        yield choose_transport(COMPUTER)
+
+
+@contextmanager
+def session() -> Iterator[Session]:
+    """Give a session in a domain of its own."""
+    with own_domain():
         rclpy.init()
         running = Session()
         try:

@@ -16,11 +16,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import domain_coordinator
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 
+from benchmarks.ros_session import own_domain
 from tri_glide_interfaces.msg import FourBar
 from tri_glide_interfaces.srv import SolveFourBar
 
@@ -49,11 +49,10 @@ def say(text: str) -> None:
 
 
 @contextmanager
-def own_domain() -> Iterator[Context]:
-    """Give a context in a domain that nothing else on this computer uses."""
-    with domain_coordinator.domain_id() as domain:
-        os.environ["ROS_DOMAIN_ID"] = str(domain)
-        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+def own_context() -> Iterator[Context]:
+    """Give a context in a domain of its own."""
+    with own_domain() as transport:
+        say(transport.text)
         context = Context()
         rclpy.init(context=context, args=[])
         try:
@@ -172,7 +171,7 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=10.0, help="of endurance")
     parser.add_argument("--rate", type=float, default=1000.0, help="cycles a second")
     arguments = parser.parse_args()
-    with own_domain() as context:
+    with own_context() as context:
         if arguments.rough_minutes > 0.0:
             rough_treatment(context, arguments.rough_minutes)
         flat = endurance(context, arguments.minutes, arguments.rate)

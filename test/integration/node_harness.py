@@ -10,6 +10,7 @@ import os
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from subprocess import Popen
@@ -31,6 +32,12 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from tri_glide_kinematics.nodes.processes import NodeProcesses, default_parameter_file
+from tri_glide_kinematics.nodes.transport import (
+    COMPUTER,
+    MIDDLEWARE_VARIABLES,
+    VARIABLE,
+    transport_of,
+)
 
 JOINTS = ("slider_1", "slider_2", "slider_3")
 TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
@@ -363,8 +370,16 @@ def ros_domain() -> Iterator[int]:
     """Reserve a domain that no other test run on this computer uses; nodes and client join it."""
     with domain_coordinator.domain_id() as domain, pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_DOMAIN_ID", str(domain))
-        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        set_transport(patch, COMPUTER)
         yield domain
+
+
+def set_transport(patch: pytest.MonkeyPatch, name: str) -> None:
+    """Choose a transport, whatever the shell of this test run has set for the middleware."""
+    for variable in MIDDLEWARE_VARIABLES:
+        patch.delenv(variable, raising=False)
+    for variable, value in transport_of({VARIABLE: name}).variables.items():
+        patch.setenv(variable, value)
 
 
 @pytest.fixture(scope="session")
@@ -402,10 +417,18 @@ def other_machine(client: Client, nodes: Launcher, namespace: str) -> Machine:
 
 @pytest.fixture
 def nodes(ros_domain: int, tmp_path: Path, namespace: str) -> Iterator[Launcher]:
+    with launched(tmp_path, namespace) as launcher:
+        yield launcher
+
+
+@contextmanager
+def launched(folder: Path, namespace: str) -> Iterator[Launcher]:
     """Start nodes; afterwards none of them has ended by an error of its own, and all are gone."""
-    launcher = Launcher(tmp_path, namespace)
-    yield launcher
-    launcher.stop()
+    launcher = Launcher(folder, namespace)
+    try:
+        yield launcher
+    finally:
+        launcher.stop()
     for node in launcher.started:
         assert "Traceback" not in node.output, f"{node.name}:\n{node.output}"
         assert node.process.returncode in (0, -9), f"{node.name}:\n{node.output}"

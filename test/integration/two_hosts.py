@@ -10,8 +10,10 @@ import subprocess
 
 import numpy as np
 import pytest
+from node_harness import set_transport
 
 from tri_glide_kinematics.command_stream import CommandStream
+from tri_glide_kinematics.nodes.transport import CELL
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 
 MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
@@ -60,8 +62,7 @@ def ros_domain(cable):
     """Let nodes find each other over the cable, and over nothing else."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_DOMAIN_ID", "1")
-        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
-        patch.setenv("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
+        set_transport(patch, CELL)
         yield 1
 
 

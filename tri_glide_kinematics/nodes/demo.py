@@ -26,6 +26,7 @@ from tri_glide_kinematics.command_stream import CommandStream
 from tri_glide_kinematics.limits import SliderLimits
 from tri_glide_kinematics.nodes.processes import NodeProcesses, default_parameter_file
 from tri_glide_kinematics.nodes.run import shut_down
+from tri_glide_kinematics.nodes.transport import COMPUTER, TransportError, choose_transport
 
 Position = tuple[float, float, float]
 
@@ -346,16 +347,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     parser.add_argument("--output", type=Path, default=Path("out"), help="folder of the picture")
     folder = parser.parse_args().output
-    # Discovery stays on this computer, for this process and the nodes that it starts.
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
+        # For this process and the nodes that it starts.
+        say(choose_transport(COMPUTER).text)
         return demonstrate(folder)
     except KeyboardInterrupt:
         say("interrupted; all nodes are stopped")
         return 128 + signal.SIGINT
-    except (DemoError, OSError) as error:
+    except (DemoError, TransportError, OSError) as error:
         print(f"demo: error: {error}", file=sys.stderr)
         return 1
 

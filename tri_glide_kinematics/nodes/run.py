@@ -88,6 +88,12 @@ def run(module: str, node: str) -> int:
         sources_of(arguments)
     except KinematicsError as error:
         return _fail(f"{module}: {error}")
+    from tri_glide_kinematics.nodes.transport import TransportError, choose_transport
+
+    try:
+        transport = choose_transport()
+    except TransportError as error:
+        return _fail(str(error))
     # rclpy calls the handler that it finds beside its own; this one keeps KeyboardInterrupt away.
     signal.signal(signal.SIGINT, lambda *_: None)
     try:
@@ -104,6 +110,10 @@ def run(module: str, node: str) -> int:
         if isinstance(error, (KinematicsError, ParameterException)):
             return _fail(f"{module}: {error}")
         raise
+    if transport.can_stall:
+        instance.get_logger().warning(transport.text)
+    else:
+        instance.get_logger().info(transport.text)
     try:
         _spin(instance)
     except FatalError as error:

@@ -1,0 +1,79 @@
+"""Soak of the transport: clients that end without a clean shutdown, and starts of a machine.
+
+Run it as ``python -m benchmarks.soak_ends``; it exits with 1 if clients that exit or are killed
+make a gap in the commands that is more than 20 ms longer than the longest one alone, or if one of
+many starts of ``simulator_node`` and ``ik_node`` with their defaults ends in a fault.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+from rclpy.context import Context
+
+from benchmarks.soak_nodes import own_context, say, session
+
+# Only after the import above, which knows where it is.
+from ends import Stream, gap_alone, gap_beside_ends  # isort: skip
+from node_harness import Machine  # isort: skip
+
+ALLOWED = 0.020  # s more than alone
+WATCHED = 2.0  # s that a start is watched for after the machine is idle
+
+
+def ends(context: Context, counts: dict[str, int]) -> bool:
+    """Let clients end beside a running machine; return whether its commands went on."""
+    with session(context, "ends") as (client, launcher):
+        machine = Machine(client, launcher, listen=False).start()
+        stream = Stream(machine)
+        gaps = {}
+        begin = time.monotonic()
+        for way, count in counts.items():
+            if count:
+                gaps[way] = gap_beside_ends(machine, stream, way, count)
+                say(f"{count} clients end by {way}: longest gap {1e3 * gaps[way]:.1f} ms")
+        elapsed = time.monotonic() - begin
+        alone = gap_alone(machine, stream, elapsed)
+        say(f"{elapsed:.0f} s alone: longest gap {1e3 * alone:.1f} ms")
+    return all(gap <= alone + ALLOWED for gap in gaps.values())
+
+
+def starts(context: Context, count: int) -> bool:
+    """Start a machine again and again; return whether it never faulted."""
+    faults = 0
+    for number in range(count):
+        with session(context, f"start_{number}") as (client, launcher):
+            machine = Machine(client, launcher, listen=False)
+            machine.start_simulator()
+            # With its defaults: the machines of tests are more patient.
+            machine.ik = launcher.start("ik_node")
+            machine.wait_for_state("idle")
+            end = time.monotonic() + WATCHED
+            client.wait_for(lambda end=end: time.monotonic() > end, "the end")
+            if "fault" in machine.ik.output:
+                faults += 1
+                say(f"start {number}: {machine.reason}")
+    say(f"{count} starts, {faults} faults")
+    return not faults
+
+
+def main() -> int:
+    """Run the soak from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--exits", type=int, default=200, help="clients that exit at once")
+    parser.add_argument("--kills", type=int, default=200, help="clients that are killed")
+    parser.add_argument("--starts", type=int, default=100, help="of simulator_node and ik_node")
+    arguments = parser.parse_args()
+    with own_context() as context:
+        passed = True
+        if arguments.exits or arguments.kills:
+            passed = ends(context, {"exit": arguments.exits, "kill": arguments.kills})
+        passed = starts(context, arguments.starts) and passed
+    say("passed" if passed else "FAILED")
+    return 0 if passed else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,24 @@
+"""A client that ends without a clean shutdown does not hold the stream of commands.
+
+``benchmarks/soak_ends.py`` does the same for hundreds of clients.
+"""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from ends import WAYS, Stream, gap_alone, gap_beside_ends
+
+COUNT = 12  # by shared memory, about one end of four makes a gap of 0.2 s and longer
+ALLOWED = 0.1  # s more than alone: other tests may keep this computer busy
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_commands_go_on_beside_clients_that_end(machine, way):
+    machine.start()
+    stream = Stream(machine)
+    begin = time.monotonic()
+    gap = gap_beside_ends(machine, stream, way, COUNT)
+    alone = gap_alone(machine, stream, time.monotonic() - begin)
+    assert gap < alone + ALLOWED
