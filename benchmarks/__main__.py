@@ -18,7 +18,11 @@ NAMES = (*FIGURES, GROWTH)
 
 
 def main() -> int:
-    """Run the benchmarks that were asked for; what was measured before an error is printed too."""
+    """Run the benchmarks that were asked for; what was measured before an error is printed too.
+
+    Returns:
+        Exit code: 1 if nodes did not answer, so that a row is missing.
+    """
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="name", help=f"of {', '.join(NAMES)}; all")
     names = parser.parse_args().names or NAMES
@@ -32,9 +36,13 @@ def main() -> int:
     finally:
         if rows:
             print(f"\n{as_markdown(rows)}", flush=True)
+    missing = [row for row in rows if isinstance(row, Missing) and row.is_failure]
+    for row in missing:
+        print(f"\nno answer: {row.what}: {row.reason}", file=sys.stderr, flush=True)
+    complete = not missing
     if GROWTH in names:
-        import_module("benchmarks.growth").run()
-    return 0
+        complete = import_module("benchmarks.growth").run() and complete
+    return 0 if complete else 1
 
 
 def measure(names: Sequence[str], rows: list[Figure | Missing]) -> None:

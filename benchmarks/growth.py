@@ -5,14 +5,16 @@ from __future__ import annotations
 import sys
 
 from benchmarks import growth_batches, growth_nodes, growth_plots
+from benchmarks.harness import Missing
 from benchmarks.machine import ROOT
 from benchmarks.table import aligned, in_seconds
 
 FOLDER = ROOT / "docs" / "images"
 
 
-def run() -> None:
-    """Measure batches, services and machines."""
+def run() -> bool:
+    """Measure batches, services and machines; return whether all nodes answered."""
+    missing: list[Missing] = []
     FOLDER.mkdir(parents=True, exist_ok=True)
     batches = []
     lines: list[tuple[str, ...]] = [("batch function", "items", "time per item", "peak memory")]
@@ -27,16 +29,23 @@ def run() -> None:
     services = []
     lines = [("service", "steps", "time of a call")]
     for service in growth_nodes.services():
+        if isinstance(service, Missing):
+            missing.append(service)
+            continue
         _say(service.name)
         services.append(service)
         for steps, taken in zip(service.steps, service.times):
             lines.append((service.name, f"{steps:,}" if steps else "-", in_seconds(taken)))
     print(f"\n{aligned(lines)}", flush=True)
-    growth_plots.save_services(FOLDER / "performance_services.png", services)
+    if services:
+        growth_plots.save_services(FOLDER / "performance_services.png", services)
 
     machines = []
     lines = [("machines", "cycles per second", "late cycles")]
     for load in growth_nodes.machines():
+        if isinstance(load, Missing):
+            missing.append(load)
+            continue
         _say(f"{load.machines} machines")
         machines.append(load)
         late = [100.0 * count / rate for count, rate in zip(load.late, load.rates)]
@@ -48,7 +57,11 @@ def run() -> None:
             )
         )
     print(f"\n{aligned(lines)}", flush=True)
-    growth_plots.save_machines(FOLDER / "performance_machines.png", machines)
+    if machines:
+        growth_plots.save_machines(FOLDER / "performance_machines.png", machines)
+    for row in missing:
+        _say(f"no answer: {row.what}: {row.reason}")
+    return not any(row.is_failure for row in missing)
 
 
 def _say(text: str) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,10 +19,15 @@ from benchmarks.bench_services import (
     mean_time,
     service_name,
 )
-from benchmarks.ros_session import NoAnswerError, session
+from benchmarks.harness import Missing, NoAnswerError
+from benchmarks.ros_session import session
 from tri_glide_interfaces.srv import TraceFMechanism, TraceFourBar
 
 MOST_STEPS = {TraceFourBar: 1_000_000, TraceFMechanism: 100_000}  # that a request may ask for
+REQUESTS: dict[type, Callable[[int], object]] = {
+    TraceFourBar: four_bar_request,
+    TraceFMechanism: f_mechanism_request,
+}
 MACHINES = range(1, 9)
 MACHINE_TIME = 8.0  # s of motion that are judged
 TARGET_PERIOD = 0.5  # s
@@ -57,35 +63,48 @@ class MachineLoad(NamedTuple):
     rates: list[float]
 
 
-def services() -> Iterator[ServiceGrowth]:
-    """Measure both traces, and an empty call, which has no steps."""
+def services() -> Iterator[ServiceGrowth | Missing]:
+    """Measure an empty call, which has no steps, and both traces."""
+    curves: dict[str, Callable[[], ServiceGrowth]] = {"empty call": _empty_call}
+    curves.update({service_name(kind): partial(_trace, kind) for kind in MOST_STEPS})
+    for name, measure in curves.items():
+        try:
+            yield measure()
+        except NoAnswerError as error:
+            yield Missing(name, str(error), is_failure=True)
+
+
+def _empty_call() -> ServiceGrowth:
     with session() as running:
-        running.start_node("mechanism_node", "/ours")
         running.start_bare("server", "/bare")
         empty = running.probe.create_client(Trigger, "/bare/server/trigger")
         running.spin_until(empty.service_is_ready, "the bare server")
         mean_time(running, empty, Trigger.Request(), 50)
-        yield ServiceGrowth("empty call", [0], [mean_time(running, empty, Trigger.Request(), 200)])
-        for kind, request_of in (
-            (TraceFourBar, four_bar_request),
-            (TraceFMechanism, f_mechanism_request),
-        ):
-            name = f"/ours/mechanism_node/{service_name(kind)}"
-            client = running.probe.create_client(kind, name)
-            running.spin_until(client.service_is_ready, name)
-            growth = ServiceGrowth(service_name(kind), [], [])
-            steps = 10
-            mean_time(running, client, request_of(steps), 5)
-            while steps <= MOST_STEPS[kind]:
-                calls = max(1, min(50, 50_000 // steps))
-                growth.steps.append(steps)
-                growth.times.append(mean_time(running, client, request_of(steps), calls))
-                steps *= 10
-            yield growth
+        return ServiceGrowth("empty call", [0], [mean_time(running, empty, Trigger.Request(), 200)])
 
 
-def machines() -> Iterator[MachineLoad]:
-    """Move 1 to 8 machines, if so many start, each with its three nodes in its namespace."""
+def _trace(kind: type) -> ServiceGrowth:
+    name = service_name(kind)
+    growth = ServiceGrowth(name, [], [])
+    with session() as running:
+        running.start_node("mechanism_node", "/ours")
+        client = running.probe.create_client(kind, f"/ours/mechanism_node/{name}")
+        running.spin_until(client.service_is_ready, name)
+        steps = 10
+        mean_time(running, client, REQUESTS[kind](steps), 5)
+        while steps <= MOST_STEPS[kind]:
+            calls = max(1, min(50, 50_000 // steps))
+            growth.steps.append(steps)
+            growth.times.append(mean_time(running, client, REQUESTS[kind](steps), calls))
+            steps *= 10
+    return growth
+
+
+def machines() -> Iterator[MachineLoad | Missing]:
+    """Move 1 to 8 machines, if so many start, each with its three nodes in its namespace.
+
+    More than a computer can start end the curve; one machine it has to start.
+    """
     for count in MACHINES:
         with session() as running:
             reports: dict[str, list[tuple[float, float]]] = defaultdict(list)
@@ -109,8 +128,9 @@ def machines() -> Iterator[MachineLoad]:
                     lambda: len(reports) == count,  # noqa: B023
                     "diagnostics of each machine",
                 )
-            except NoAnswerError:
-                return  # more than this computer can start: the curve ends here
+            except NoAnswerError as error:
+                yield Missing(f"{count} machines", str(error), is_failure=count == 1)
+                return
             running.spin_for(3.0)
             reports.clear()
             for index in range(int(MACHINE_TIME / TARGET_PERIOD)):

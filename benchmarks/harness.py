@@ -77,10 +77,24 @@ class Missing:
     Attributes:
         what: that was to be measured.
         reason: why it was not.
+        is_failure: whether it should have been; false where something optional is not installed.
     """
 
     what: str
     reason: str
+    is_failure: bool = False
+
+
+class NoAnswerError(Exception):
+    """Something that had to happen did not; the text says what, and how the nodes are."""
+
+
+def attempt(what: str, measure: Callable[[], Figure]) -> Figure | Missing:
+    """Return the row ``what`` as measured, or why there was no answer."""
+    try:
+        return measure()
+    except NoAnswerError as error:
+        return Missing(what, str(error), is_failure=True)
 
 
 class Work:
