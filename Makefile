@@ -21,9 +21,10 @@ test: env ## all tests: mathematics, motion, nodes as real processes
 lint: env ## ruff and mypy
 	@$(IN_ENV) ruff check . && ruff format --check . && mypy
 
-soak: env ## millions of steps of engine and controller, then ten minutes of all nodes at 1 kHz
+soak: env ## millions of steps, processes that die beside nodes, then ten minutes of all nodes at 1 kHz
 	@$(IN_ENV) python -m benchmarks.soak_motion --steps 5000000 \
-		&& python -m benchmarks.soak_controller --steps 1000000 && exec python -m benchmarks.soak_nodes
+		&& python -m benchmarks.soak_controller --steps 1000000 \
+		&& python -m benchmarks.soak_ends && exec python -m benchmarks.soak_nodes
 
 bench: env ## ratios to references measured in the same run; see docs/performance.md
 	@$(IN_ENV) pip install --quiet --disable-pip-version-check -r requirements-bench.txt -c constraints.txt \

@@ -12,7 +12,16 @@ from benchmarks.harness import Figure, Missing
 from benchmarks.machine import description
 from benchmarks.table import as_markdown
 
-FIGURES = ("tri_glide", "mechanisms", "motion", "cycle", "latency", "services", "start")
+FIGURES = (
+    "tri_glide",
+    "mechanisms",
+    "motion",
+    "cycle",
+    "latency",
+    "services",
+    "start",
+    "transport",
+)
 GROWTH = "growth"
 NAMES = (*FIGURES, GROWTH)
 

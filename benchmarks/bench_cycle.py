@@ -15,6 +15,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
 from benchmarks.harness import Figure, Missing, NoAnswerError, attempt, figure
+from benchmarks.processor_time import processor_time
 from benchmarks.ros_session import Session, session
 from benchmarks.timed_cycle import RATE
 
@@ -93,14 +94,14 @@ def _drive(running: Session, pids: tuple[int, int]) -> tuple[list[tuple[int, int
     for window in range(-1, WINDOWS):  # the first is for warming up
         for side, pid in enumerate(pids):
             _pin(pid, (window + side) % 2)
-        begin, before = time.monotonic_ns(), [_processor_time(pid) for pid in pids]
+        begin, before = time.monotonic_ns(), [processor_time(pid) for pid in pids]
         while time.monotonic_ns() - begin < 1e9 * WINDOW_TIME:
             point = message.pose.position
             point.x, point.y, point.z = TARGETS[count % len(TARGETS)]
             count += 1
             publisher.publish(message)
             time.sleep(TARGET_PERIOD)
-        end, after = time.monotonic_ns(), [_processor_time(pid) for pid in pids]
+        end, after = time.monotonic_ns(), [processor_time(pid) for pid in pids]
         if window >= 0:
             windows.append((begin, end))
             for side in (0, 1):
@@ -117,9 +118,3 @@ def _pin(pid: int, place: int) -> None:
     cores = sorted(os.sched_getaffinity(0))
     for task in Path(f"/proc/{pid}/task").iterdir():
         os.sched_setaffinity(int(task.name), {cores[place % len(cores)]})
-
-
-def _processor_time(pid: int) -> int:
-    """Return the CPU time of all threads [ns]."""
-    tasks = Path(f"/proc/{pid}/task").iterdir()
-    return sum(int((task / "schedstat").read_text().split()[0]) for task in tasks)

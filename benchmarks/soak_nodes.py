@@ -20,6 +20,7 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 
+from benchmarks.processor_time import processor_time
 from benchmarks.ros_session import own_domain
 from tri_glide_interfaces.msg import FourBar
 from tri_glide_interfaces.srv import SolveFourBar
@@ -103,12 +104,6 @@ def resident(node: RunningNode) -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / MEGABYTE
 
 
-def processor_time(node: RunningNode) -> float:
-    """Return the processor time that a process has used [s]."""
-    fields = Path(f"/proc/{node.pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 def endurance(context: Context, minutes: float, rate: float) -> bool:
     """Run all nodes, with targets all the time; return whether memory stayed flat."""
     say(f"all nodes at {rate:g} Hz for {minutes:g} minutes")
@@ -125,7 +120,7 @@ def endurance(context: Context, minutes: float, rate: float) -> bool:
             linkage=FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0), crank_angle=0.5
         )
         begin = time.monotonic()
-        busy = [processor_time(node) for node in launcher.started]
+        busy = [processor_time(node.pid) for node in launcher.started]
         sizes: list[list[float]] = [[] for _ in launcher.started]
         settled = 0
         moves = 0
@@ -144,7 +139,7 @@ def endurance(context: Context, minutes: float, rate: float) -> bool:
         for node, size, before in zip(launcher.started, sizes, busy):
             growth = max(size[settled:]) - size[settled]
             flat = flat and growth <= ALLOWED_GROWTH
-            load = 100.0 * (processor_time(node) - before) / elapsed
+            load = 1e-7 * (processor_time(node.pid) - before) / elapsed
             say(
                 f"{node.name:15} {size[settled]:6.1f} MB after a minute, then at most "
                 f"{growth:+.2f} MB; {load:.0f} % of a core"

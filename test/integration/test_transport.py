@@ -84,6 +84,15 @@ def test_what_brings_shared_memory_is_warned_of(
     assert "this brings shared memory" in node.output
 
 
+def test_the_loopback_serves_the_highest_domain(
+    ros_domain, client, namespace, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "232")
+    with launched(tmp_path, namespace) as launcher:
+        node = launcher.start("mechanism_node")
+        client.wait_for(lambda: f"{VARIABLE}=computer" in node.output, "its transport")
+
+
 def test_an_unknown_transport_is_refused(ros_domain, monkeypatch):
     monkeypatch.setenv(VARIABLE, "loopback")
     run = subprocess.run(

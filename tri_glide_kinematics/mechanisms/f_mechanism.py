@@ -29,8 +29,8 @@ from tri_glide_kinematics.mechanisms.f_mechanism_trace import (
     straight_drive,
     trace_branch,
 )
-from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.rounding import SAME_ANGLE
+from tri_glide_kinematics.wording import number_text
 
 # Platform joints closer than this, relative to the size, are one point.
 _COINCIDENT = 1e-12

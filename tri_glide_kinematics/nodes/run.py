@@ -78,6 +78,7 @@ def run(module: str, node: str) -> int:
     from tri_glide_kinematics.nodes import command_line
     from tri_glide_kinematics.nodes.parameter_sources import sources_of
     from tri_glide_kinematics.nodes.parameters import NODES
+    from tri_glide_kinematics.nodes.transport import choose_transport
 
     arguments = sys.argv[1:]
     if command_line.help_wanted(arguments):
@@ -86,14 +87,9 @@ def run(module: str, node: str) -> int:
     try:
         command_line.check_arguments(module, arguments)
         sources_of(arguments)
+        transport = choose_transport()
     except KinematicsError as error:
         return _fail(f"{module}: {error}")
-    from tri_glide_kinematics.nodes.transport import TransportError, choose_transport
-
-    try:
-        transport = choose_transport()
-    except TransportError as error:
-        return _fail(str(error))
     # rclpy calls the handler that it finds beside its own; this one keeps KeyboardInterrupt away.
     signal.signal(signal.SIGINT, lambda *_: None)
     try:
