@@ -39,8 +39,7 @@ def check_numbers(message: Any, name: str = "") -> None:
 
 def _check_value(value: Any, name: str) -> None:
     if isinstance(value, float):
-        if not -LARGEST <= finite(name, value) <= LARGEST:
-            raise OutOfBoundsError(name, value, f"at most {LARGEST:g} in absolute value")
+        finite(name, value, LARGEST)
     elif isinstance(value, (list, np.ndarray)):
         for index, item in enumerate(value):
             _check_value(item, f"{name}[{index}]")
