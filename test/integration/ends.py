@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import itertools
 import signal
 import subprocess
@@ -34,27 +35,28 @@ class Stream:
         self._stamps.clear()
         self._client.wait_for(lambda: self._stamps, "a command")
 
-    def longest_gap(self) -> float:
-        """Return the longest time between two commands until now [s]."""
+    def longest_gaps(self) -> list[float]:
+        """Return the five longest times between two commands until now [s], the longest first."""
         now = self._client.now()
         self._client.wait_for(lambda: self._stamps[-1] >= now, "a command of this moment")
-        return 1e-9 * max(after - before for before, after in itertools.pairwise(self._stamps))
+        gaps = (1e-9 * (after - before) for before, after in itertools.pairwise(self._stamps))
+        return heapq.nlargest(5, gaps)
 
 
-def gap_alone(machine: Machine, stream: Stream, seconds: float) -> float:
-    """Return the longest gap in the commands while nothing happens [s]."""
+def gaps_alone(machine: Machine, stream: Stream, seconds: float) -> list[float]:
+    """Return the longest gaps in the commands while nothing happens [s]."""
     stream.start()
     end = time.monotonic() + seconds
     machine.client.wait_for(lambda: time.monotonic() > end, "the end", seconds + 1.0)
-    return stream.longest_gap()
+    return stream.longest_gaps()
 
 
-def gap_beside_ends(machine: Machine, stream: Stream, way: str, count: int) -> float:
-    """Return the longest gap in the commands [s] while ``count`` clients end one by one."""
+def gaps_beside_ends(machine: Machine, stream: Stream, way: str, count: int) -> list[float]:
+    """Return the longest gaps in the commands [s] while ``count`` clients end one by one."""
     stream.start()
     for _ in range(count):
         _end_a_client(machine, way)
-    return stream.longest_gap()
+    return stream.longest_gaps()
 
 
 def _end_a_client(machine: Machine, way: str) -> None:
