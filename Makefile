@@ -2,12 +2,12 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo test lint soak bench clean
+.PHONY: help env demo test test-processors lint soak bench clean
 
 IN_ENV := source ./env.sh &&
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-6s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 env: ## everything that running and testing need (.venv, install/)
 	@scripts/make_env.sh
@@ -17,6 +17,9 @@ demo: env ## drive a simulated tri-glide through real nodes; writes out/demo.png
 
 test: env ## all tests: mathematics, motion, nodes as real processes
 	@$(IN_ENV) exec python -m pytest
+
+test-processors: env ## all tests without nodes, as they run on five kinds of processors
+	@$(IN_ENV) exec scripts/test_processors.sh
 
 lint: env ## ruff and mypy
 	@$(IN_ENV) ruff check . && ruff format --check . && mypy

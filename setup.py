@@ -22,7 +22,7 @@ setup(
     install_requires=["numpy", "ruckig"],
     extras_require={
         "figures": ["matplotlib", "pillow", "pyyaml"],
-        "test": ["pytest", "hypothesis"],
+        "test": ["catkin_pkg", "hypothesis", "pytest", "scipy"],
     },
     zip_safe=False,
     entry_points={

@@ -1,0 +1,95 @@
+"""What the package imports is what its manifests say that it needs."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from pathlib import Path
+
+import pytest
+from catkin_pkg.package import Package, parse_package
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = "tri_glide_kinematics"
+
+# Modules that a package of another name brings along: the key of rosdep, and the name for pip.
+ROSDEP_KEYS = {
+    "PIL": "python3-pil",
+    "catkin_pkg": "python3-catkin-pkg-modules",
+    "hypothesis": "python3-hypothesis",
+    "matplotlib": "python3-matplotlib",
+    "mpl_toolkits": "python3-matplotlib",
+    "numpy": "python3-numpy",
+    "pytest": "python3-pytest",
+    "scipy": "python3-scipy",
+    "yaml": "python3-yaml",
+}
+PIP_NAMES = {"PIL": "pillow", "mpl_toolkits": "matplotlib", "yaml": "pyyaml"}
+
+# There is no rosdep key for ruckig's Python module; numba makes things faster where it is found.
+WITHOUT_KEY = {"ruckig", "numba"}
+
+
+def imported(*folders: str) -> set[str]:
+    """Top-level modules that are imported anywhere in folders, and are from elsewhere."""
+    files = [
+        file
+        for folder in folders
+        for file in (ROOT / folder).rglob("*")
+        if file.suffix == ".py" or file.parent.name == "executables"
+    ]
+    assert files
+    helpers = {file.stem for file in (ROOT / "test").rglob("*.py")}
+    found = set()
+    for file in files:
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                found.add(str(node.module).split(".")[0])
+    return found - helpers - {PACKAGE, "benchmarks"} - set(sys.stdlib_module_names)
+
+
+def keys(modules: set[str]) -> set[str]:
+    return {ROSDEP_KEYS.get(module, module) for module in modules - WITHOUT_KEY}
+
+
+@pytest.fixture(scope="module")
+def manifest() -> Package:
+    return parse_package(str(ROOT))
+
+
+def test_the_manifest_names_what_the_package_imports_and_nothing_else(manifest: Package):
+    declared = {dependency.name for dependency in manifest.exec_depends}
+    assert declared == keys(imported(PACKAGE, "executables"))
+
+
+def test_the_manifest_names_what_the_tests_import_and_nothing_else(manifest: Package):
+    declared = {dependency.name for dependency in manifest.test_depends}
+    needed = keys(imported("test")) - {dependency.name for dependency in manifest.exec_depends}
+    assert declared == needed
+
+
+def test_the_python_package_names_what_it_imports_without_ros(monkeypatch: pytest.MonkeyPatch):
+    arguments: dict[str, object] = {}
+    monkeypatch.setattr("setuptools.setup", lambda **given: arguments.update(given))
+    monkeypatch.chdir(ROOT)
+    exec(compile((ROOT / "setup.py").read_text(encoding="utf-8"), "setup.py", "exec"), {})
+    extras = arguments["extras_require"]
+    assert isinstance(extras, dict)
+    without_ros = set(ROSDEP_KEYS) | {"ruckig"}
+    for folders, declared in (
+        ((PACKAGE,), [*arguments["install_requires"], *extras["figures"]]),
+        ((PACKAGE, "test"), [*arguments["install_requires"], *extras["figures"], *extras["test"]]),
+    ):
+        needed = {PIP_NAMES.get(module, module) for module in imported(*folders) & without_ros}
+        assert sorted(declared) == sorted(needed)
+
+
+@pytest.mark.parametrize("folder", [ROOT, ROOT / "tri_glide_interfaces"])
+def test_manifests_are_valid_and_promise_no_mailbox(folder: Path):
+    warnings: list[str] = []
+    manifest = parse_package(str(folder), warnings=warnings)
+    manifest.validate(warnings)
+    assert not warnings
+    assert all(person.email.endswith(".invalid") for person in manifest.maintainers)
