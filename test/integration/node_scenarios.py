@@ -130,14 +130,29 @@ def flood(machine: Machine, rate: float, duration: float) -> None:
 
 
 def hostility(machine: Machine, duration: float) -> None:
-    """Send random messages to every input of ik_node and simulator_node; then set both right."""
+    """Send random messages to every input of ik_node and simulator_node; then set both right.
+
+    Commands to the simulator come in the second half only: ik_node does not lead a machine that
+    gets commands from somebody else.
+    """
+    send_at_random(machine, duration / 2.0, commands=False)
+    send_at_random(machine, duration / 2.0, commands=True)
+    # On simulated time that nobody publishes, all stamps would be zero.
+    for node, values in (("simulator_node", HEALTHY), ("ik_node", NORMAL_VALUES)):
+        assert machine.client.set_parameters(node, {**values, "use_sim_time": False}).successful
+    bring_home(machine)
+
+
+def send_at_random(machine: Machine, duration: float, *, commands: bool) -> None:
+    """Send random messages for a while, with or without ``commands`` to the simulator."""
     client = machine.client
     publishers = {
         "pose": client.publisher(PoseStamped, "target_pose"),
         "twist": client.publisher(TwistStamped, "target_twist"),
         "measured": client.publisher(JointState, "joint_states"),
-        "command": client.publisher(JointState, "joint_commands"),
     }
+    if commands:
+        publishers["command"] = client.publisher(JointState, "joint_commands")
     services = {
         "enable": client.node.create_client(SetBool, "ik_node/enable"),
         "stop": client.node.create_client(Trigger, "ik_node/stop"),
@@ -151,7 +166,7 @@ def hostility(machine: Machine, duration: float) -> None:
         st.tuples(st.just("pose"), poses()),
         st.tuples(st.just("twist"), twists()),
         st.tuples(st.just("measured"), joint_states()),
-        st.tuples(st.just("command"), joint_states()),
+        *([st.tuples(st.just("command"), joint_states())] if commands else []),
         st.tuples(st.just("enable"), st.builds(SetBool.Request, data=st.booleans())),
         st.tuples(st.just("enable"), st.just(SetBool.Request(data=True))),
         st.tuples(st.just("stop"), st.just(Trigger.Request())),
@@ -196,10 +211,6 @@ def hostility(machine: Machine, duration: float) -> None:
                 client.spin_once()
 
         send()
-    # On simulated time that nobody publishes, all stamps would be zero.
-    for node, values in (("simulator_node", HEALTHY), ("ik_node", NORMAL_VALUES)):
-        assert client.set_parameters(node, {**values, "use_sim_time": False}).successful
-    bring_home(machine)
     for service in services.values():
         client.node.destroy_client(service)
     for publisher in publishers.values():

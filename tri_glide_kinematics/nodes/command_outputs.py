@@ -30,7 +30,11 @@ class JogOutputError(KinematicsError):
 
 
 class CommandOutputs:
-    """The publishers that the parameter ``command_outputs`` asks for."""
+    """The publishers that the parameter ``command_outputs`` asks for.
+
+    Attributes:
+        publishers: of what moves the machine.
+    """
 
     def __init__(self, node: Node, values: Values) -> None:
         """Create the publishers on ``node``."""
@@ -51,6 +55,8 @@ class CommandOutputs:
         self._joint_states = publisher("joint_state", JointState, "joint_commands")
         self._arrays = publisher("forward_command", Float64MultiArray, "forward_command")
         self._trajectories = publisher("joint_trajectory", JointTrajectory, "joint_trajectory")
+        made = (self._joint_states, self._arrays, self._trajectories)
+        self.publishers = [publisher for publisher in made if publisher is not None]
 
     def check_jogging(self) -> None:
         """Check that all outputs can follow a jog.

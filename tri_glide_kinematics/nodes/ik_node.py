@@ -31,7 +31,8 @@ from tri_glide_kinematics.nodes.machine import (
     workspace_limits_of,
 )
 from tri_glide_kinematics.nodes.messages import SliderReader, target_position, target_velocity
-from tri_glide_kinematics.nodes.operating_state import FAULT, JOGGING
+from tri_glide_kinematics.nodes.operating_state import FAULT, JOGGING, WAITING
+from tri_glide_kinematics.nodes.other_publishers import OtherPublishers
 from tri_glide_kinematics.nodes.parameter_table import Values
 from tri_glide_kinematics.nodes.parameters import IK_NODE
 from tri_glide_kinematics.nodes.patient_services import PatientServices
@@ -101,6 +102,7 @@ class IkNode(Node):
             on_refusal=lambda reason: self._refused.add(f"refused after all: {reason}"),
         )
         parameters.on_change(self._apply)
+        self._others = OtherPublishers(self, self._outputs.publishers, self._on_others)
         self.create_service(SetBool, "~/enable", self._on_enable)
         DiagnosticsPublisher(self, self._health)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -137,6 +139,9 @@ class IkNode(Node):
             ) from error
 
     def _on_measured(self, message: JointState) -> None:
+        if self._controller.state is WAITING:
+            # The first usable measurement ends the waiting, so this is the time to look.
+            self._on_others(self._others.look())
         try:
             reading = self._reader.read(message)
             if reading is not None:
@@ -162,6 +167,10 @@ class IkNode(Node):
         except KinematicsError as error:
             self._refused.add(f"refused a target twist: {error}")
 
+    def _on_others(self, text: str | None) -> None:
+        self._controller.set_obstacle(text)
+        self._tell_changes()
+
     def _on_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._controller.stop()
         response.success = True
@@ -171,6 +180,7 @@ class IkNode(Node):
     def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         try:
             if request.data:
+                self._on_others(self._others.look())
                 response.message = self._controller.enable(time.monotonic())
             else:
                 response.message = self._controller.disable()

@@ -1,0 +1,86 @@
+"""Notices another node that publishes setpoints where this one does: one machine, one leader."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+PERIOD = 0.2  # s, from look to look
+
+# For this time a node that died without a word stays known: the default of Fast DDS [s].
+LEASE = 20.0
+
+
+class OtherPublishers:
+    """Looks for other publishers of a node's topics, now and then."""
+
+    def __init__(
+        self, node: Node, publishers: Iterable[Publisher], tell: Callable[[str | None], None]
+    ) -> None:
+        """Look from now on.
+
+        Args:
+            node: whose publishers they are.
+            publishers: that nobody else should have beside it.
+            tell: gets the text of ``look``, by a timer each ``PERIOD`` seconds.
+        """
+        self._node = node
+        self._own = Counter(publisher.topic_name for publisher in publishers)
+        node.create_timer(
+            PERIOD, lambda: tell(self.look()), clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+
+    def look(self) -> str | None:
+        """Return who else publishes in a line that can stand in a log, or None.
+
+        It asks what is known on this computer: no message is sent or waited for.
+        """
+        found = {
+            topic: [
+                _full_name(info.node_namespace, info.node_name)
+                for info in self._node.get_publishers_info_by_topic(topic)
+            ]
+            for topic in self._own
+        }
+        return other_publishers(self._node.get_fully_qualified_name(), self._own, found)
+
+
+def other_publishers(
+    node: str, own: Mapping[str, int], found: Mapping[str, Iterable[str]]
+) -> str | None:
+    """Name those who publish on the topics of ``node`` beside it.
+
+    Publishers are counted, as another node may have the same full name.
+
+    Args:
+        node: full name of the node that asks.
+        own: how many publishers it has on each of its topics.
+        found: full names of the nodes behind all publishers of each of these topics, its own too.
+
+    Returns:
+        Who they are and what can be done, or None if there are none.
+    """
+    others = []
+    for topic, names in found.items():
+        rest = Counter(names) - Counter({node: own[topic]})
+        for name in sorted(rest):
+            who = f"another {name}" if name == node else name
+            others.append(f"{who} publishes {topic}")
+    if not others:
+        return None
+    return (
+        f"{', '.join(others)} as well: end one of them "
+        f"(one that has died is forgotten within {LEASE:g} s)"
+    )
+
+
+def _full_name(namespace: str, name: str) -> str:
+    """Return the full name, or a text if the middleware has not learnt the name, or never will."""
+    if not name or name.startswith("_NODE_NAME_UNKNOWN"):
+        return "a node of unknown name"
+    return f"{namespace.rstrip('/')}/{name}"
