@@ -8,15 +8,16 @@ from __future__ import annotations
 import time
 
 import pytest
-from ends import WAYS, Stream, gaps_alone, gaps_beside_ends
+from ends import WAYS, Stream, gaps_alone, gaps_beside_ends, run_in_real_time
 
 COUNT = 12  # by shared memory, about one end of four makes a gap of 0.2 s and longer
-ALLOWED = 0.1  # s more than alone: other tests may keep this computer busy
+ALLOWED = 0.15  # s more than alone: other tests may keep this computer busy
 
 
 @pytest.mark.parametrize("way", WAYS)
 def test_commands_go_on_beside_clients_that_end(machine, way):
     machine.start()
+    run_in_real_time(machine.ik.pid)
     stream = Stream(machine)
     begin = time.monotonic()
     gaps = gaps_beside_ends(machine, stream, way, COUNT)
