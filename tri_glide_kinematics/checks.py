@@ -108,6 +108,8 @@ def finite_array(
     array = array_of_shape(name, values, shape)
     # Not by a scalar product: the linear algebra library may share that out to threads, which keep
     # their cores busy for a while after.
-    for index in np.argwhere(~(np.abs(array) <= LARGEST)).tolist():
+    fits = np.abs(array) <= LARGEST
+    if not fits.all():
+        index = np.argwhere(~fits)[0].tolist()
         finite(name + "".join(f"[{i}]" for i in index), float(array[tuple(index)]))
     return array

@@ -22,9 +22,9 @@ from tri_glide_kinematics.mechanisms.f_mechanism_curve import Curve
 from tri_glide_kinematics.mechanisms.f_mechanism_overview import FMechanismOverview, survey
 from tri_glide_kinematics.mechanisms.f_mechanism_pose import FMechanismPose, FMechanismPoses
 from tri_glide_kinematics.mechanisms.f_mechanism_positions import poses_at
+from tri_glide_kinematics.mechanisms.f_mechanism_stations import explicit_stations
 from tri_glide_kinematics.mechanisms.f_mechanism_trace import (
     Plan,
-    explicit_stations,
     starting_point,
     straight_drive,
     trace_branch,
@@ -177,7 +177,8 @@ class FMechanism:
 
         The crank angle and both phases run along a straight line from ``crank_angle`` and the
         phases of this mechanism to ``end`` and ``phases``. The branch is followed in arcs whose
-        length the mechanism decides: the samples do not influence it.
+        length the mechanism decides: the samples do not influence it. From a turning point it is
+        the side on which the platform angle rises.
 
         Args:
             crank_angle: angle of crank A in ``pose`` [rad].

@@ -147,6 +147,17 @@ def follow(
         standing = False
 
 
+def leading_sense(first: Frame) -> float:
+    """Sense along the tangent in which a branch is followed: the drive rises.
+
+    From a turning point, where the branch lies to either side, the platform angle rises.
+    """
+    swing, turn, drive = first.tangent
+    if abs(drive) < STANDSTILL:
+        drive = turn if abs(turn) > STANDSTILL else swing
+    return math.copysign(1.0, drive)
+
+
 def _advance(
     curve: Curve, frame: Frame, sense: float, largest_step: float
 ) -> tuple[Vector, Gradients, float, float] | None:

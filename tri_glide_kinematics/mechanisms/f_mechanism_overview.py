@@ -15,12 +15,12 @@ from tri_glide_kinematics.mechanisms.f_mechanism_curve import Curve
 from tri_glide_kinematics.mechanisms.f_mechanism_islands import find_islands
 from tri_glide_kinematics.mechanisms.f_mechanism_pose import FMechanismPose, FMechanismPoses
 from tri_glide_kinematics.mechanisms.f_mechanism_positions import poses_at
+from tri_glide_kinematics.mechanisms.f_mechanism_stations import uniform_stations
 from tri_glide_kinematics.mechanisms.f_mechanism_trace import (
     Plan,
     starting_point,
     straight_drive,
     trace_branch,
-    uniform_stations,
 )
 from tri_glide_kinematics.rounding import first_largest
 

@@ -38,7 +38,7 @@ _LONGEST_CORRECTION = 1e-4
 _LONGEST_STEP = 0.01
 _SAME_POSITION = 1e-7
 # Platform angles of two positions that differ by less are one; the platform is translated [rad].
-_SAME_ANGLE = 1e-9
+_SHARED_ANGLE = 1e-9
 # Rounding of products of lengths, relative to the same power of the size.
 _LENGTH_ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
 # Agreement of lengths that makes a mechanism special, relative to the size.
@@ -88,7 +88,7 @@ def _put_in_order(linkage: Linkage, poses: list[FMechanismPose]) -> None:
     poses.sort(key=lambda pose: pose.angle)
     first = 0
     for after in range(1, len(poses) + 1):
-        if after == len(poses) or poses[after].angle - poses[after - 1].angle > _SAME_ANGLE:
+        if after == len(poses) or poses[after].angle - poses[after - 1].angle > _SHARED_ANGLE:
             poses[first:after] = sorted(poses[first:after], key=place)
             first = after
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,13 +21,14 @@ from tri_glide_kinematics.mechanisms.f_mechanism_closure import (
     rod_jacobian,
     singularity_unit,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism_curve import Curve, Drive, Frame, Vector
+from tri_glide_kinematics.mechanisms.f_mechanism_curve import Curve, Drive, Vector
 from tri_glide_kinematics.mechanisms.f_mechanism_follow import (
     STANDSTILL,
     Arc,
     Bifurcation,
     Turning,
     follow,
+    leading_sense,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism_pose import FMechanismPose
 from tri_glide_kinematics.mechanisms.f_mechanism_positions import (
@@ -44,16 +44,13 @@ from tri_glide_kinematics.mechanisms.f_mechanism_sampling import (
     same_position,
     sample_arcs,
 )
+from tri_glide_kinematics.mechanisms.f_mechanism_stations import SPLIT, Stations, multiples
 
 Array = NDArray[np.float64]
-# Values of the drive to report in the half-open interval (from, to], in this order.
-Stations = Callable[[float, float], Array]
 
 # Rod gap of a start, relative to the size, that is still corrected instead of refused.
 _NEAR_POSE = 1e-6
 _CLOSED = 1e-8
-# Values of the drive closer than this are one: an arc meets its end to rounding only [rad].
-_SPLIT = 1e-12
 
 
 def straight_drive(
@@ -118,33 +115,6 @@ class Plan:
     largest_step: float
 
 
-def explicit_stations(values: Array) -> Stations:
-    """Stations at the given ascending values."""
-
-    def between(start: float, stop: float) -> Array:
-        if stop > start:
-            first, last = np.searchsorted(values, (start + _SPLIT, stop + _SPLIT), side="right")
-            return values[first:last]
-        first, last = np.searchsorted(values, (stop - _SPLIT, start - _SPLIT), side="left")
-        return values[first:last][::-1]
-
-    return between
-
-
-def uniform_stations(offset: float, spacing: float) -> Stations:
-    """Stations at ``offset`` and all multiples of ``spacing`` from there."""
-
-    def between(start: float, stop: float) -> Array:
-        low, high = sorted(((start - offset) / spacing, (stop - offset) / spacing))
-        multiples = np.arange(math.floor(low), math.ceil(high) + 1, dtype=np.float64)
-        values: Array = offset + spacing * multiples
-        if stop > start:
-            return values[(values > start + _SPLIT) & (values <= stop + _SPLIT)]
-        return values[(values < start - _SPLIT) & (values >= stop - _SPLIT)][::-1]
-
-    return between
-
-
 class _Recorder:
     """Collects what a walk along the curve passes."""
 
@@ -179,7 +149,7 @@ class _Recorder:
         low, high = arc.start[2], arc.end[2]
         limit = self.plan.high if high > low else self.plan.low
         # A turning point that lies on the limit is still taken.
-        ends = high > limit + _SPLIT if high > low else high < limit - _SPLIT
+        ends = high > limit + SPLIT if high > low else high < limit - SPLIT
         closing = self._closing(arc, limit if ends else high)
         stop = closing[2] if closing else (limit if ends else high)
         stations = self.plan.stations(low, stop)
@@ -198,26 +168,11 @@ class _Recorder:
         if (stop > low) != self.rising or stop == low:
             return None
         period = self.plan.period
-        for s in _multiples(period, low, stop):
+        for s in multiples(period, low, stop):
             x = point_on_arc(self.curve, arc, s)
             if same_position(x, self.start, _CLOSED):
                 return x
         return None
-
-
-def _multiples(period: float, start: float, stop: float) -> list[float]:
-    """Multiples of ``period`` in (start, stop], rising or falling; only 0 if it is infinite.
-
-    One that is missed by rounding only belongs to the interval that ends there.
-    """
-    sign = 1.0 if stop > start else -1.0
-    if math.isinf(period):
-        candidates = [0.0]
-    else:
-        first, last = sorted((math.floor(start / period), math.ceil(stop / period)))
-        candidates = [period * k for k in range(first - 1, last + 2)]
-    inside = [s for s in candidates if sign * start + _SPLIT < sign * s <= sign * stop + _SPLIT]
-    return sorted(inside, reverse=sign < 0.0)
 
 
 def trace_branch(curve: Curve, start: Vector, plan: Plan) -> FMechanismTrace:
@@ -227,7 +182,7 @@ def trace_branch(curve: Curve, start: Vector, plan: Plan) -> FMechanismTrace:
     standing = False
     sense = 1.0
     if first is not None:
-        sense = _sense(first)
+        sense = leading_sense(first)
         bend = first.normal_1[2] * first.curvature[0] + first.normal_2[2] * first.curvature[1]
         if abs(first.tangent[2]) < STANDSTILL and bend < 0.0:
             # The branch lies behind this turning point.
@@ -251,17 +206,6 @@ def trace_branch(curve: Curve, start: Vector, plan: Plan) -> FMechanismTrace:
             else:
                 recorder.event(EventKind.SINGULAR, item.point)
     return _assemble(recorder)
-
-
-def _sense(first: Frame) -> float:
-    """Sense along the tangent in which a branch is followed: the drive rises.
-
-    From a turning point, where the branch lies to either side, the platform angle rises.
-    """
-    swing, turn, drive = first.tangent
-    if abs(drive) < STANDSTILL:
-        drive = turn if abs(turn) > STANDSTILL else swing
-    return math.copysign(1.0, drive)
 
 
 def _assemble(recorder: _Recorder) -> FMechanismTrace:
