@@ -173,6 +173,8 @@ def test_integers_may_stand_for_doubles(client, nodes):
         "simulator_node", {"rate": 100, "initial_heights": [1, 1, 1], "upper_heights": [2, 2, 2]}
     )
     assert client.set_parameters("simulator_node", {"encoder_offsets": [0, 1, 0]}).successful
+    for mistake in ({"encoder_offsets": 1}, {"lag": [1, 2]}, {"lag": "1"}):
+        assert not client.set_parameters("simulator_node", mistake).successful
     names = ["rate", "initial_heights", "encoder_offsets"]
     request = GetParameters.Request(names=names)
     rate, heights, offsets = client.call(

@@ -29,13 +29,10 @@ from tri_glide_kinematics.nodes.parameters import NODES
 from tri_glide_kinematics.nodes.reason_log import ReasonLog
 
 PARAMETERS_OF_ALL = frozenset(entry.name for table in NODES.values() for entry in table)
-# ROS has two types of numbers; a person who writes 500 for 500.0 means the same.
-DOUBLE_FOR = {
-    rclpy_parameter.Parameter.Type.INTEGER: rclpy_parameter.Parameter.Type.DOUBLE,
-    rclpy_parameter.Parameter.Type.INTEGER_ARRAY: rclpy_parameter.Parameter.Type.DOUBLE_ARRAY,
-}
 # More changes than these in a second become one line of the log.
 LINES_PER_SECOND = 5
+
+Type = rclpy_parameter.Parameter.Type
 
 
 class LiveParameters:
@@ -103,17 +100,22 @@ class LiveParameters:
         self._apply = apply
 
     def _pre_set(self, changes: list[rclpy_parameter.Parameter]) -> list[rclpy_parameter.Parameter]:
-        """Return the changes with doubles for integers where doubles are wanted."""
+        """Return the changes with doubles for integers where doubles are wanted.
+
+        ROS tells the two apart; a person who writes 500 for 500.0 does not.
+        """
         return [self._with_double(change) for change in changes]
 
     def _with_double(self, change: rclpy_parameter.Parameter) -> rclpy_parameter.Parameter:
         entry = self._table.get(change.name)
-        wanted = DOUBLE_FOR.get(change.type_)
-        if entry is None or wanted is None or entry.element_type is not float:
+        if entry is None or entry.element_type is not float:
             return change
-        value = change.value
-        doubles = [float(part) for part in value] if entry.is_array else float(value)
-        return rclpy_parameter.Parameter(change.name, wanted, doubles)
+        if change.type_ == Type.INTEGER:
+            return rclpy_parameter.Parameter(change.name, Type.DOUBLE, float(change.value))
+        if change.type_ == Type.INTEGER_ARRAY:
+            doubles = [float(number) for number in change.value]
+            return rclpy_parameter.Parameter(change.name, Type.DOUBLE_ARRAY, doubles)
+        return change
 
     def _on_set(self, changes: list[rclpy_parameter.Parameter]) -> SetParametersResult:
         try:
