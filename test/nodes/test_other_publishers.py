@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.nodes.other_publishers import other_publishers
+from tri_glide_kinematics.nodes.other_publishers import UNNAMED, other_publishers
 
 ME = "/cell/ik_node"
 COMMANDS, ARRAYS = "/cell/joint_commands", "/cell/forward_command"
@@ -41,3 +41,8 @@ def test_each_other_node_is_named_once_for_each_topic():
         "/a publishes /cell/joint_commands, /b publishes /cell/joint_commands, "
         "/a publishes /cell/forward_command as well"
     )
+
+
+def test_nodes_whose_names_never_become_known():
+    text = other_publishers(ME, {COMMANDS: 1}, {COMMANDS: [ME, UNNAMED]})
+    assert text.startswith("a node of unknown name publishes /cell/joint_commands as well")

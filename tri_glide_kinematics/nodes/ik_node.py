@@ -31,7 +31,7 @@ from tri_glide_kinematics.nodes.machine import (
     workspace_limits_of,
 )
 from tri_glide_kinematics.nodes.messages import SliderReader, target_position, target_velocity
-from tri_glide_kinematics.nodes.operating_state import FAULT, JOGGING, WAITING
+from tri_glide_kinematics.nodes.operating_state import FAULT, JOGGING
 from tri_glide_kinematics.nodes.other_publishers import OtherPublishers
 from tri_glide_kinematics.nodes.parameter_table import Values
 from tri_glide_kinematics.nodes.parameters import IK_NODE
@@ -139,9 +139,6 @@ class IkNode(Node):
             ) from error
 
     def _on_measured(self, message: JointState) -> None:
-        if self._controller.state is WAITING:
-            # The first usable measurement ends the waiting, so this is the time to look.
-            self._on_others(self._others.look())
         try:
             reading = self._reader.read(message)
             if reading is not None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 
@@ -12,8 +14,16 @@ from rclpy.publisher import Publisher
 
 PERIOD = 0.2  # s, from look to look
 
+# For this time after the start nobody can know who else is there [s]. Participants that did not
+# hear each other at once find each other when one of them announces itself again.
+SETTLING = 1.2
+
 # For this time a node that died without a word stays known: the default of Fast DDS [s].
 LEASE = 20.0
+
+# The name of a node comes a moment later than its publishers [s].
+NAMING = 0.5
+UNNAMED = "a node of unknown name"
 
 
 class OtherPublishers:
@@ -22,24 +32,28 @@ class OtherPublishers:
     def __init__(
         self, node: Node, publishers: Iterable[Publisher], tell: Callable[[str | None], None]
     ) -> None:
-        """Look from now on.
+        """Look from now on, and tell at once that nothing is known yet.
 
         Args:
             node: whose publishers they are.
             publishers: that nobody else should have beside it.
-            tell: gets the text of ``look``, by a timer each ``PERIOD`` seconds.
+            tell: gets what ``look`` returns, now and each ``PERIOD`` seconds.
         """
         self._node = node
         self._own = Counter(publisher.topic_name for publisher in publishers)
+        self._settled = time.monotonic() + SETTLING
+        self._unnamed_since = math.inf
+        tell(self.look())
         node.create_timer(
             PERIOD, lambda: tell(self.look()), clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
 
     def look(self) -> str | None:
-        """Return who else publishes in a line that can stand in a log, or None.
+        """Return why this node should not lead, in a line that can stand in a log, or None.
 
         It asks what is known on this computer: no message is sent or waited for.
         """
+        now = time.monotonic()
         found = {
             topic: [
                 _full_name(info.node_namespace, info.node_name)
@@ -47,7 +61,18 @@ class OtherPublishers:
             ]
             for topic in self._own
         }
-        return other_publishers(self._node.get_fully_qualified_name(), self._own, found)
+        if any(UNNAMED in names for names in found.values()):
+            self._unnamed_since = min(self._unnamed_since, now)
+        else:
+            self._unnamed_since = math.inf
+        if now - self._unnamed_since < NAMING:
+            found = {
+                topic: [name for name in names if name != UNNAMED] for topic, names in found.items()
+            }
+        text = other_publishers(self._node.get_fully_qualified_name(), self._own, found)
+        if text is None and now < self._settled:
+            return f"for {SETTLING:g} s, it looks for others who publish {', '.join(self._own)}"
+        return text
 
 
 def other_publishers(
@@ -82,5 +107,5 @@ def other_publishers(
 def _full_name(namespace: str, name: str) -> str:
     """Return the full name, or a text if the middleware has not learnt the name, or never will."""
     if not name or name.startswith("_NODE_NAME_UNKNOWN"):
-        return "a node of unknown name"
+        return UNNAMED
     return f"{namespace.rstrip('/')}/{name}"

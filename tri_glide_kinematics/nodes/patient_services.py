@@ -25,8 +25,8 @@ from rclpy.service import Service
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 RETRY_PERIOD = 0.02  # s
-# Discovery takes a fraction of this, or 3 s where a packet was lost [s].
-PATIENCE = 2.0
+# Discovery takes a fraction of this, or a little more than 3 s where a packet was lost [s].
+PATIENCE = 5.0
 GIVE_UP_AFTER = 30.0  # s
 MAX_WAITING = 100  # answers; beyond it the one that waited longest is given up
 
@@ -48,16 +48,14 @@ class _Answer:
 
     Attributes:
         service: that was asked.
-        send: sends it, at the price of 100 ms if nobody reads it.
-        deadline: time after which it is given up [s of time.monotonic].
-        at_a_price: time after which it is sent even if that takes 100 ms, if that is allowed [s].
-        has_failed: whether it was sent already and nobody read it.
+        send: sends it and tells whether somebody reads it; if not, that takes 100 ms.
+        received: when it was asked [s of time.monotonic].
+        has_failed: whether it was sent already, as its reader seemed to be known.
     """
 
     service: Service
     send: Callable[[], bool]
-    deadline: float
-    at_a_price: float
+    received: float
     has_failed: bool = False
 
 
@@ -69,8 +67,8 @@ class PatientServices:
 
         Args:
             node: that offers the services.
-            may_wait: whether 100 ms may pass now without anything else being done. It is asked only
-                for an answer whose client has not been discovered for some seconds.
+            may_wait: whether 100 ms may pass now without anything else being done. Only then an
+                answer is tried, once, that has waited for ``PATIENCE`` seconds.
         """
         self._node = node
         self._may_wait = may_wait
@@ -86,15 +84,12 @@ class PatientServices:
         send = service.send_response
 
         def send_or_keep(response: Any, header: Any) -> None:
-            now = time.monotonic()
-            answer = _Answer(
-                service,
-                lambda: _is_sent(send, response, header),
-                now + GIVE_UP_AFTER,
-                now + PATIENCE,
-            )
-            if not (self._clients_are_known(service) and self._send(answer)):
-                self._keep(answer)
+            answer = _Answer(service, lambda: _is_sent(send, response, header), time.monotonic())
+            if self._clients_are_known(service):
+                if answer.send():
+                    return
+                answer.has_failed = True
+            self._keep(answer)
 
         # The executor sends what the callback returns by this method of the service.
         service.send_response = send_or_keep  # type: ignore[method-assign]
@@ -113,27 +108,24 @@ class PatientServices:
         self._waiting.append(answer)
         self._timer.reset()
 
-    def _send(self, answer: _Answer) -> bool:
-        if answer.send():
-            return True
-        answer.has_failed = True
-        answer.at_a_price = time.monotonic() + PATIENCE
-        return False
-
     def _send_kept(self) -> None:
-        """Send what can be sent; at most one answer at the price of 100 ms."""
         now = time.monotonic()
         may_wait = self._may_wait()
         services = {answer.service for answer in self._waiting}
         known = {service for service in services if self._clients_are_known(service)}
         for _ in range(len(self._waiting)):
             answer = self._waiting.popleft()
-            is_free = answer.service in known and not answer.has_failed
-            if is_free or (may_wait and now > answer.at_a_price):
-                if self._send(answer):
-                    continue
-                may_wait = False
-            if now > answer.deadline:
+            age = now - answer.received
+            if answer.service in known and not answer.has_failed:
+                answer.has_failed = not answer.send()
+                if answer.has_failed:
+                    self._waiting.append(answer)
+            elif age > PATIENCE and may_wait:
+                if not answer.send():
+                    self._give_up(answer)
+                    # One such attempt at a time: others want to be served, too.
+                    may_wait = False
+            elif age > GIVE_UP_AFTER:
                 self._give_up(answer)
             else:
                 self._waiting.append(answer)

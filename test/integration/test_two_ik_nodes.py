@@ -1,0 +1,88 @@
+"""Two ik_nodes on one set of topics: each names the other, and at most one leads."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from node_harness import LATCHED, PATIENCE
+from sensor_msgs.msg import JointState
+
+FAR = (0.08, 0.03, 0.4)
+
+
+class Other:
+    """A second ik_node beside that of the machine."""
+
+    def __init__(self, client, nodes, parameters=None):
+        self.name = f"{client.namespace}/other"
+        self.states = client.record(DiagnosticStatus, "other/status", LATCHED)
+        self.node = nodes.start(
+            "ik_node", {**PATIENCE, **(parameters or {})}, arguments=("-r", "__node:=other")
+        )
+
+    @property
+    def state(self):
+        return self.states[-1].message if self.states else ""
+
+
+def publishes(name, client, topic="joint_commands"):
+    return f"{name} publishes {client.namespace}/{topic} as well"
+
+
+def test_one_that_leads_faults_and_none_can_be_enabled(machine, client, nodes):
+    machine.start({"speed_scale": 0.05})
+    machine.wait_for_new_state("moving", lambda: client.send_pose(FAR))
+    other = Other(client, nodes, {"start_disabled": True})
+    machine.wait_for_state("fault")
+    assert publishes(other.name, client) in machine.reason
+    client.wait_for(lambda: "the ramp" not in client.enable().message, "the end of the ramp")
+    assert publishes(other.name, client) in client.enable().message
+    ours = publishes(f"{client.namespace}/ik_node", client)
+    client.wait_for(lambda: ours in client.enable(node="other").message, "the other's reason")
+    # The last one that stays may lead again.
+    assert other.node.signal(signal.SIGINT) == 0
+    client.wait_for(lambda: client.enable().success, "the first to be enabled")
+    machine.move(FAR)
+
+
+def test_none_begins_to_lead_beside_another(machine, client, nodes):
+    machine.start_ik()
+    other = Other(client, nodes)
+    ours = publishes(f"{client.namespace}/ik_node", client)
+    client.wait_for(lambda: publishes(other.name, client) in machine.reason, "its reason")
+    client.wait_for(lambda: ours in other.state, "the other's reason")
+    machine.start_simulator()
+    client.wait_for(lambda: len(machine.measured) > 1000, "measured heights")
+    assert machine.state == "waiting"
+    assert other.state.startswith("waiting")
+    assert not machine.commands
+    assert machine.ik.signal(signal.SIGINT) == 0
+    client.wait_for(lambda: other.state.startswith("idle"), "the other to lead")
+
+
+def test_a_second_one_of_the_same_name(machine, client, nodes):
+    machine.start()
+    second = nodes.start("ik_node", PATIENCE)
+    another = publishes(f"another {client.namespace}/ik_node", client)
+    client.wait_for(lambda: f"fault: {another}" in machine.ik.output, "the first to fault")
+    client.wait_for(lambda: another in second.output, "the second to notice")
+
+
+def test_a_publisher_that_is_no_ik_node(machine, client):
+    machine.start()
+    publisher = client.publisher(JointState, "joint_commands")
+    machine.wait_for_state("fault")
+    assert f"{client.namespace}/client publishes " in machine.reason
+    assert not client.enable().success
+    client.node.destroy_publisher(publisher)
+    client.wait_for(lambda: client.enable().success, "the machine to be enabled")
+
+
+@pytest.mark.parametrize("output", ["forward_command", "joint_trajectory"])
+def test_other_outputs_count_when_they_are_in_use(machine, client, nodes, output):
+    machine.start({"command_outputs": ["joint_state", output]})
+    other = Other(client, nodes, {"command_outputs": [output]})
+    machine.wait_for_state("fault")
+    assert publishes(other.name, client, output) in machine.reason
