@@ -284,10 +284,10 @@ class MotionController:
             return f"is enabled already: {state.value}"
         if self._leading:
             raise CommandRefusedError("the ramp to a stop is not over yet")
-        if self._obstacle is not None:
-            raise CommandRefusedError(self._obstacle)
         if self._measured is None or not self._supervisor.is_fresh(now):
             raise CommandRefusedError("there are no measured slider heights to start from")
+        if self._obstacle is not None:
+            raise CommandRefusedError(self._obstacle)
         self._check_travel(self._measured)
         self._lead(self._measured, "enabled by request")
         return "enabled"
