@@ -15,7 +15,8 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
         (f"share/{PACKAGE}/config", glob("config/*")),
-        # The nodes. A script made of an entry point takes 45 ms to find it, a tenth of their start.
+        # Nodes and commands. A script made of an entry point takes 45 ms to find it, a tenth of the
+        # start of a node.
         (f"lib/{PACKAGE}", glob("executables/*")),
     ],
     python_requires=">=3.10",
@@ -25,10 +26,4 @@ setup(
         "test": ["catkin_pkg", "hypothesis", "pytest", "scipy"],
     },
     zip_safe=False,
-    entry_points={
-        "console_scripts": [
-            f"demo = {PACKAGE}.nodes.run:demo",
-            f"draw_mechanism = {PACKAGE}.mechanism_figures.command:main",
-        ]
-    },
 )

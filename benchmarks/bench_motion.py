@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 from ruckig import InputParameter, OutputParameter, Ruckig, Trajectory
 
 from benchmarks.harness import Figure, Work, compare, pinned_to_one_core
-from tri_glide_kinematics.limits import SliderLimits
-from tri_glide_kinematics.motion import MotionEngine, MotionKind
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.workspace import Workspace
-from tri_glide_kinematics.workspace_limits import WorkspaceLimits
+from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.workspace.limits import WorkspaceLimits
+from tri_glide_kinematics.workspace.workspace import Workspace
 
 Vector3 = tuple[float, float, float]
 

@@ -11,7 +11,7 @@ from functools import partial
 
 from benchmarks.harness import Figure, Missing, NoAnswerError, attempt, figure
 from benchmarks.transport_probe import AGE, LOAD
-from tri_glide_kinematics.nodes.transport import (
+from tri_glide_kinematics.ros.transport import (
     CELL,
     COMPUTER,
     MIDDLEWARE_VARIABLES,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from benchmarks.linear_moves import LIMITS, MACHINE, WORKSPACE
 from tri_glide_kinematics.errors import KinematicsError, NoRoomError
-from tri_glide_kinematics.motion import MotionEngine
+from tri_glide_kinematics.motion.engine import MotionEngine
 
 Floats = NDArray[np.float64]
 

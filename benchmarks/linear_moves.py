@@ -24,11 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.limits import SliderLimits
-from tri_glide_kinematics.planning.linear_motion import LinearMotion
-from tri_glide_kinematics.planning.straight_line import StraightLine
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion
+from tri_glide_kinematics.motion.lines.straight_line import StraightLine
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
 
 Floats = NDArray[np.float64]
 

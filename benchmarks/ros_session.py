@@ -20,8 +20,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from benchmarks.harness import NoAnswerError
 from benchmarks.machine import ROOT
-from tri_glide_kinematics.nodes.processes import default_parameter_file, executable
-from tri_glide_kinematics.nodes.transport import COMPUTER, Transport, choose_transport
+from tri_glide_kinematics.ros.processes import default_parameter_file, executable
+from tri_glide_kinematics.ros.transport import COMPUTER, Transport, choose_transport
 
 TIMEOUT = 90.0  # s
 STATUS_TIMEOUT = 5.0  # s, for the latched status of a node, once something went wrong

@@ -24,21 +24,21 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from benchmarks.soak_motion import SCENARIOS, Findings, Judge, Scenario, random_pauses
-from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.limits import SliderLimits
-from tri_glide_kinematics.motion import MotionEngine, MotionPhase, SliderState
-from tri_glide_kinematics.nodes.controller import ControllerStatus, MotionController
-from tri_glide_kinematics.nodes.in_position import InPositionBounds
-from tri_glide_kinematics.nodes.operating_state import (
+from tri_glide_kinematics.control.controller import ControllerStatus, MotionController
+from tri_glide_kinematics.control.in_position import InPositionBounds
+from tri_glide_kinematics.control.operating_state import (
     DISABLED,
     FAULT,
     IDLE,
     IN_MOTION,
     WAITING,
 )
-from tri_glide_kinematics.nodes.supervision import SupervisionBounds, Supervisor
-from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.workspace import Workspace
+from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.workspace.workspace import Workspace
 
 Vector3 = tuple[float, float, float]
 

@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 
 from benchmarks import edge_jogs, linear_moves
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
+from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, SliderLimits
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.workspace.workspace import Cylinder, Workspace, WorkspaceLimits
 
 Floats = NDArray[np.float64]
 

@@ -38,9 +38,9 @@ def main(output: Path, name: str) -> None:
 
     setattr(Node, "create_timer", create_timed_timer)  # noqa: B010 - mypy knows no other way
     if name == "ik_node":
-        from tri_glide_kinematics.nodes import run
+        from tri_glide_kinematics.ros.run import run
 
-        run.ik_node()
+        run("ik_node", "IkNode")
     else:
         from benchmarks import bare_nodes
 

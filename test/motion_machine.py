@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from strategies import DEFAULT_GEOMETRY, DEFAULT_LIMITS
 
-from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, SliderLimits
-from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderLimits
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
 
 Floats = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.wording import number_text, vector_text
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.workspace_limits import WorkspaceLimit
+    from tri_glide_kinematics.workspace.limits import WorkspaceLimit
 
 
 class KinematicsError(ValueError):

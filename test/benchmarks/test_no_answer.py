@@ -13,7 +13,7 @@ from benchmarks import __main__ as benchmarks
 from benchmarks import ros_session
 from benchmarks.harness import Missing, NoAnswerError, attempt, figure
 from benchmarks.ros_session import session
-from tri_glide_kinematics.nodes.transport import MIDDLEWARE_VARIABLES, VARIABLE
+from tri_glide_kinematics.ros.transport import MIDDLEWARE_VARIABLES, VARIABLE
 
 
 @pytest.fixture

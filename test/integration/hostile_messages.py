@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rcl_interfaces.msg import Parameter, ParameterValue
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.nodes.parameters import NODES
+from tri_glide_kinematics.ros.parameters import NODES
 
 JOINTS = ["slider_1", "slider_2", "slider_3"]
 

@@ -31,8 +31,8 @@ from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
-from tri_glide_kinematics.nodes.processes import NodeProcesses, default_parameter_file
-from tri_glide_kinematics.nodes.transport import (
+from tri_glide_kinematics.ros.processes import NodeProcesses, default_parameter_file
+from tri_glide_kinematics.ros.transport import (
     COMPUTER,
     MIDDLEWARE_VARIABLES,
     VARIABLE,

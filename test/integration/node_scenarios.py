@@ -20,7 +20,7 @@ from rcl_interfaces.srv import SetParameters
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
 PERIOD = 0.002
 VELOCITY, ACCELERATION, JERK = 1.0, 10.0, 200.0

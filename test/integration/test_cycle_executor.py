@@ -9,7 +9,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from tri_glide_kinematics.nodes.cycle_executor import LONGEST_WAIT, CycleExecutor
+from tri_glide_kinematics.ros.cycle_executor import LONGEST_WAIT, CycleExecutor
 
 PERIOD = 0.001  # s
 

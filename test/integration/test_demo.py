@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tri_glide_kinematics.nodes.processes import executable
+from tri_glide_kinematics.ros.processes import executable
 
 TIMEOUT = 120.0  # s
 

@@ -13,8 +13,8 @@ from ament_index_python.packages import get_package_prefix
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters, GetParameters
 
-from tri_glide_kinematics.nodes.parameters import NODES
-from tri_glide_kinematics.nodes.processes import executable
+from tri_glide_kinematics.ros.parameters import NODES
+from tri_glide_kinematics.ros.processes import executable
 
 TIMEOUT = 60.0
 
@@ -233,7 +233,7 @@ def test_parameters_are_described_with_unit_and_bounds(client, nodes):
 
 def test_documentation_of_the_parameters_is_printed(ros_domain):
     run = subprocess.run(
-        [sys.executable, "-m", "tri_glide_kinematics.nodes.parameters"],
+        [sys.executable, "-m", "tri_glide_kinematics.ros.parameters"],
         capture_output=True,
         text=True,
         check=True,

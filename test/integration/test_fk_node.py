@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
 SYMMETRIC = TriGlideGeometry.symmetric(0.25, 0.05, 0.40)
 CALIBRATED = TriGlideGeometry(

@@ -11,8 +11,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from node_scenarios import HEALTHY
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.command_stream import CommandStream
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.motion.command_stream import CommandStream
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
 JOINTS = ("slider_1", "slider_2", "slider_3")
 PERIOD = 0.002

@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
 JOINTS = ["slider_1", "slider_2", "slider_3"]
 MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))

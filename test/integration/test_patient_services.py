@@ -11,8 +11,8 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import SetBool
 
-from tri_glide_kinematics.nodes import patient_services
-from tri_glide_kinematics.nodes.patient_services import PatientServices
+from tri_glide_kinematics.ros import patient_services
+from tri_glide_kinematics.ros.patient_services import PatientServices
 
 # The middleware waits for 100 ms.
 BLOCK = 0.09

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from node_harness import TIMEOUT, Machine, launched, set_transport
 
-from tri_glide_kinematics.nodes.processes import executable
-from tri_glide_kinematics.nodes.transport import CELL, COMPUTER, MIDDLEWARE_VARIABLES, VARIABLE
+from tri_glide_kinematics.ros.processes import executable
+from tri_glide_kinematics.ros.transport import CELL, COMPUTER, MIDDLEWARE_VARIABLES, VARIABLE
 
 LISTENER = """
 import sys, rclpy

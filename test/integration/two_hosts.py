@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from node_harness import set_transport
 
-from tri_glide_kinematics.command_stream import CommandStream
-from tri_glide_kinematics.nodes.transport import CELL
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.motion.command_stream import CommandStream
+from tri_glide_kinematics.ros.transport import CELL
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
 MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
 PERIOD = 0.002

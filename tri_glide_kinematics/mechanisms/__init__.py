@@ -1,1 +1,1 @@
-"""Solvers for planar mechanisms and for the landing gear; no ROS."""
+"""x"""

@@ -15,8 +15,8 @@ from typing import Any
 import yaml
 
 from tri_glide_kinematics.errors import KinematicsError, MechanismFileError
-from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.four_bar import FourBar
+from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar
 from tri_glide_kinematics.mechanisms.landing_gear import LandingGear
 
 Mechanism = FourBar | FMechanism | LandingGear

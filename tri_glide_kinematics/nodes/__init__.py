@@ -1,1 +1,1 @@
-"""ROS 2 nodes: they turn messages into calls and results into messages."""
+"""Nodes: one module each."""

@@ -7,8 +7,9 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
+from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.nodes.diagnostics import (
+from tri_glide_kinematics.ros.diagnostics import (
     ERROR,
     OK,
     STALE,
@@ -16,12 +17,11 @@ from tri_glide_kinematics.nodes.diagnostics import (
     DiagnosticsPublisher,
     Health,
 )
-from tri_glide_kinematics.nodes.live_parameters import LiveParameters
-from tri_glide_kinematics.nodes.machine import check_joint_names, machine_of
-from tri_glide_kinematics.nodes.messages import SliderReader
-from tri_glide_kinematics.nodes.parameters import FK_NODE
-from tri_glide_kinematics.nodes.patient_services import PatientServices
-from tri_glide_kinematics.nodes.reason_log import ReasonLog
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
+from tri_glide_kinematics.ros.messages import SliderReader
+from tri_glide_kinematics.ros.parameters import FK_NODE
+from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.settings import check_joint_names, machine_of
 
 
 class FkNode(Node):

@@ -14,15 +14,24 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profi
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
+from tri_glide_kinematics.control.controller import ControllerStatus, MotionController
+from tri_glide_kinematics.control.loop_statistics import LoopStatistics
+from tri_glide_kinematics.control.operating_state import FAULT, JOGGING
+from tri_glide_kinematics.control.reason_log import ReasonLog
+from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, SliderState
-from tri_glide_kinematics.nodes.command_outputs import CommandOutputs
-from tri_glide_kinematics.nodes.controller import ControllerStatus, MotionController
-from tri_glide_kinematics.nodes.diagnostics import DiagnosticsPublisher, Health, status_message
-from tri_glide_kinematics.nodes.ik_health import health_of, status_of
-from tri_glide_kinematics.nodes.live_parameters import LiveParameters
-from tri_glide_kinematics.nodes.loop_statistics import LoopStatistics
-from tri_glide_kinematics.nodes.machine import (
+from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderState
+from tri_glide_kinematics.ros.command_outputs import CommandOutputs
+from tri_glide_kinematics.ros.diagnostics import DiagnosticsPublisher, Health, status_message
+from tri_glide_kinematics.ros.ik_health import health_of, status_of
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
+from tri_glide_kinematics.ros.messages import SliderReader, target_position, target_velocity
+from tri_glide_kinematics.ros.other_publishers import OtherPublishers
+from tri_glide_kinematics.ros.parameter_table import Values
+from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.run import FatalError
+from tri_glide_kinematics.ros.settings import (
     check_joint_names,
     in_position_bounds_of,
     limits_of,
@@ -30,16 +39,7 @@ from tri_glide_kinematics.nodes.machine import (
     supervision_bounds_of,
     workspace_limits_of,
 )
-from tri_glide_kinematics.nodes.messages import SliderReader, target_position, target_velocity
-from tri_glide_kinematics.nodes.operating_state import FAULT, JOGGING
-from tri_glide_kinematics.nodes.other_publishers import OtherPublishers
-from tri_glide_kinematics.nodes.parameter_table import Values
-from tri_glide_kinematics.nodes.parameters import IK_NODE
-from tri_glide_kinematics.nodes.patient_services import PatientServices
-from tri_glide_kinematics.nodes.reason_log import ReasonLog
-from tri_glide_kinematics.nodes.run import FatalError
-from tri_glide_kinematics.nodes.supervision import Supervisor
-from tri_glide_kinematics.workspace import Workspace
+from tri_glide_kinematics.workspace.workspace import Workspace
 
 # Twists are renewed all the time: the latest one counts, and none is sent again after the
 # connection was lost.

@@ -15,16 +15,12 @@ from tri_glide_interfaces.srv import (
     TraceFMechanism,
     TraceFourBar,
 )
+from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.nodes import (
-    f_mechanism_messages,
-    four_bar_messages,
-    landing_gear_messages,
-)
-from tri_glide_kinematics.nodes.live_parameters import LiveParameters
-from tri_glide_kinematics.nodes.mechanism_messages import check_numbers
-from tri_glide_kinematics.nodes.patient_services import PatientServices
-from tri_glide_kinematics.nodes.reason_log import ReasonLog
+from tri_glide_kinematics.ros import f_mechanism_messages, four_bar_messages, landing_gear_messages
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
+from tri_glide_kinematics.ros.mechanism_messages import check_numbers
+from tri_glide_kinematics.ros.patient_services import PatientServices
 
 Fill = Callable[[Any, Any], None]
 

@@ -11,15 +11,15 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
+from tri_glide_kinematics.control.reason_log import ReasonLog
+from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders, SliderFaults
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.nodes.live_parameters import LiveParameters
-from tri_glide_kinematics.nodes.machine import check_joint_names, check_travel
-from tri_glide_kinematics.nodes.messages import SliderReader, set_stamp
-from tri_glide_kinematics.nodes.parameter_table import ParameterError, Values
-from tri_glide_kinematics.nodes.parameters import SIMULATOR_NODE
-from tri_glide_kinematics.nodes.patient_services import PatientServices
-from tri_glide_kinematics.nodes.reason_log import ReasonLog
-from tri_glide_kinematics.nodes.simulated_sliders import SimulatedSliders, SliderFaults
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
+from tri_glide_kinematics.ros.messages import SliderReader, set_stamp
+from tri_glide_kinematics.ros.parameter_table import ParameterError, Values
+from tri_glide_kinematics.ros.parameters import SIMULATOR_NODE
+from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.settings import check_joint_names, check_travel
 from tri_glide_kinematics.wording import number_text, vector_text
 
 

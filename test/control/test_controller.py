@@ -1,0 +1,556 @@
+"""The controller with the real engine and a clock of our own: no process, no waiting."""
+
+from __future__ import annotations
+
+import pytest
+
+from tri_glide_kinematics.control.controller import CommandRefusedError, MotionController
+from tri_glide_kinematics.control.in_position import InPositionBounds
+from tri_glide_kinematics.control.operating_state import (
+    DISABLED,
+    FAULT,
+    IDLE,
+    JOGGING,
+    MOVING,
+    STOPPING,
+    WAITING,
+)
+from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.workspace.limits import WorkspaceLimits
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+PERIOD, TWIST_TIMEOUT, MEASURED_TIMEOUT = 0.002, 0.1, 0.2
+HOME = (0.6, 0.6, 0.6)
+LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
+MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
+TARGET = (0.05, 0.03, 0.3)
+IN_POSITION = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)
+
+
+class Rig:
+    """A controller with a machine that follows perfectly, or is told not to."""
+
+    def __init__(self, start_disabled=False, start=HOME, kind=MotionKind.SLIDER):
+        self.now = 100.0
+        self.statuses = []
+        self.refusals = []
+        self.measures = True
+        self.offset = 0.0  # m, of the first slider from its command
+        self.heights = start
+        supervisor = Supervisor(
+            SupervisionBounds(MEASURED_TIMEOUT, 0.02, 0.05, (1.0, 1.0, 1.0)),
+            ("slider_1", "slider_2", "slider_3"),
+        )
+        workspace = Workspace(MACHINE, WorkspaceLimits(LOWER, UPPER, 0.005, 6.0))
+        self.engine = MotionEngine(workspace, LIMITS, kind=kind)
+        self.controller = MotionController(
+            self.engine,
+            supervisor,
+            period=PERIOD,
+            twist_timeout=TWIST_TIMEOUT,
+            in_position_bounds=IN_POSITION,
+            start_disabled=start_disabled,
+            travel=(LOWER, UPPER),
+            on_change=self.statuses.append,
+            on_refusal=self.refusals.append,
+        )
+
+    @property
+    def measured(self):
+        return (self.heights[0] + self.offset, *self.heights[1:])
+
+    @property
+    def changes(self):
+        return [(status.state, status.reason) for status in self.statuses]
+
+    def cycle(self, count=1):
+        setpoint = None
+        for _ in range(count):
+            self.now += PERIOD
+            setpoint = self.controller.cycle(self.now)
+            if setpoint is not None:
+                self.heights = setpoint.heights
+            if self.measures:
+                self.controller.measured(self.measured, self.now)
+        return setpoint
+
+    def cycle_until(self, state, most=5000):
+        for _ in range(most):
+            if self.controller.state is state:
+                return
+            self.cycle()
+        raise AssertionError(f"{state} did not come, it is {self.controller.state}")
+
+    def jog(self, velocity=(0.0, 0.0, 0.05)):
+        self.controller.jog(velocity, self.now)
+
+    @property
+    def states(self):
+        return [state for state, _ in self.changes]
+
+
+@pytest.fixture
+def rig():
+    rig = Rig()
+    rig.cycle(2)
+    return rig
+
+
+def test_it_waits_for_the_machine_and_gives_no_setpoint_before():
+    rig = Rig()
+    rig.measures = False
+    assert rig.cycle(10) is None
+    assert rig.controller.state is WAITING
+    for command in (
+        lambda: rig.controller.move_to(TARGET),
+        lambda: rig.jog(),
+    ):
+        with pytest.raises(CommandRefusedError, match="no motion while waiting"):
+            command()
+    rig.measures = True
+    rig.cycle()
+    assert rig.controller.state is IDLE
+    assert rig.cycle().heights == HOME
+
+
+@pytest.mark.parametrize(
+    ("heights", "reason"),
+    [
+        ((0.6, 0.6, 0.902), "slider 3 is measured at 0.902 m, outside its travel"),
+        ((0.298, 0.6, 0.6), "slider 1 is measured at 0.298 m, outside its travel"),
+        ((0.6, float("nan"), 0.6), "slider_2 is nan"),
+        ((0.31, 0.89, 0.31), "put the platform above slider 1"),
+    ],
+)
+def test_it_does_not_start_from_everywhere(heights, reason):
+    rig = Rig()
+    with pytest.raises(KinematicsError, match=reason):
+        rig.controller.measured(heights, rig.now)
+    assert rig.controller.state is WAITING
+    rig.cycle(2)
+    assert rig.controller.state is IDLE
+
+
+def test_encoders_at_the_end_stop_may_read_a_little_beyond():
+    rig = Rig(start=(0.9004, 0.9004, 0.9004))
+    rig.cycle(2)
+    assert rig.controller.state is IDLE
+
+
+def test_a_move_ends_at_its_target_with_reasons(rig):
+    rig.controller.move_to(TARGET)
+    rig.cycle_until(IDLE)
+    assert rig.heights == pytest.approx(MACHINE.inverse(TARGET), abs=1e-9)
+    assert rig.changes[-2:] == [
+        (MOVING, "target (0.05, 0.03, 0.3) m"),
+        (IDLE, "at rest: target (0.05, 0.03, 0.3) m is reached, measured 0 m away"),
+    ]
+
+
+def test_a_refused_target_changes_nothing(rig):
+    rig.controller.move_to(TARGET)
+    rig.cycle(20)
+    with pytest.raises(KinematicsError, match="outside the workspace"):
+        rig.controller.move_to((0.5, 0.0, 0.3))
+    assert rig.controller.state is MOVING
+    rig.cycle_until(IDLE)
+    assert rig.heights == pytest.approx(MACHINE.inverse(TARGET), abs=1e-9)
+
+
+def test_a_jog_ends_without_renewal(rig):
+    for _ in range(5):
+        rig.jog()
+        rig.cycle(25)
+    assert rig.controller.state is JOGGING
+    rig.cycle(30)
+    assert rig.controller.state in (STOPPING, IDLE)
+    rig.cycle_until(IDLE)
+    assert (STOPPING, "no twist for 0.1 s") in rig.changes
+    assert rig.cycle().velocities == (0.0, 0.0, 0.0)
+
+
+def test_a_jog_rests_at_the_edge_and_says_why(rig):
+    for _ in range(400):
+        rig.jog((0.0, 0.0, 0.5))
+        rig.cycle(5)
+    assert rig.controller.state is JOGGING
+    assert rig.engine.phase is MotionPhase.IDLE
+    assert max(rig.heights) <= 0.9
+    assert rig.controller.status.held_at_edge
+    assert "held at the edge" in rig.controller.reason
+    assert "slider travel" in rig.controller.reason
+    # The first twist, and that it is held: no more, however often it is renewed.
+    assert rig.states.count(JOGGING) == 2
+    assert rig.refusals == []
+    rig.jog((0.0, 0.0, -0.1))
+    rig.cycle(20)
+    assert not rig.controller.status.held_at_edge
+    assert rig.heights[0] < 0.899
+
+
+def test_a_jog_that_begins_at_the_edge_is_held_there_as_one_that_came_to_it(rig):
+    for _ in range(400):
+        rig.jog((0.0, 0.0, 0.5))
+        rig.cycle(5)
+    rig.jog((0.0, 0.0, 0.0))
+    rig.cycle_until(IDLE)
+    rig.jog((0.0, 0.0, 0.2))
+    assert rig.controller.state is JOGGING
+    assert "held at the edge" in rig.controller.reason
+
+
+def test_a_twist_without_room_in_mid_jog_brings_the_platform_to_rest(rig):
+    """The old direction is not wanted any more, and the new one is not possible."""
+    for _ in range(300):
+        rig.jog((0.0, 0.0, 0.5))
+        rig.cycle(5)
+    rig.jog((0.3, 0.0, 0.0))
+    rig.cycle(60)
+    for _ in range(60):
+        rig.jog((0.0, 0.0, 0.3))
+        rig.cycle(5)
+    assert rig.controller.state is JOGGING
+    assert rig.controller.status.held_at_edge
+    assert rig.cycle().velocities == (0.0, 0.0, 0.0)
+
+
+def test_a_zero_twist_ends_a_jog_and_nothing_else(rig):
+    rig.jog()
+    rig.cycle(25)
+    rig.jog((0.0, 0.0, 0.0))
+    assert rig.changes[-1] == (STOPPING, "twist of zero")
+    rig.cycle_until(IDLE)
+    rig.controller.move_to(TARGET)
+    rig.cycle(10)
+    rig.jog((0.0, 0.0, 0.0))
+    assert rig.controller.state is MOVING
+
+
+def test_a_stop_holds_against_twists_until_they_pause(rig):
+    rig.jog()
+    rig.cycle(25)
+    assert rig.controller.stop() == "ramping to a stop: was jogging, twist (0, 0, 0.05) m/s"
+    for _ in range(50):
+        with pytest.raises(CommandRefusedError):
+            rig.jog()
+        rig.cycle(10)
+    assert rig.controller.state is IDLE
+    rig.cycle(55)
+    rig.jog()
+    assert rig.controller.state is JOGGING
+
+
+def test_a_stop_refuses_poses_until_it_is_over(rig):
+    rig.controller.move_to(TARGET)
+    rig.cycle(40)
+    rig.controller.stop()
+    with pytest.raises(CommandRefusedError, match="before the stop is over: stop was asked for"):
+        rig.controller.move_to(TARGET)
+    rig.cycle_until(IDLE)
+    rig.controller.move_to(TARGET)
+    assert rig.controller.stop().startswith("ramping to a stop: was moving, target (0.05,")
+    assert rig.controller.stop() == "ramping to a stop already: stop was asked for"
+    rig.cycle_until(IDLE)
+    assert rig.controller.stop() == "nothing moves: idle"
+
+
+def test_disabled_after_a_ramp_and_enabled_where_it_is_measured(rig):
+    rig.controller.move_to(TARGET)
+    rig.cycle(40)
+    rig.controller.disable()
+    assert rig.controller.state is STOPPING
+    rig.cycle_until(DISABLED)
+    assert rig.cycle() is None
+    rig.heights = (0.7, 0.65, 0.62)
+    rig.cycle()
+    assert rig.controller.enable(rig.now) == "enabled"
+    assert rig.cycle().heights == (0.7, 0.65, 0.62)
+
+
+def test_enabled_again_while_ramping_it_stays_enabled(rig):
+    rig.controller.move_to(TARGET)
+    rig.cycle(40)
+    rig.controller.disable()
+    assert rig.controller.enable(rig.now) == "stays enabled"
+    rig.cycle_until(IDLE)
+
+
+def test_started_disabled():
+    rig = Rig(start_disabled=True)
+    with pytest.raises(CommandRefusedError, match="no measured slider heights"):
+        rig.controller.enable(rig.now)
+    rig.cycle(5)
+    assert rig.controller.state is DISABLED
+    with pytest.raises(CommandRefusedError, match="no motion while disabled"):
+        rig.controller.move_to(TARGET)
+    rig.controller.enable(rig.now)
+    assert rig.controller.state is IDLE
+
+
+def silent(rig):
+    rig.measures = False
+    rig.cycle(round(MEASURED_TIMEOUT / PERIOD) + 5)
+
+
+def jumping(rig):
+    rig.controller.measured((rig.heights[0] + 0.04, *rig.heights[1:]), rig.now)
+
+
+def apart(rig):
+    for k in range(10):
+        heights = (rig.heights[0] - 0.006 * k, *rig.heights[1:])
+        rig.controller.measured(heights, rig.now)
+
+
+def not_finite(rig):
+    rig.controller.measured((float("inf"), 0.6, 0.6), rig.now)
+
+
+@pytest.mark.parametrize(
+    ("fault", "reason"),
+    [(silent, "silent"), (jumping, "jumped"), (apart, "apart"), (not_finite, "inf")],
+)
+def test_a_fault_is_a_ramp_and_then_silence_until_somebody_clears_it(rig, fault, reason):
+    rig.controller.set_limits(LIMITS, 0.05)
+    rig.controller.move_to(TARGET)
+    rig.cycle(100)
+    fault(rig)
+    rig.measures = False
+    assert rig.controller.state is FAULT
+    assert reason in rig.controller.reason
+    if fault is not silent:
+        # The setpoint is still on its way down.
+        with pytest.raises(CommandRefusedError, match="ramp to a stop is not over"):
+            rig.controller.enable(rig.now)
+        with pytest.raises(CommandRefusedError, match="ramp to a stop is not over"):
+            rig.controller.disable()
+    before = rig.heights
+    last = None
+    while (setpoint := rig.cycle()) is not None:
+        last = setpoint
+    if last is not None:
+        assert last.velocities == (0.0, 0.0, 0.0)
+        assert last.heights != before
+    with pytest.raises(CommandRefusedError, match="no motion while fault"):
+        rig.controller.move_to(TARGET)
+    rig.now += MEASURED_TIMEOUT + PERIOD
+    with pytest.raises(CommandRefusedError, match="no measured slider heights"):
+        rig.controller.enable(rig.now)
+    rig.measures = True
+    rig.cycle()
+    assert rig.controller.state is FAULT
+    rig.controller.enable(rig.now)
+    assert rig.controller.state is IDLE
+    rig.controller.move_to(TARGET)
+    rig.cycle_until(IDLE)
+    assert rig.heights == pytest.approx(MACHINE.inverse(TARGET), abs=1e-9)
+
+
+def test_a_machine_in_fault_can_be_disabled(rig):
+    not_finite(rig)
+    rig.cycle(2)
+    assert rig.controller.disable() == "disabled"
+    assert rig.controller.state is DISABLED
+
+
+def test_no_silence_without_being_enabled(rig):
+    rig.controller.disable()
+    rig.measures = False
+    rig.cycle(1000)
+    assert rig.controller.state is DISABLED
+
+
+@pytest.mark.parametrize("pause", range(4))
+@pytest.mark.parametrize("kind", MotionKind)
+def test_a_client_that_first_sends_its_measured_pose_does_not_hide_its_target(kind, pause):
+    """A tiny move ends while the next target waits for its turn."""
+    rig = Rig(kind=kind)
+    rig.cycle(2)
+    x, y, z = MACHINE.forward(rig.heights)
+    rig.controller.move_to((x + 3e-7, y, z))
+    rig.cycle(pause)
+    rig.controller.move_to(TARGET)
+    rig.cycle(60)
+    assert rig.cycle().velocities != (0.0, 0.0, 0.0)
+    assert rig.controller.state is MOVING
+    assert rig.controller.stop().startswith("ramping to a stop: was moving, target (0.05,")
+    rig.cycle_until(IDLE)
+    assert rig.cycle().velocities == (0.0, 0.0, 0.0)
+
+
+def test_disabling_ends_the_stream_at_rest(rig):
+    x, y, z = MACHINE.forward(rig.heights)
+    rig.controller.move_to((x + 3e-7, y, z))
+    rig.cycle(1)
+    rig.controller.move_to(TARGET)
+    rig.cycle(60)
+    rig.controller.disable()
+    last = None
+    while (setpoint := rig.cycle()) is not None:
+        last = setpoint
+    assert last.velocities == last.accelerations == (0.0, 0.0, 0.0)
+    assert rig.controller.state is DISABLED
+
+
+@pytest.mark.parametrize("pending", [False, True])
+@pytest.mark.parametrize("kind", MotionKind)
+def test_a_flood_costs_one_plan_in_five_milliseconds_whatever_else_is_pending(kind, pending):
+    rig = Rig(kind=kind)
+    rig.cycle(2)
+    rig.controller.move_to((0.05, 0.03, 0.35))
+    rig.cycle(50)
+    if pending:
+        rig.controller.set_limits(LIMITS, 0.001)
+        assert rig.engine.limits_pending
+    before = rig.engine.plan_number
+    for step in range(40):
+        for part in range(5):
+            rig.controller.move_to((0.05, 0.03, 0.3 + 1e-4 * step + 1e-5 * part))
+        rig.cycle()
+    plans = rig.engine.plan_number - before
+    assert plans <= 40 * PERIOD / 0.005 + 1
+    rig.controller.set_limits(LIMITS, 1.0)
+    rig.cycle_until(IDLE)
+    assert rig.heights == pytest.approx(MACHINE.inverse((0.05, 0.03, 0.30394)), abs=1e-9)
+
+
+def test_a_storm_of_limits_is_not_planned_one_by_one(rig):
+    rig.controller.move_to((0.05, 0.03, 0.35))
+    rig.cycle(20)
+    before = rig.engine.plan_number
+    for step in range(40):
+        for part in range(5):
+            rig.controller.set_limits(LIMITS, 0.9 + 0.001 * step + 0.0001 * part)
+        rig.cycle()
+    assert rig.engine.plan_number - before <= 40 * PERIOD / 0.005 + 1
+    rig.cycle_until(IDLE)
+    assert rig.engine.speed_scale == pytest.approx(0.9394)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-8, 9e-8])
+def test_what_counts_as_no_velocity_ends_a_jog_and_leaves_a_move_alone(rig, size):
+    rig.controller.move_to(TARGET)
+    rig.cycle(10)
+    rig.jog((0.0, size, 0.0))
+    assert rig.controller.state is MOVING
+    rig.cycle_until(IDLE)
+    assert rig.heights == pytest.approx(MACHINE.inverse(TARGET), abs=1e-9)
+    rig.jog((0.0, 0.0, -0.05))
+    rig.cycle(10)
+    rig.jog((0.0, size, 0.0))
+    assert rig.controller.state is STOPPING
+
+
+def test_stop_during_the_ramp_of_a_fault_says_what_is_going_on(rig):
+    rig.controller.move_to(TARGET)
+    rig.cycle(40)
+    jumping(rig)
+    assert rig.controller.stop().startswith("ramping to a stop already: fault: measured height")
+
+
+def test_it_is_enabled_again_before_the_next_measurement(rig):
+    rig.controller.disable()
+    assert rig.controller.enable(rig.now) == "enabled"
+    rig.controller.move_to(TARGET)
+    rig.cycle(40)
+    jumping(rig)
+    while rig.cycle() is not None:
+        pass
+    assert rig.controller.enable(rig.now) == "enabled"
+
+
+def test_a_target_counts_as_reached_only_when_it_is_measured(rig):
+    rig.offset = 0.0
+    rig.controller.move_to(TARGET)
+    rig.cycle(20)
+    rig.offset = 0.002
+    while rig.engine.phase is not MotionPhase.IDLE:
+        rig.cycle()
+    rig.cycle(100)
+    assert rig.controller.state is MOVING
+    rig.offset = 1e-5
+    rig.cycle_until(IDLE)
+    assert "is reached, measured" in rig.controller.reason
+    assert not rig.controller.status.target_missed
+
+
+def test_a_target_that_is_not_reached_is_told_and_told_again_when_it_is(rig):
+    rig.offset = 0.002
+    rig.controller.move_to(TARGET)
+    rig.cycle_until(IDLE)
+    assert "target (0.05, 0.03, 0.3) m is NOT reached, measured 0.00" in rig.controller.reason
+    assert "more than 0.0005 m" in rig.controller.reason
+    assert rig.controller.status.target_missed
+    count = len(rig.statuses)
+    rig.cycle(200)
+    assert len(rig.statuses) == count
+    rig.offset = 0.0
+    rig.cycle(20)
+    assert "is reached" in rig.controller.reason
+    assert not rig.controller.status.target_missed
+
+
+def test_a_target_that_is_missed_by_far_is_a_fault(rig):
+    rig.controller.move_to(TARGET)
+    for _ in range(20):
+        rig.offset += 0.001
+        rig.cycle()
+    rig.cycle_until(FAULT)
+    assert "target (0.05, 0.03, 0.3) m is not reached" in rig.controller.reason
+    assert "more than 0.005 m" in rig.controller.reason
+
+
+def test_a_new_target_in_mid_motion_is_told(rig):
+    rig.controller.move_to(TARGET)
+    rig.cycle(20)
+    rig.controller.move_to((0.0, 0.02, 0.28))
+    assert rig.changes[-2:] == [
+        (MOVING, "target (0.05, 0.03, 0.3) m"),
+        (MOVING, "target (0, 0.02, 0.28) m"),
+    ]
+    assert rig.controller.status.newest_target == "target (0, 0.02, 0.28) m"
+
+
+def test_a_waiting_target_that_is_stopped_is_named(rig):
+    rig.controller.move_to(TARGET)
+    rig.cycle_until(IDLE)
+    rig.controller.set_limits(LIMITS, 0.5)
+    rig.controller.move_to((0.0, 0.0, 0.25))  # the limits had the turn of this cycle
+    answer = rig.controller.stop()
+    assert "(0, 0, 0.25)" in answer
+    rig.cycle(20)
+    assert rig.controller.state is IDLE
+    assert rig.heights == pytest.approx(MACHINE.inverse(TARGET), abs=1e-9)
+
+
+def test_twists_that_come_too_seldom_are_told_to(rig):
+    for _ in range(3):
+        rig.jog()
+        rig.cycle(100)
+    jogs = [reason for state, reason in rig.changes if state is JOGGING]
+    assert "0.2 s after the last one: longer than twist_timeout, 0.1 s" in jogs[-1]
+
+
+def test_an_obstacle_keeps_it_from_leading_and_is_a_fault_while_it_leads():
+    rig = Rig()
+    rig.controller.set_obstacle("somebody else leads")
+    assert rig.cycle(5) is None
+    assert (WAITING, "somebody else leads") in rig.changes
+    rig.controller.set_obstacle(None)
+    rig.cycle(2)
+    assert rig.controller.state is IDLE
+    rig.controller.move_to(TARGET)
+    rig.cycle(20)
+    rig.controller.set_obstacle("somebody else leads")
+    assert rig.controller.state is FAULT
+    while rig.cycle() is not None:
+        pass
+    with pytest.raises(CommandRefusedError, match="somebody else leads"):
+        rig.controller.enable(rig.now)
+    rig.controller.set_obstacle(None)
+    assert rig.controller.enable(rig.now) == "enabled"

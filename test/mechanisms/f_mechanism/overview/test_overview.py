@@ -1,0 +1,196 @@
+"""The overview of the F-mechanism: every branch once, as a connected curve."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from f_mechanism_samples import (
+    bifurcating_mechanism,
+    example_1,
+    example_2,
+    random_mechanism,
+)
+from strategies import nudged
+
+from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
+
+TURNING_DEGREES = (135.044103675325, 169.594134356109, 250.222852740651, 294.188939730997)
+
+
+def turning_degrees(branch):
+    return sorted(math.degrees(event.crank_angle) % 360.0 for event in branch.turning_points)
+
+
+def test_example_2():
+    overview = example_2().overview()
+    assert overview.crank_angles == pytest.approx(np.radians(np.arange(360.0)))
+    degrees, steps = np.unique(overview.counts, return_counts=True)
+    assert degrees.tolist() == [2, 4]
+    assert steps.tolist() == [282, 78]
+    four = np.flatnonzero(overview.counts == 4)
+    assert four.tolist() == [*range(136, 170), *range(251, 295)]
+    assert not np.any(overview.self_motion)
+    assert len(overview.branches) == 2
+    assert len(overview.fully_turning) == 1
+    turning = overview.branches[overview.fully_turning[0]]
+    other = overview.branches[1 - overview.fully_turning[0]]
+    assert turning.turns == pytest.approx(1.0)
+    assert turning_degrees(turning) == []
+    assert turning_degrees(other) == pytest.approx(list(TURNING_DEGREES), abs=1e-9)
+    assert other.closed
+    assert other.turns == pytest.approx(1.0)
+    assert not other.turns_fully
+
+
+@pytest.mark.parametrize("base_side", [1.0, -1.0])
+@pytest.mark.parametrize("platform_side", [1.0, -1.0])
+def test_example_1_does_not_turn_fully_in_any_orientation(base_side, platform_side):
+    # Source 001 calls it fully rotating, but gives no orientation of its two triangles.
+    overview = example_1(base_side, platform_side).overview()
+    assert np.min(overview.counts) == 0
+    assert overview.fully_turning == ()
+    for branch in overview.branches:
+        assert branch.closed
+        assert len(branch.turning_points) >= 2
+        assert branch.turns == pytest.approx(0.0, abs=1e-9)
+
+
+def near(mechanism, crank_angle, place):
+    """Positions close to ``place``, an angle and an origin."""
+    return [
+        pose
+        for pose in mechanism.poses(crank_angle)
+        if abs(math.remainder(pose.angle - place[0], 2.0 * math.pi)) < 0.3
+        and abs(complex(*pose.position) - place[1]) < 0.3
+    ]
+
+
+def test_branches_between_two_samples_are_found():
+    # Where the conditions for a bifurcation hold, but no branches cross, the position is isolated.
+    # A small change of one rod lets it vanish, or grow to a small closed branch.
+    rng = np.random.default_rng(41)
+    islands = 0
+    for _ in range(150):
+        mechanism, crank_angle, place = bifurcating_mechanism(rng)
+        if any(near(mechanism, crank_angle + step, place) for step in (-0.05, 0.05)):
+            continue
+        linkage = mechanism.linkage
+        for change in (1.0 - 1e-4, 1.0 + 1e-4):
+            changed = FMechanism(
+                [(p.real, p.imag) for p in linkage.pivots],
+                linkage.cranks,
+                (change * linkage.rods[0], *linkage.rods[1:]),
+                [(p.real, p.imag) for p in linkage.joints],
+                mechanism.phase_b,
+                mechanism.phase_c,
+                mechanism.counter_rotating,
+            )
+            apart = any(near(changed, crank_angle + step, place) for step in (-0.05, 0.05))
+            on_sample = abs(math.remainder(crank_angle, math.radians(10.0))) < 0.05
+            if apart or on_sample or not near(changed, crank_angle, place):
+                continue
+            islands += 1
+            small = [
+                branch
+                for branch in changed.overview(36).branches
+                if all(
+                    abs(math.remainder(event.crank_angle - crank_angle, 2.0 * math.pi)) < 0.05
+                    for event in branch.events
+                )
+            ]
+            assert len(small) == 1
+            assert small[0].closed
+            assert len(small[0].turning_points) == 2
+    assert islands > 10
+
+
+def test_coarse_and_fine_overviews_agree():
+    rng = np.random.default_rng(42)
+    for _ in range(10):
+        mechanism = random_mechanism(rng)
+        fine, coarse = mechanism.overview(360), mechanism.overview(24)
+        assert len(coarse.branches) == len(fine.branches)
+        assert sorted(turning_degrees(branch) for branch in coarse.branches) == [
+            pytest.approx(expected, abs=1e-8)
+            for expected in sorted(turning_degrees(branch) for branch in fine.branches)
+        ]
+
+
+def test_mechanisms_on_a_grid():
+    # Whole numbers and right angles make every special case frequent.
+    rng = np.random.default_rng(43)
+    bifurcations = singular = 0
+    for _ in range(40):
+        base, platform = rng.integers(-3, 4, (3, 2)), rng.integers(-2, 3, (3, 2))
+        if len(np.unique(platform, axis=0)) == 1:
+            continue
+        if rng.integers(2):
+            base[:, 1] = platform[:, 1] = 0
+            platform[0, 0] = 5
+        mechanism = FMechanism(
+            base,
+            rng.integers(1, 3, 3),
+            rng.integers(1, 5, 3),
+            platform,
+            *(0.5 * math.pi * rng.integers(0, 4, 2)),
+            bool(rng.integers(2)),
+        )
+        overview = mechanism.overview(36)
+        singular += len(overview.singular_poses)
+        for branch in overview.branches:
+            bifurcations += len(branch.bifurcations)
+            assert np.max(branch.residual) < 1e-9 * mechanism.size
+            # The triangle moves continuously along each branch.
+            assert np.max(np.abs(np.diff(branch.crank_angle)), initial=0.0) < math.radians(10.1)
+    assert bifurcations > 5
+    assert singular > 0
+
+
+def test_parallel_crank_mechanism_is_said_to_move_by_itself():
+    triangle = [[0.0, 0.0], [2.0, 0.5], [0.7, 1.8]]
+    mechanism = FMechanism(triangle, (0.5, 0.5, 0.5), (1.3, 1.3, 1.3), triangle)
+    overview = mechanism.overview(36)
+    assert np.all(overview.self_motion)
+    assert overview.branches == ()
+
+
+def test_mechanism_that_never_closes():
+    mechanism = FMechanism(
+        [[0.0, 0.0], [100.0, 0.0], [0.0, 100.0]],
+        (1.0, 1.0, 1.0),
+        (1.0, 1.0, 1.0),
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+    )
+    overview = mechanism.overview(36)
+    assert np.all(overview.counts == 0)
+    assert overview.branches == ()
+    assert overview.fully_turning == ()
+
+
+def test_too_few_samples():
+    with pytest.raises(OutOfBoundsError, match="samples"):
+        example_2().overview(7)
+
+
+def test_mirror_images_are_not_exchanged_by_rounding():
+    # What a symmetric mechanism can do at a crank angle, it can do mirrored at the opposite one.
+    rng = np.random.default_rng(5)
+    starts = set()
+    for _ in range(12):
+        x, y, crank, rod, phase, platform_x, platform_y = nudged(
+            rng, (0.05, 0.06, 0.015, 0.045, 0.7, 0.02, 0.03)
+        )
+        mechanism = FMechanism(
+            [[0.0, 0.0], [x, y], [x, -y]],
+            (0.02, crank, crank),
+            (0.05, rod, rod),
+            [[-0.02, 0.0], [platform_x, platform_y], [platform_x, -platform_y]],
+            phase,
+            -phase,
+        )
+        branches = mechanism.overview(72).branches
+        starts.add(tuple((round(b.crank_angle[0], 6), round(b.angle[0], 6)) for b in branches))
+    assert len(starts) == 1

@@ -1,0 +1,538 @@
+"""Positions of the F-mechanism: all of them, exact, and nothing else."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from f_mechanism_samples import (
+    closure_value,
+    example_2,
+    mechanism_through,
+    random_mechanism,
+    random_points,
+    rod_gaps,
+)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from strategies import nudged
+
+from tri_glide_kinematics.errors import (
+    DegenerateLinkageError,
+    NotFiniteError,
+    OutOfBoundsError,
+    SelfMotionError,
+    WrongShapeError,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
+
+# Source 001, figure 5.
+PRINTED_ANGLES = (-75.688, -55.562, -18.443, -0.982)
+
+
+def angle_difference(p, q):
+    return abs(math.remainder(p - q, 2.0 * math.pi))
+
+
+def scan_count(mechanism, crank_angle, grid):
+    """Number of roots by sign changes of a dense scan, and by a search about each shallow place."""
+    value = closure_value(mechanism, crank_angle, grid)
+    positive = value >= 0.0
+    count = int(np.sum(positive[1:] != positive[:-1]))
+    size = abs(value)
+    shallow = (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:])
+    same = (positive[1:-1] == positive[:-2]) & (positive[1:-1] == positive[2:])
+    for index in np.flatnonzero(shallow & same) + 1:
+        low, high = grid[index - 1], grid[index + 1]
+        sign = 1.0 if positive[index] else -1.0
+        for _ in range(6):
+            fine = np.linspace(low, high, 21)
+            depth = sign * closure_value(mechanism, crank_angle, fine)
+            lowest = int(np.argmin(depth))
+            if depth[lowest] < 0.0:
+                count += 2
+                break
+            step = fine[1] - fine[0]
+            low, high = fine[lowest] - step, fine[lowest] + step
+    return count
+
+
+def test_example_2_has_the_printed_angles():
+    poses = example_2().poses(math.radians(146.0))
+    assert [round(math.degrees(pose.angle), 3) for pose in poses] == list(PRINTED_ANGLES)
+
+
+def test_printed_main_loop_has_other_angles():
+    # The listing of source 001 adds phase C to crank B: `ff2[i]:=omegab*ff1[i]+phasc`.
+    poses = example_2(phase_b=math.radians(-15.0)).poses(math.radians(146.0))
+    found = [math.degrees(pose.angle) for pose in poses]
+    for printed in PRINTED_ANGLES:
+        assert all(abs(printed - angle) > 1.0 for angle in found)
+
+
+def test_random_mechanisms_agree_with_a_dense_scan():
+    rng = np.random.default_rng(20_000)
+    grid = np.linspace(-math.pi, math.pi, 721)
+    counts = np.zeros(7, dtype=int)
+    for _ in range(20_000):
+        mechanism = random_mechanism(rng)
+        crank_angle = rng.uniform(-math.pi, math.pi)
+        poses = mechanism.poses(crank_angle)
+        counts[len(poses)] += 1
+        for pose in poses:
+            assert pose.residual < 1e-9 * mechanism.size
+            gaps = rod_gaps(mechanism, crank_angle, pose.angle, pose.position)
+            assert np.max(abs(gaps)) < 1e-9 * mechanism.size
+        if scan_count(mechanism, crank_angle, grid) != len(poses):
+            # A pair of roots narrower than the scan: only a much finer one tells.
+            fine = np.linspace(-math.pi, math.pi, 200_001)
+            assert scan_count(mechanism, crank_angle, fine) == len(poses)
+    assert np.all(counts[[0, 2, 4, 6]] > 50)
+    assert np.all(counts[[1, 3, 5]] == 0)
+
+
+def test_root_at_half_a_turn_is_not_special():
+    rng = np.random.default_rng(180)
+    for _ in range(2_000):
+        joints, pins = random_points(rng, 3), random_points(rng, 3)
+        pose = (math.pi, random_points(rng, 1)[0])
+        angles = rng.uniform(-math.pi, math.pi, 3)
+        cranks = rng.uniform(0.1, 0.6, 3)
+        mechanism = mechanism_through(pins, joints, pose, cranks, angles, bool(rng.integers(2)))
+        for poses in (single_row(mechanism, angles[0]), batch_row(mechanism, angles[0])):
+            near = [angle_difference(angle, math.pi) for angle, _ in poses]
+            assert min(near) < 1e-9
+            assert all(-math.pi < angle <= math.pi for angle, _ in poses)
+
+
+def batch_row(mechanism, crank_angle):
+    batch = mechanism.poses_batch([crank_angle])
+    count = batch.counts[0]
+    return list(zip(batch.angle[0, :count], batch.position[0, :count]))
+
+
+def single_row(mechanism, crank_angle):
+    return [(pose.angle, pose.position) for pose in mechanism.poses(crank_angle)]
+
+
+def test_exact_folds_are_found_once():
+    rng = np.random.default_rng(11)
+    for _ in range(2_000):
+        # Three rods through one point: the platform can turn about it for an instant.
+        joints, pose = random_points(rng, 3), (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
+        places = pose[1] + np.exp(1j * pose[0]) * joints
+        pins = places + rng.uniform(0.3, 2.5, 3) * (2.0 * random_points(rng, 1)[0] - places)
+        angles = rng.uniform(-math.pi, math.pi, 3)
+        cranks = rng.uniform(0.1, 0.6, 3)
+        mechanism = mechanism_through(pins, joints, pose, cranks, angles)
+        for poses in (single_row(mechanism, angles[0]), batch_row(mechanism, angles[0])):
+            near = [angle for angle, _ in poses if angle_difference(angle, pose[0]) < 1e-5]
+            assert len(near) == 1
+        fold = min(mechanism.poses(angles[0]), key=lambda p: angle_difference(p.angle, pose[0]))
+        assert fold.double
+        assert abs(fold.singularity) < 1e-5
+        assert fold.residual < 1e-9 * mechanism.size
+        assert np.allclose(fold.position, (pose[1].real, pose[1].imag), atol=1e-5)
+
+
+def test_degenerate_linear_system_keeps_both_positions():
+    rng = np.random.default_rng(12)
+    for _ in range(500):
+        joints, pose = random_points(rng, 3), (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
+        z = np.exp(1j * pose[0])
+        places = pose[1] + z * joints
+        pin_a, pin_b = random_points(rng, 2)
+        # w_c parallel to w_b: at this angle a mirror image of rod A solves all equations too.
+        rod = places[0] - pin_a
+        w_b = z * (joints[1] - joints[0]) - (pin_b - pin_a)
+        pin_c = pin_a + z * (joints[2] - joints[0]) - rng.uniform(-2.0, 2.0) * w_b
+        mirrored = w_b / w_b.conjugate() * rod.conjugate()
+        angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
+        pins = np.array([pin_a, pin_b, pin_c])
+        mechanism = mechanism_through(pins, joints, pose, cranks, angles)
+        expected = [pose[1], pose[1] + mirrored - rod]
+        for poses in (single_row(mechanism, angles[0]), batch_row(mechanism, angles[0])):
+            for origin in expected:
+                assert any(
+                    angle_difference(angle, pose[0]) < 1e-6
+                    and abs(complex(*position) - origin) < 1e-6
+                    for angle, position in poses
+                )
+            assert len({(round(a, 7), round(p[0], 7), round(p[1], 7)) for a, p in poses}) == len(
+                poses
+            )
+
+
+def test_degenerate_linear_system_invents_nothing():
+    rng = np.random.default_rng(13)
+    for _ in range(500):
+        joints = random_points(rng, 3)
+        angle = rng.uniform(-3.1, 3.1)
+        pin_a, pin_b = random_points(rng, 2)
+        ratio = rng.uniform(-2.0, 2.0)
+        w_b = np.exp(1j * angle) * (joints[1] - joints[0]) - (pin_b - pin_a)
+        pin_c = pin_a + np.exp(1j * angle) * (joints[2] - joints[0]) - ratio * w_b
+        # F has a double root at this angle, but rod A does not reach the line that is left for it.
+        rod_a = rng.uniform(0.1, 0.5)
+        product = 1.1 * rod_a * abs(w_b)
+        rods = [
+            rod_a,
+            math.sqrt(rod_a**2 + abs(w_b) ** 2 + 2.0 * product),
+            math.sqrt(max(rod_a**2 + abs(ratio * w_b) ** 2 + 2.0 * ratio * product, 1e-3)),
+        ]
+        angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
+        pins = np.array([pin_a, pin_b, pin_c])
+        mechanism = mechanism_through(pins, joints, None, cranks, angles, rods=rods)
+        value = closure_value(mechanism, angles[0], angle)
+        if abs(rods[2] ** 2 - rods[0] ** 2 - abs(ratio * w_b) ** 2 - 2 * ratio * product) < 1e-12:
+            assert abs(value) < 1e-12
+        for pose in mechanism.poses(angles[0]):
+            assert pose.residual < 1e-9 * mechanism.size
+            assert angle_difference(pose.angle, angle) > 1e-6
+
+
+def test_identically_vanishing_determinant():
+    # Pins and platform both collinear in the same ratio: the two linear equations are parallel at
+    # every platform angle, and every root of F is double.
+    rng = np.random.default_rng(14)
+    for _ in range(200):
+        ratio = rng.uniform(-2.0, 2.0)
+        d_b, pin_a, e_b = random_points(rng, 3)
+        joints = np.array([0.0, d_b, ratio * d_b])
+        pins = pin_a + np.array([0.0, e_b, ratio * e_b])
+        pose = (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
+        angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
+        mechanism = mechanism_through(pins, joints, pose, cranks, angles)
+        poses = mechanism.poses(angles[0])
+        assert len(poses) in (2, 4)
+        for found in poses:
+            assert found.residual < 1e-9 * mechanism.size
+        rod = pose[1] - pin_a
+        w_b = np.exp(1j * pose[0]) * d_b - e_b
+        mirrored = w_b / w_b.conjugate() * rod.conjugate()
+        for origin in (pose[1], pin_a + mirrored):
+            assert any(
+                angle_difference(p.angle, pose[0]) < 1e-6
+                and abs(complex(*p.position) - origin) < 1e-6
+                for p in poses
+            )
+
+
+def parallelogram():
+    triangle = [[0.0, 0.0], [2.0, 0.5], [0.7, 1.8]]
+    return FMechanism(triangle, (0.5, 0.5, 0.5), (1.3, 1.3, 1.3), triangle)
+
+
+def redundant_rod():
+    # Crank C and rod C repeat crank B and rod B: a four-bar coupler that swings freely.
+    base = [[0.0, 0.0], [3.0, 0.0], [3.0, 0.0]]
+    platform = [[0.0, 0.0], [2.5, 0.0], [2.5, 0.0]]
+    return FMechanism(base, (0.5, 0.4, 0.4), (2.0, 2.2, 2.2), platform)
+
+
+@pytest.mark.parametrize("mechanism", [parallelogram(), redundant_rod()])
+def test_self_motion_is_said(mechanism):
+    with pytest.raises(SelfMotionError, match="self-motion") as caught:
+        mechanism.poses(0.3)
+    assert caught.value.crank_angle == 0.3
+    batch = mechanism.poses_batch([0.3, 1.0])
+    assert batch.self_motion.tolist() == [True, True]
+    assert batch.counts.tolist() == [0, 0]
+
+
+def test_self_motion_at_one_crank_angle():
+    # A2 and C2 coincide, and at crank angle zero A1 and C1 do too.
+    mechanism = FMechanism(
+        [[-1.0, -1.0], [-3.0, 1.0], [2.0, -1.0]],
+        (2.0, 1.0, 1.0),
+        (4.0, 3.0, 4.0),
+        [[-1.0, -1.0], [2.0, 0.0], [-1.0, -1.0]],
+        0.0,
+        math.pi,
+    )
+    with pytest.raises(SelfMotionError):
+        mechanism.poses(0.0)
+    batch = mechanism.poses_batch([0.0, 0.1])
+    assert batch.self_motion.tolist() == [True, False]
+    assert batch.counts[1] == len(mechanism.poses(0.1)) > 0
+
+
+def test_double_root_at_half_a_turn():
+    mechanism = FMechanism(
+        [[-3.0, -3.0], [3.0, -2.0], [3.0, -3.0]],
+        (2.0, 2.0, 2.0),
+        (4.0, 4.0, 4.0),
+        [[-2.0, -1.0], [-2.0, 0.0], [0.0, -1.0]],
+        0.5 * math.pi,
+        0.0,
+        counter_rotating=True,
+    )
+    (pose,) = mechanism.poses(0.0)
+    assert pose.double
+    assert pose.angle == pytest.approx(math.pi, abs=1e-9)
+    batch = mechanism.poses_batch([0.0])
+    assert batch.counts.tolist() == [1]
+    assert batch.angle[0, 0] == pytest.approx(math.pi, abs=1e-9)
+
+
+def test_redundant_rod_that_never_closes_is_no_self_motion():
+    base = [[0.0, 0.0], [30.0, 0.0], [30.0, 0.0]]
+    platform = [[0.0, 0.0], [2.5, 0.0], [2.5, 0.0]]
+    mechanism = FMechanism(base, (0.5, 0.4, 0.4), (2.0, 2.2, 2.2), platform)
+    assert mechanism.poses(0.3) == ()
+    assert not mechanism.poses_batch([0.3]).self_motion[0]
+
+
+def test_two_coincident_platform_joints_are_allowed():
+    rng = np.random.default_rng(15)
+    for _ in range(200):
+        joints = random_points(rng, 3)
+        joints[2] = joints[1]
+        pose = (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
+        angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
+        mechanism = mechanism_through(random_points(rng, 3), joints, pose, cranks, angles)
+        poses = mechanism.poses(angles[0])
+        assert min(angle_difference(p.angle, pose[0]) for p in poses) < 1e-6
+        assert len(poses) <= 4
+
+
+def test_velocities_against_central_differences():
+    rng = np.random.default_rng(16)
+    step = 1e-6
+    checked = 0
+    for _ in range(300):
+        mechanism = random_mechanism(rng)
+        crank_angle = rng.uniform(-math.pi, math.pi)
+        corner = tuple(rng.uniform(-1.0, 1.0, 2))
+        for pose in mechanism.poses(crank_angle):
+            if abs(pose.singularity) < 0.1:
+                continue
+            before, after = (
+                min(
+                    mechanism.poses(crank_angle + sign * step),
+                    key=lambda p: (
+                        angle_difference(p.angle, pose.angle) + math.dist(p.position, pose.position)
+                    ),
+                )
+                for sign in (-1.0, 1.0)
+            )
+            turn = math.remainder(after.angle - before.angle, 2.0 * math.pi) / (2.0 * step)
+            assert turn == pytest.approx(pose.angular_velocity, abs=1e-6)
+            slope = (np.array(after.position) - before.position) / (2.0 * step)
+            assert slope == pytest.approx(pose.velocity, abs=1e-5)
+            slope = (np.array(after.point(corner)) - before.point(corner)) / (2.0 * step)
+            assert slope == pytest.approx(pose.point_velocity(corner), abs=1e-5)
+            checked += 1
+    assert checked > 300
+
+
+def test_singularity_is_the_determinant_of_the_rod_lines():
+    rng = np.random.default_rng(17)
+    checked = 0
+    for _ in range(200):
+        mechanism = random_mechanism(rng)
+        platform = np.array([(j.real, j.imag) for j in mechanism.linkage.joints])
+        radius = math.sqrt(np.mean(np.sum((platform - platform.mean(axis=0)) ** 2, axis=1)))
+        for pose in mechanism.poses(0.7):
+            joints, pins = np.array(pose.platform_joints), np.array(pose.crank_pins)
+            direction = joints - pins
+            direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+            arm = joints - rng.uniform(-1.0, 1.0, 2)
+            moment = arm[:, 0] * direction[:, 1] - arm[:, 1] * direction[:, 0]
+            lines = np.column_stack([direction, moment / radius])
+            assert pose.singularity == pytest.approx(np.linalg.det(lines), abs=1e-9)
+            checked += 1
+    assert checked > 200
+
+
+def test_joints_are_where_the_platform_carries_them():
+    mechanism = example_2()
+    angles = np.radians(np.arange(0.0, 360.0, 7.0))
+    batch = mechanism.poses_batch(angles)
+    joints, pins = batch.platform_joints(), batch.crank_pins()
+    for row, crank_angle in enumerate(angles):
+        poses = mechanism.poses(crank_angle)
+        assert batch.counts[row] == len(poses)
+        for slot, pose in enumerate(poses):
+            assert pose.platform_joints == pytest.approx(joints[row, slot], abs=1e-9)
+            assert pose.crank_pins == pytest.approx(pins[row], abs=1e-9)
+            corners = [(j.real, j.imag) for j in mechanism.linkage.joints]
+            assert [pose.point(c) for c in corners] == [
+                pytest.approx(j, abs=1e-9) for j in pose.platform_joints
+            ]
+
+
+def test_batch_equals_single_solutions():
+    rng = np.random.default_rng(18)
+    for _ in range(60):
+        mechanism = random_mechanism(rng, size=10.0 ** rng.uniform(-3, 3))
+        angles = rng.uniform(-10.0, 10.0, 40)
+        batch = mechanism.poses_batch(angles)
+        for row, crank_angle in enumerate(angles):
+            poses = mechanism.poses(crank_angle)
+            assert batch.counts[row] == len(poses)
+            assert np.all(np.isnan(batch.angle[row, len(poses) :]))
+            for slot, pose in enumerate(poses):
+                assert batch.angle[row, slot] == pytest.approx(pose.angle, abs=1e-9)
+                assert batch.position[row, slot] == pytest.approx(
+                    pose.position, abs=1e-8 * mechanism.size
+                )
+                if abs(pose.singularity) > 1e-2:
+                    assert batch.angular_velocity[row, slot] == pytest.approx(
+                        pose.angular_velocity, rel=1e-7, abs=1e-9
+                    )
+                    assert batch.velocity[row, slot] == pytest.approx(
+                        pose.velocity, rel=1e-7, abs=1e-7 * mechanism.size
+                    )
+                assert batch.singularity[row, slot] == pytest.approx(pose.singularity, abs=1e-8)
+                assert batch.residual[row, slot] < 1e-9 * mechanism.size
+
+
+def test_empty_batch():
+    batch = example_2().poses_batch([])
+    assert batch.angle.shape == (0, 6)
+    assert batch.platform_joints().shape == (0, 6, 3, 2)
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-100.0, 100.0), st.floats(-100.0, 100.0), st.floats(0, 6.3))
+@settings(derandomize=True, max_examples=60, deadline=None)
+def test_moving_the_whole_mechanism_changes_nothing(turn, x, y, crank_angle):
+    plain = example_2()
+    linkage = plain.linkage
+    # Turning the frame turns cranks too: crank A must start at `turn`, so phases shift.
+    base = np.array(linkage.pivots) * np.exp(1j * turn) + complex(x, y)
+    moved = FMechanism(
+        np.column_stack([base.real, base.imag]),
+        linkage.cranks,
+        linkage.rods,
+        [(j.real, j.imag) for j in linkage.joints],
+        plain.phase_b + 2.0 * turn,
+        plain.phase_c,
+        counter_rotating=True,
+    )
+    expected = sorted(
+        math.remainder(pose.angle + turn, 2.0 * math.pi) for pose in plain.poses(crank_angle)
+    )
+    found = sorted(
+        math.remainder(pose.angle, 2.0 * math.pi) for pose in moved.poses(crank_angle + turn)
+    )
+    if all(abs(abs(angle) - math.pi) > 1e-6 for angle in expected):
+        assert found == pytest.approx(expected, abs=1e-6)
+
+
+def test_phases():
+    mechanism = example_2()
+    changed = mechanism.with_phases(0.4, -0.2)
+    assert (changed.phase_b, changed.phase_c) == (0.4, -0.2)
+    assert changed.counter_rotating
+    assert changed.size == mechanism.size
+    assert mechanism.phase_b == math.radians(243.0)
+    direct = example_2(phase_b=0.4).with_phases(0.4, -0.2)
+    assert changed.poses(1.0) == direct.poses(1.0)
+
+
+GOOD = {
+    "base": [[0.0, 0.0], [3.0, 0.0], [1.0, 2.0]],
+    "crank_lengths": (0.5, 0.5, 0.5),
+    "rod_lengths": (1.0, 1.0, 1.0),
+    "platform": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "text"),
+    [
+        ({"base": [[0.0, 0.0], [1.0, 0.0]]}, WrongShapeError, "base"),
+        ({"platform": [[0.0, 0.0, 0.0]] * 3}, WrongShapeError, "platform"),
+        ({"base": [[0.0, 0.0], [math.nan, 0.0], [1.0, 2.0]]}, NotFiniteError, r"base\[1\]\[0\]"),
+        ({"platform": [[0.0, 0.0], [1.0, 0.0], [0.0, math.inf]]}, NotFiniteError, "platform"),
+        ({"crank_lengths": (0.5, 0.0, 0.5)}, OutOfBoundsError, r"crank_lengths\[1\]"),
+        ({"crank_lengths": (0.5, 0.5)}, WrongShapeError, "crank_lengths"),
+        ({"rod_lengths": (1.0, 1.0, -1.0)}, OutOfBoundsError, r"rod_lengths\[2\]"),
+        ({"rod_lengths": (math.nan, 1.0, 1.0)}, NotFiniteError, r"rod_lengths\[0\]"),
+        ({"platform": [[1.0, 2.0]] * 3}, DegenerateLinkageError, "coincide"),
+        ({"phase_b": math.inf}, NotFiniteError, "phase_b"),
+        ({"phase_c": math.nan}, NotFiniteError, "phase_c"),
+    ],
+)
+def test_bad_dimensions(change, error, text):
+    with pytest.raises(error, match=text):
+        FMechanism(**{**GOOD, **change})
+
+
+def test_bad_crank_angles():
+    mechanism = FMechanism(**GOOD)
+    with pytest.raises(NotFiniteError, match="crank_angle"):
+        mechanism.poses(math.nan)
+    with pytest.raises(NotFiniteError, match=r"crank_angles\[1\]"):
+        mechanism.poses_batch([0.0, math.inf])
+    with pytest.raises(WrongShapeError, match="crank_angles"):
+        mechanism.poses_batch([[0.0]])
+    with pytest.raises(NotFiniteError, match="phase_c"):
+        mechanism.with_phases(0.0, math.nan)
+
+
+def test_collinear_triangles():
+    mechanism = FMechanism(
+        [[0.0, 0.0], [1.0, 0.0], [2.5, 0.0]],
+        (0.3, 0.2, 0.25),
+        (0.9, 0.8, 1.0),
+        [[0.0, 0.0], [0.8, 0.0], [1.7, 0.0]],
+        0.3,
+        0.9,
+    )
+    grid = np.linspace(-math.pi, math.pi, 4001)
+    for crank_angle in np.linspace(0.0, 6.0, 25):
+        poses = mechanism.poses(crank_angle)
+        assert len(poses) == scan_count(mechanism, crank_angle, grid)
+        assert all(pose.residual < 1e-9 * mechanism.size for pose in poses)
+
+
+def test_positions_that_share_a_platform_angle_are_in_order_of_their_place():
+    # Pins and platform collinear, the first in the middle: at each root of F the
+    # platform can be in two places.
+    rng = np.random.default_rng(20)
+    lengths = [
+        [[0.0, 0.0], [1.4, 0.5], [-1.4, -0.5]],
+        [0.5, 0.5, 0.5],
+        [1.4, 1.2, 1.7],
+        [[0.0, 0.0], [1.5, 0.0], [-1.5, 0.0]],
+    ]
+    orders = set()
+    for _ in range(60):
+        mechanism = FMechanism(*(nudged(rng, part) for part in lengths))
+        poses = mechanism.poses(0.3)
+        orders.add(tuple((round(p.angle, 5), *np.round(p.position, 5).tolist()) for p in poses))
+    assert len(orders) == 1
+    angles = [angle for angle, *_ in orders.pop()]
+    assert len(angles) > len(set(angles))
+
+
+def test_half_a_turn_of_the_platform_is_the_last_position():
+    rng = np.random.default_rng(21)
+    for _ in range(100):
+        joints, pins, place = random_points(rng, 3), random_points(rng, 3), random_points(rng, 1)[0]
+        angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
+        mechanism = mechanism_through(pins, joints, (math.pi, place), cranks, angles)
+        single = [pose.angle for pose in mechanism.poses(angles[0])]
+        batch = mechanism.poses_batch([angles[0]])
+        assert single[-1] == pytest.approx(math.pi, abs=1e-11)
+        assert batch.angle[0, batch.counts[0] - 1] == pytest.approx(math.pi, abs=1e-11)
+
+
+def test_is_a_value():
+    assert example_2() == example_2()
+    assert hash(example_2()) == hash(example_2())
+    assert example_2() != example_2(1.0)
+    assert example_2().with_phases(1.0, 2.0) == example_2(0.0).with_phases(1.0, 2.0)
+    poses = example_2().poses_batch([0.0, 1.0])
+    assert poses == poses
+    assert poses != example_2().poses_batch([0.0, 1.0])
+
+
+def test_huge_dimensions_are_refused():
+    with pytest.raises(OutOfBoundsError, match=r"platform\[2\]\[0\] = 1e\+300 must be at most"):
+        FMechanism(np.eye(3)[:, :2], (1.0,) * 3, (1.0,) * 3, [[0.0, 0.0], [1.0, 0.0], [1e300, 1.0]])
+    with pytest.raises(OutOfBoundsError, match=r"crank_angles\[1\]"):
+        example_2().poses_batch([0.0, 1e300])

@@ -1,0 +1,116 @@
+"""Thousands of jogs into the edge of the workspace: straight, inside, and never stuck."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from motion_machine import DT, KINDS, MACHINE, engine, place, within
+
+from benchmarks.edge_jogs import (
+    ROUNDING,
+    is_met,
+    measure,
+    overrun,
+    random_heights,
+    random_twist,
+)
+from tri_glide_kinematics.errors import KinematicsError, NoRoomError
+from tri_glide_kinematics.motion.engine import MotionPhase
+
+JOGS = 2_000
+
+# The slowest change of direction near an edge is over after this time for these limits [s].
+RAMP = 1.2
+
+
+def assert_inside(heights) -> None:
+    """Check travel and reach; the condition number of the other limits is wide of both."""
+    assert overrun(heights) <= ROUNDING
+
+
+def test_jogs_from_rest_are_straight_and_stop_inside_at_the_edge():
+    found = measure(JOGS, seed=7)
+    assert is_met(found)
+    assert found.done > 0.98 * JOGS
+    # From rest the ramp, too, goes along the line.
+    assert found.angle < math.radians(0.01)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_jogs_in_mid_motion_turn_into_their_direction_and_stop_inside(kind):
+    rng = np.random.default_rng(8)
+    moving = engine(kind)
+    turned = 0
+    for _ in range(800):
+        moving.start(random_heights(rng))
+        try:
+            if rng.random() < 0.5:
+                moving.jog(random_twist(rng))
+            else:
+                moving.move_to(MACHINE.forward(random_heights(rng)))
+            for _ in range(int(rng.integers(10, 60))):
+                moving.step(4.0 * DT)
+            twist = random_twist(rng)
+            moving.jog(twist)
+        except KinematicsError:
+            continue
+        if moving.phase is not MotionPhase.JOGGING:
+            continue
+        sampled = moving.sample_plan(np.linspace(0.0, moving.remaining, 100))
+        assert_inside(sampled.heights)
+        ramp = moving.remaining if moving.remaining < RAMP else RAMP
+        late = moving.sample_plan(np.linspace(ramp, moving.remaining, 20)[:-1])
+        for heights, rates in zip(late.heights, late.velocities):
+            _, velocity = MACHINE.forward_velocity(heights.tolist(), rates.tolist())
+            speed = np.linalg.norm(velocity)
+            if speed > 1e-6:
+                turned += 1
+                cosine = np.dot(velocity, twist) / (speed * np.linalg.norm(twist))
+                assert cosine > math.cos(math.radians(1.0))
+    assert turned > 2500
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_jog_that_has_ended_can_be_driven_back(kind):
+    rng = np.random.default_rng(9)
+    moving = engine(kind)
+    for _ in range(200):
+        moving.start(random_heights(rng))
+        twist = random_twist(rng, slowest=0.2)
+        try:
+            moving.jog(twist)
+        except NoRoomError:
+            continue
+        heights = [moving.state.heights]
+        while moving.phase is not MotionPhase.IDLE:
+            heights.append(moving.step(10.0 * DT).heights)
+        edge = place(moving)
+        moving.jog([-speed for speed in twist])
+        heights += [moving.step(10.0 * DT).heights for _ in range(30)]
+        assert_inside(np.array(heights))
+        assert np.dot(place(moving) - edge, twist) < 0.0
+
+
+def test_jogs_at_the_edge_in_every_direction_move_or_are_refused_with_a_reason():
+    """A stick held outwards and turned round at the edge."""
+    moving = engine()
+    moving.jog((0.3, 0.0, 0.0))
+    while moving.phase is not MotionPhase.IDLE:
+        moving.step(DT)
+    rows = [moving.state.heights]
+    moved = refused = 0
+    for angle in np.linspace(0.0, 4.0 * math.pi, 400):
+        before = place(moving)
+        try:
+            moving.jog((0.1 * math.cos(angle), 0.1 * math.sin(angle), 0.0))
+        except KinematicsError as error:
+            refused += 1
+            assert str(error)
+        rows += [moving.step(DT).heights for _ in range(20)]
+        moved += int(np.linalg.norm(place(moving) - before) > 1e-5)
+    assert_inside(np.array(rows))
+    assert within(np.array(rows))
+    assert moved > 200
+    assert refused > 0

@@ -1,0 +1,25 @@
+"""What a status says about the machine that it is about."""
+
+from __future__ import annotations
+
+import pytest
+
+from tri_glide_kinematics.ros.diagnostics import OK, Health, status_message
+
+
+@pytest.mark.parametrize(
+    ("name", "hardware_id"),
+    [
+        ("ik_node", "tri_glide"),
+        ("cell_1/ik_node", "cell_1/tri_glide"),
+        ("cell_1/fk_node", "cell_1/tri_glide"),
+        ("hall/cell_2/ik_node", "hall/cell_2/tri_glide"),
+    ],
+)
+def test_machines_in_different_namespaces_have_different_hardware(name, hardware_id):
+    assert status_message(name, Health(OK, "", {})).hardware_id == hardware_id
+
+
+def test_values_are_written_as_in_messages():
+    status = status_message("ik_node", Health(OK, "", {"speed": -0.0, "count": 3, "way": 1e-17}))
+    assert [entry.value for entry in status.values] == ["0", "3", "0"]

@@ -1,0 +1,167 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sensor_msgs.msg import JointState
+
+from tri_glide_kinematics.errors import KinematicsError, NotFiniteError
+from tri_glide_kinematics.ros.messages import (
+    RefusedMessageError,
+    SliderReader,
+    target_position,
+    target_velocity,
+)
+
+NAMES = ["slider_1", "slider_2", "slider_3"]
+BASE, PLATFORM = "base", "platform"
+
+
+def test_a_slider_that_is_named_twice_has_no_height():
+    message = JointState(name=[*NAMES, NAMES[1]], position=[0.6, 0.6, 0.6, 0.9])
+    with pytest.raises(RefusedMessageError, match=f"names {NAMES[1]} 2 times"):
+        SliderReader(NAMES).read(message)
+
+
+def pose(position=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0), frame=BASE):
+    message = PoseStamped()
+    message.header.frame_id = frame
+    point, q = message.pose.position, message.pose.orientation
+    point.x, point.y, point.z = position
+    q.x, q.y, q.z, q.w = orientation
+    return message
+
+
+def twist(linear=(0.0, 0.0, 0.0), angular=(0.0, 0.0, 0.0), frame=BASE):
+    message = TwistStamped()
+    message.header.frame_id = frame
+    v, w = message.twist.linear, message.twist.angular
+    v.x, v.y, v.z = linear
+    w.x, w.y, w.z = angular
+    return message
+
+
+@settings(derandomize=True, database=None)
+@given(st.permutations([*NAMES, "gripper", "slider_10"]))
+def test_sliders_are_found_by_name_in_any_order(names):
+    heights = dict(zip([*NAMES, "gripper", "slider_10"], (1.0, 2.0, 3.0, 4.0, 5.0)))
+    message = JointState(
+        name=names,
+        position=[heights[name] for name in names],
+        velocity=[-heights[name] for name in names],
+    )
+    assert SliderReader(NAMES).read(message) == ((1.0, 2.0, 3.0), (-1.0, -2.0, -3.0))
+
+
+def test_order_may_change_between_messages():
+    reader = SliderReader(NAMES)
+    for names in (NAMES, NAMES[::-1], ["other", *NAMES], NAMES):
+        message = JointState(name=names, position=[float(name[-1] != "r") for name in names])
+        message.position[names.index("slider_2")] = 2.0
+        assert reader.read(message) == ((1.0, 2.0, 1.0), None)
+
+
+def test_joints_of_others_are_not_ours():
+    reader = SliderReader(NAMES)
+    assert reader.read(JointState(name=["a", "b"], position=[1.0, 2.0])) is None
+    assert reader.read(JointState()) is None
+
+
+@pytest.mark.parametrize("velocities", [[], [0.1, math.nan, 0.1]])
+def test_velocities_may_be_missing(velocities):
+    message = JointState(name=NAMES, position=[1.0, 2.0, 3.0], velocity=velocities)
+    assert SliderReader(NAMES).read(message) == ((1.0, 2.0, 3.0), None)
+
+
+@pytest.mark.parametrize(
+    ("message", "text"),
+    [
+        (JointState(name=NAMES[:2], position=[1.0, 2.0]), "lacks slider_3"),
+        (JointState(name=NAMES, position=[1.0, 2.0]), "3 names, but 2 positions"),
+        (JointState(name=NAMES), "3 names, but 0 positions"),
+        (JointState(name=NAMES, position=[1.0] * 3, velocity=[1.0]), "3 names, but 1 velocities"),
+    ],
+)
+def test_incomplete_joint_states_are_refused_each_time(message, text):
+    reader = SliderReader(NAMES)
+    for _ in range(2):
+        with pytest.raises(RefusedMessageError, match=text):
+            reader.read(message)
+
+
+@settings(derandomize=True, database=None)
+@given(
+    st.lists(st.sampled_from([*NAMES, "", "x"]), max_size=6),
+    st.lists(st.floats(), max_size=6),
+    st.lists(st.floats(), max_size=6),
+)
+def test_any_joint_state_is_read_or_refused(names, positions, velocities):
+    message = JointState(name=names, position=positions, velocity=velocities)
+    try:
+        reading = SliderReader(NAMES).read(message)
+    except RefusedMessageError:
+        return
+    assert reading is None or len(reading.heights) == 3
+
+
+@pytest.mark.parametrize("frame", [BASE, ""])
+@pytest.mark.parametrize("orientation", [(0, 0, 0, 1), (0, 0, 0, -1), (1e-7, 0, -1e-7, 1)])
+def test_target_pose(frame, orientation):
+    message = pose((0.1, 0.2, 0.3), map(float, orientation), frame)
+    assert target_position(message, BASE) == (0.1, 0.2, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "text"),
+    [
+        ({"frame": PLATFORM}, RefusedMessageError, "frame_id 'platform', it must be 'base'"),
+        ({"position": (0.0, math.nan, 0.0)}, NotFiniteError, "position.y = nan"),
+        ({"position": (0.0, 0.0, -math.inf)}, NotFiniteError, "position.z = -inf"),
+        ({"orientation": (0.0, 0.0, 0.1, 0.995)}, RefusedMessageError, "cannot rotate"),
+        ({"orientation": (0.0, 0.0, 0.0, 0.0)}, RefusedMessageError, "w 0"),
+        ({"orientation": (0.0, 0.0, 0.0, 2.0)}, RefusedMessageError, "w 2"),
+        ({"orientation": (math.nan, 0.0, 0.0, 1.0)}, RefusedMessageError, "x nan"),
+        ({"orientation": (0.0, math.nan, 0.0, 1.0)}, RefusedMessageError, "y nan"),
+        ({"orientation": (0.0, 0.0, math.nan, 1.0)}, RefusedMessageError, "z nan"),
+        ({"orientation": (0.0, 0.0, 0.0, math.nan)}, RefusedMessageError, "w nan"),
+        ({"orientation": (0.0, 2e-6, 0.0, 1.0)}, RefusedMessageError, "y 2e-06"),
+    ],
+)
+def test_target_pose_refused(changes, error, text):
+    with pytest.raises(error) as raised:
+        target_position(pose(**changes), BASE)
+    assert text in str(raised.value)
+
+
+@pytest.mark.parametrize("frame", [BASE, PLATFORM, ""])
+def test_target_twist(frame):
+    assert target_velocity(twist((0.1, 0.2, 0.3), frame=frame), BASE, PLATFORM) == (0.1, 0.2, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "text"),
+    [
+        ({"frame": "map"}, RefusedMessageError, "'map', it must be 'base' or 'platform' or empty"),
+        ({"linear": (math.inf, 0.0, 0.0)}, NotFiniteError, "linear.x = inf"),
+        ({"angular": (0.0, 0.0, math.nan)}, NotFiniteError, "angular.z = nan"),
+        ({"angular": (0.0, 0.0, 1e-9)}, RefusedMessageError, "angular velocity (0, 0, 1e-09)"),
+    ],
+)
+def test_target_twist_refused(changes, error, text):
+    with pytest.raises(error) as raised:
+        target_velocity(twist(**changes), BASE, PLATFORM)
+    assert text in str(raised.value)
+
+
+@settings(derandomize=True, database=None)
+@given(st.lists(st.floats(), min_size=7, max_size=7), st.text(max_size=5))
+def test_any_pose_is_accepted_or_refused(numbers, frame):
+    message = pose(numbers[:3], numbers[3:], frame)
+    try:
+        position = target_position(message, BASE)
+    except KinematicsError:
+        return
+    assert all(map(math.isfinite, position))

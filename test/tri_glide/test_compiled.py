@@ -1,0 +1,63 @@
+"""The compiled batch functions give what the others give; without numba, the others do it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tri_glide_kinematics.tri_glide import compiled as tri_glide_compiled
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+
+ONE_MODE = TriGlideGeometry.symmetric(0.25, 0.05, 0.4)
+TWO_MODES = TriGlideGeometry(((0.3, 0.0), (-0.1, 0.25), (-0.2, -0.3)), (0.8, 0.9, 1.1))
+GEOMETRIES = pytest.mark.parametrize("geometry", [ONE_MODE, TWO_MODES], ids=["one", "two modes"])
+
+
+def rows(seed, count):
+    """Numbers of which some have a solution, and some are not numbers at all."""
+    numbers = np.random.default_rng(seed).uniform(-1.2, 1.2, (count, 3))
+    numbers[[3, 7, 11], [0, 1, 2]] = math.nan, math.inf, -math.inf
+    return numbers
+
+
+@GEOMETRIES
+def test_same_results_to_the_last_bit(geometry):
+    plain, compiled = TriGlide(geometry), TriGlide(geometry, compiled=True)
+    for seed, name in enumerate(("inverse_batch", "forward_batch")):
+        given = rows(seed, 30_000)
+        expected = getattr(plain, name)(given)
+        assert 0 < np.isnan(expected[:, 0]).sum() < len(given)
+        np.testing.assert_array_equal(getattr(compiled, name)(given), expected)
+        np.testing.assert_array_equal(getattr(compiled, name)(np.asfortranarray(given)), expected)
+        assert getattr(compiled, name)(np.empty((0, 3))).shape == (0, 3)
+
+
+@GEOMETRIES
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
+def test_the_loops_themselves(geometry, monkeypatch):
+    """What numba compiles, run as plain Python: so this holds where there is no numba."""
+    monkeypatch.setattr(tri_glide_compiled, "is_available", lambda: True)
+    monkeypatch.setattr(tri_glide_compiled, "_compiled", lambda loop: loop)
+    plain, compiled = TriGlide(geometry), TriGlide(geometry, compiled=True)
+    for seed, name in enumerate(("inverse_batch", "forward_batch")):
+        given = rows(seed, 2000)
+        expected = getattr(plain, name)(given)
+        np.testing.assert_array_equal(getattr(compiled, name)(given), expected)
+
+
+def test_without_numba_the_loops_are_not_used(monkeypatch):
+    monkeypatch.setattr(tri_glide_compiled, "is_available", lambda: False)
+    monkeypatch.setattr(tri_glide_compiled, "_compiled", None)
+    machine = TriGlide(ONE_MODE, compiled=True)
+    np.testing.assert_array_equal(
+        machine.inverse_batch(rows(0, 100)), TriGlide(ONE_MODE).inverse_batch(rows(0, 100))
+    )
+    assert machine.forward_batch([(0.6, 0.6, 0.6)]).shape == (1, 3)
+
+
+def test_nothing_is_compiled_unless_asked_for(monkeypatch):
+    monkeypatch.setattr(tri_glide_compiled, "is_available", lambda: True)
+    monkeypatch.setattr(tri_glide_compiled, "_compiled", None)
+    assert TriGlide(ONE_MODE).inverse_batch([(0.0, 0.0, 0.2)]).shape == (1, 3)

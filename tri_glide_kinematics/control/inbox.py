@@ -1,0 +1,100 @@
+"""Commands to the controller, of which the newest of each kind wins. No ROS in here."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.wording import vector_text
+
+Vector3 = tuple[float, float, float]
+
+# In motion, two commands of one kind are carried out at least this time apart [s]: each is a new
+# plan, which takes some milliseconds.
+COMMAND_INTERVAL = 0.005
+
+
+class Kind(Enum):
+    """What replaces what: of one kind, the newest command wins."""
+
+    TARGET = "target"
+    LIMITS = "limits"
+
+
+@dataclass(frozen=True)
+class TargetPosition:
+    """Where the platform is to be moved [m]."""
+
+    position: Vector3
+
+    def __str__(self) -> str:
+        """Return the target in words."""
+        return f"target {vector_text(self.position, 6)} m"
+
+
+@dataclass(frozen=True)
+class TargetVelocity:
+    """How the platform is to move [m/s], when that came in [s], and how long after the last."""
+
+    velocity: Vector3
+    received: float
+    pause: float
+
+    def __str__(self) -> str:
+        """Return the target in words."""
+        return f"twist {vector_text(self.velocity, 6)} m/s"
+
+
+@dataclass(frozen=True)
+class NewLimits:
+    """What the drives may do from now on."""
+
+    sliders: SliderLimits
+    speed_scale: float
+
+
+Command = TargetPosition | TargetVelocity | NewLimits
+
+
+class Inbox:
+    """Hands out one command in a cycle at most, however many come in.
+
+    A flood so costs one plan in a cycle at most, and one in ``COMMAND_INTERVAL`` for each kind.
+    """
+
+    def __init__(self, period: float) -> None:
+        """Hold nothing yet, and count in cycles of ``period`` [s]."""
+        self._waiting: dict[Kind, Command] = {}
+        self._interval = math.ceil(COMMAND_INTERVAL / period - 1e-9)
+        self._last_turn = dict.fromkeys(Kind, -self._interval)
+
+    def put(self, kind: Kind, command: Command) -> None:
+        """Hold the ``command``, in place of an older one of its ``kind``."""
+        self._waiting[kind] = command
+
+    def drop(self, kind: Kind) -> Command | None:
+        """Forget, and return, what waits of this ``kind``."""
+        return self._waiting.pop(kind, None)
+
+    def peek(self, kind: Kind) -> Command | None:
+        """Return what waits of this ``kind``."""
+        return self._waiting.get(kind)
+
+    def take(self, cycle: int, resting: bool) -> Command | None:
+        """Return the command whose turn it is, None if there is none.
+
+        Args:
+            cycle: number of the present cycle.
+            resting: whether nothing moves; then no command has to wait for longer than a cycle.
+        """
+        if not self._waiting or cycle in self._last_turn.values():
+            return None
+        interval = 1 if resting else self._interval
+        due = [kind for kind in self._waiting if cycle - self._last_turn[kind] >= interval]
+        if not due:
+            return None
+        kind = min(due, key=self._last_turn.__getitem__)
+        self._last_turn[kind] = cycle
+        return self._waiting.pop(kind)

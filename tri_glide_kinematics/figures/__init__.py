@@ -1,0 +1,1 @@
+"""Figures: pictures of motions and mechanisms."""

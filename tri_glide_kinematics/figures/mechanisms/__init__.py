@@ -1,0 +1,1 @@
+"""Pictures of mechanisms, and the command that draws them."""

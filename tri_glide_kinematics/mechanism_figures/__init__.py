@@ -1,1 +1,0 @@
-"""Pictures and animations of mechanisms, and the command ``draw_mechanism`` that saves them."""

@@ -1,0 +1,1 @@
+"""A branch of an F-mechanism, followed through its turning points."""

@@ -1,0 +1,341 @@
+"""The positions of an F-mechanism as a smooth curve over its drive.
+
+A point of the curve is x = (direction of rod A, platform angle, drive), all in [rad]. Rod A keeps
+its length by itself; the two other rod equations g_b(x) = g_c(x) = 0 define the curve. Both are
+sums of cosines of linear functions of x, so all their derivatives have bounds that hold
+everywhere. With them a ball about a point of the curve is found in which the curve is one arc:
+whatever solution lies in that ball is on the same branch.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import Linkage
+
+Vector = tuple[float, float, float]
+# Symmetric matrix: entries 00, 11, 22, 01, 02, 12.
+Symmetric = tuple[float, float, float, float, float, float]
+
+# Change of the Jacobian that a tube allows at most; must stay below one.
+LARGEST_CHANGE = 0.7
+# Radius of a tube, as a multiple of the deviation of the curve from its tangent.
+WIDTH = 3.0
+# Where two turning points merge, the length of a tube is not reduced below this part.
+SHORTEST = 1e-3
+# Gap of the rod equations relative to the square of the size at which a point is on the curve.
+ON_CURVE = 2e-15
+_ITERATIONS = 12
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A straight path of the three crank angles: ``start + rates * s``.
+
+    Attributes:
+        start: crank angles of A, B, C at s = 0 [rad].
+        rates: their derivatives by s, the largest of absolute value one.
+    """
+
+    start: Vector
+    rates: Vector
+
+    def crank_angles(self, s: float) -> Vector:
+        """Crank angles of A, B, C at ``s`` [rad]."""
+        (a, b, c), (rate_a, rate_b, rate_c) = self.start, self.rates
+        return a + rate_a * s, b + rate_b * s, c + rate_c * s
+
+
+class Gradients(NamedTuple):
+    """Values [m^2] and gradients of the two rod equations at a point."""
+
+    gap_b: float
+    gap_c: float
+    b: Vector
+    c: Vector
+
+
+class Frame(NamedTuple):
+    """The curve at one of its points, in coordinates along and across it.
+
+    The rod equations are multiplied by the inverse of their Jacobian across the curve, so that
+    their derivatives compare with one.
+
+    Attributes:
+        x: the point.
+        tangent: unit tangent, oriented by the cross product of the gradients.
+        normal_1: unit normal.
+        normal_2: unit normal.
+        curvature: second derivatives of the two normal coordinates by the tangential one.
+        along: size of the second derivatives along the curve, which is that of the curvature.
+        mixed: size of the mixed second derivatives.
+        across: size of the second derivatives across the curve; its inverse tells how far away
+            another branch may be.
+        third: bound of the third derivatives everywhere.
+    """
+
+    x: Vector
+    tangent: Vector
+    normal_1: Vector
+    normal_2: Vector
+    curvature: tuple[float, float]
+    along: float
+    mixed: float
+    across: float
+    third: float
+
+
+class Tube(NamedTuple):
+    """A cylinder about the tangent in which the curve is one arc from end to end.
+
+    Attributes:
+        length: along the tangent.
+        radius: across it.
+        sure: whether it is proven that the drive reverses at most once in it.
+    """
+
+    length: float
+    radius: float
+    sure: bool
+
+
+def dot(p: Vector, q: Vector) -> float:
+    """Scalar product."""
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
+
+
+def distance(p: Vector, q: Vector) -> float:
+    """Distance of two points."""
+    return math.dist(p, q)
+
+
+class Curve:
+    """The rod equations of one mechanism along one drive."""
+
+    def __init__(self, linkage: Linkage, drive: Drive) -> None:
+        """Precompute the bounds of the third derivatives."""
+        self.linkage = linkage
+        self.drive = drive
+        a0, b0, c0 = linkage.pivots
+        self._offset_b, self._offset_c = b0 - a0, c0 - a0
+        self._third_b = self._third_derivative(1, linkage.platform_b, self._offset_b)
+        self._third_c = self._third_derivative(2, linkage.platform_c, self._offset_c)
+        self._tolerance = ON_CURVE * linkage.size**2
+
+    def _third_derivative(self, rod: int, platform: complex, offset: complex) -> float:
+        """Bound of the third derivative of a rod equation.
+
+        A term ``A cos(k . x)`` contributes A |k|^3.
+        """
+        rod_a, crank_a, crank = (
+            self.linkage.rods[0],
+            self.linkage.cranks[0],
+            self.linkage.cranks[rod],
+        )
+        rate_a, rate = abs(self.drive.rates[0]), abs(self.drive.rates[rod])
+        difference = abs(self.drive.rates[0] - self.drive.rates[rod])
+        arm, base = abs(platform), abs(offset)
+        with_cranks = crank_a * (1.0 + rate_a**2) ** 1.5 + crank * (1.0 + rate**2) ** 1.5
+        bound: float = (
+            rod_a * arm * 2.0**1.5
+            + (rod_a + arm) * (base + with_cranks)
+            + base * (crank_a * rate_a**3 + crank * rate**3)
+            + crank_a * crank * difference**3
+        )
+        return bound
+
+    def gradients(self, x: Vector) -> Gradients:
+        """Rod equations and their gradients."""
+        linkage, drive = self.linkage, self.drive
+        alpha, phi, s = x
+        v, z = cmath.rect(linkage.rods[0], alpha), cmath.rect(1.0, phi)
+        (psi_a, psi_b, psi_c), (rate_a, rate_b, rate_c) = drive.start, drive.rates
+        arm_a = cmath.rect(linkage.cranks[0], psi_a + rate_a * s)
+        arm_b = cmath.rect(linkage.cranks[1], psi_b + rate_b * s)
+        arm_c = cmath.rect(linkage.cranks[2], psi_c + rate_c * s)
+        zd_b, zd_c = z * linkage.platform_b, z * linkage.platform_c
+        bar_b = (v + zd_b - (self._offset_b + arm_b - arm_a)).conjugate()
+        bar_c = (v + zd_c - (self._offset_c + arm_c - arm_a)).conjugate()
+        rate = rate_a * arm_a
+        return Gradients(
+            0.5 * (bar_b.real**2 + bar_b.imag**2 - linkage.rods[1] ** 2),
+            0.5 * (bar_c.real**2 + bar_c.imag**2 - linkage.rods[2] ** 2),
+            (-(bar_b * v).imag, -(bar_b * zd_b).imag, (bar_b * (rate_b * arm_b - rate)).imag),
+            (-(bar_c * v).imag, -(bar_c * zd_c).imag, (bar_c * (rate_c * arm_c - rate)).imag),
+        )
+
+    def hessians(self, x: Vector) -> tuple[Symmetric, Symmetric]:
+        """Second derivatives of both rod equations."""
+        linkage, drive = self.linkage, self.drive
+        alpha, phi, s = x
+        v, z = cmath.rect(linkage.rods[0], alpha), cmath.rect(1.0, phi)
+        psi_a, psi_b, psi_c = drive.crank_angles(s)
+        rate_a, rate_b, rate_c = drive.rates
+        arm_a = cmath.rect(linkage.cranks[0], psi_a)
+        arm_b = cmath.rect(linkage.cranks[1], psi_b)
+        arm_c = cmath.rect(linkage.cranks[2], psi_c)
+        first, second = rate_a * arm_a, rate_a**2 * arm_a
+        return (
+            _hessian(
+                v,
+                z * linkage.platform_b,
+                self._offset_b + arm_b - arm_a,
+                1j * (rate_b * arm_b - first),
+                second - rate_b**2 * arm_b,
+            ),
+            _hessian(
+                v,
+                z * linkage.platform_c,
+                self._offset_c + arm_c - arm_a,
+                1j * (rate_c * arm_c - first),
+                second - rate_c**2 * arm_c,
+            ),
+        )
+
+    def frame(self, x: Vector, at: Gradients | None = None) -> Frame | None:
+        """Tangent, normals and bounds at a point of the curve; None where it is singular."""
+        at = self.gradients(x) if at is None else at
+        b, c = at.b, at.c
+        a11 = math.sqrt(dot(b, b))
+        if a11 == 0.0:
+            return None
+        n1 = (b[0] / a11, b[1] / a11, b[2] / a11)
+        a21 = dot(c, n1)
+        rest = (c[0] - a21 * n1[0], c[1] - a21 * n1[1], c[2] - a21 * n1[2])
+        a22 = math.sqrt(dot(rest, rest))
+        if a22 == 0.0:
+            return None
+        n2 = (rest[0] / a22, rest[1] / a22, rest[2] / a22)
+        tangent = (
+            n1[1] * n2[2] - n1[2] * n2[1],
+            n1[2] * n2[0] - n1[0] * n2[2],
+            n1[0] * n2[1] - n1[1] * n2[0],
+        )
+        hessian_b, hessian_c = self.hessians(x)
+        ratio = a21 / a22
+        first = [h / a11 for h in hessian_b]
+        second = [h / a22 - ratio * f for h, f in zip(hessian_c, first)]
+        third_1 = self._third_b / a11
+        third_2 = self._third_c / a22 + abs(ratio) * third_1
+        image_1, image_2 = _times(first, tangent), _times(second, tangent)
+        curvature = -dot(image_1, tangent), -dot(image_2, tangent)
+        along = curvature[0] ** 2 + curvature[1] ** 2
+        mixed = dot(image_1, image_1) + dot(image_2, image_2) - along
+        across = _square(first) + _square(second) - along - 2.0 * mixed
+        return Frame(
+            x,
+            tangent,
+            n1,
+            n2,
+            curvature,
+            math.sqrt(along),
+            math.sqrt(max(mixed, 0.0)),
+            math.sqrt(max(across, 0.0)),
+            math.hypot(third_1, third_2),
+        )
+
+    def correct(self, frame: Frame, h: float) -> tuple[Vector, Gradients] | None:
+        """Point of the curve in the plane at the tangential coordinate ``h`` of ``frame``."""
+        (x0, x1, x2), (t0, t1, t2) = frame.x, frame.tangent
+        (p0, p1, p2), (q0, q1, q2) = frame.normal_1, frame.normal_2
+        y1, y2 = 0.5 * h * h * frame.curvature[0], 0.5 * h * h * frame.curvature[1]
+        for _ in range(_ITERATIONS):
+            x = (
+                x0 + h * t0 + y1 * p0 + y2 * q0,
+                x1 + h * t1 + y1 * p1 + y2 * q1,
+                x2 + h * t2 + y1 * p2 + y2 * q2,
+            )
+            at = self.gradients(x)
+            if max(abs(at.gap_b), abs(at.gap_c)) <= self._tolerance:
+                return x, at
+            b1, b2 = dot(at.b, frame.normal_1), dot(at.b, frame.normal_2)
+            c1, c2 = dot(at.c, frame.normal_1), dot(at.c, frame.normal_2)
+            determinant = b1 * c2 - b2 * c1
+            if determinant == 0.0:
+                return None
+            step_1 = (at.gap_c * b2 - at.gap_b * c2) / determinant
+            step_2 = (at.gap_b * c1 - at.gap_c * b1) / determinant
+            y1, y2 = y1 + step_1, y2 + step_2
+            if abs(step_1) + abs(step_2) < 1e-15:
+                return x, at
+        return None
+
+
+def _hessian(v: complex, zd: complex, e: complex, e1: complex, e2: complex) -> Symmetric:
+    """Second derivatives of |v + zd - e|^2 / 2, with e1 and e2 the derivatives of e."""
+    r = v + zd - e
+    return (
+        -(v.real * (zd - e).real + v.imag * (zd - e).imag),
+        -(zd.real * (v - e).real + zd.imag * (v - e).imag),
+        e1.real**2 + e1.imag**2 - (r.real * e2.real + r.imag * e2.imag),
+        v.real * zd.real + v.imag * zd.imag,
+        v.imag * e1.real - v.real * e1.imag,
+        zd.imag * e1.real - zd.real * e1.imag,
+    )
+
+
+def _times(matrix: Sequence[float], p: Vector) -> Vector:
+    """Symmetric matrix times vector."""
+    m00, m11, m22, m01, m02, m12 = matrix
+    x, y, z = p
+    return m00 * x + m01 * y + m02 * z, m01 * x + m11 * y + m12 * z, m02 * x + m12 * y + m22 * z
+
+
+def _square(matrix: Sequence[float]) -> float:
+    """Square of the Frobenius norm of a symmetric matrix."""
+    m00, m11, m22, m01, m02, m12 = matrix
+    diagonal = m00 * m00 + m11 * m11 + m22 * m22
+    return diagonal + 2.0 * (m01 * m01 + m02 * m02 + m12 * m12)
+
+
+def tube(frame: Frame, longest: float) -> Tube:
+    """Longest tube about the tangent of ``frame`` in which the curve is proven to be one arc.
+
+    In a tube of length h and radius r the Jacobian across the curve deviates from the identity by
+    no more than
+
+        change = mixed h + across r + third (h^2 + r^2) / 2.
+
+    Below one this makes the solution at each tangential coordinate unique. The slope of the arc is
+    at most
+
+        slope = (along h + mixed r + third (h^2 + r^2) / 2) / (1 - change),
+
+    and its integral below r keeps the arc inside. The drive does not reverse while the slope is
+    less than the slope of the tangent against planes of constant drive. Beside a turning point the
+    second derivative of the drive keeps its sign instead, so that it reverses at most once.
+    """
+    across_drive = math.hypot(frame.normal_1[2], frame.normal_2[2])
+    bend = abs(frame.normal_1[2] * frame.curvature[0] + frame.normal_2[2] * frame.curvature[1])
+    length = min(
+        longest,
+        0.5 / (frame.mixed + 1e-300),
+        math.sqrt(0.4 / (frame.across * frame.along + 1e-300)),
+        math.sqrt(1.0 / (frame.third + 1e-300)),
+    )
+    widest = None
+    while widest is None or length > SHORTEST * widest.length:
+        radius = WIDTH * length * length * (0.5 * frame.along + length * frame.third / 6.0)
+        square = length * length + radius * radius
+        change = frame.mixed * length + frame.across * radius + 0.5 * frame.third * square
+        drift = 0.5 * frame.along * length + frame.mixed * radius
+        drift += frame.third * (length * length / 6.0 + 0.5 * radius * radius)
+        if change < LARGEST_CHANGE and length * drift <= (1.0 - change) * radius:
+            widest = widest or Tube(length, radius, False)
+            slope = frame.along * length + frame.mixed * radius + 0.5 * frame.third * square
+            slope /= 1.0 - change
+            variation = (
+                frame.third * math.sqrt(square) * (1.0 + slope * slope)
+                + 2.0 * frame.mixed * slope
+                + frame.across * slope * slope
+                + change * frame.along
+            ) / (1.0 - change)
+            runs_on = slope * across_drive < abs(frame.tangent[2])
+            if runs_on or variation * across_drive < bend:
+                return Tube(length, radius, True)
+        length *= 0.8
+    return widest._replace(length=length)

@@ -1,0 +1,151 @@
+"""Points of a followed branch at requested values of the drive, all at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve, Vector
+from tri_glide_kinematics.mechanisms.f_mechanism.following.follow import Arc
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import (
+    CrankPins,
+    crank_pins,
+    rod_jacobian,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import newton_step
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_BISECTIONS = 60
+_NEWTON_STEPS = 4
+_INVERSIONS = 30
+# Gap of the rod equations, relative to the square of the size, of a sample on the curve.
+_ON_CURVE = 1e-13
+
+
+class Request(NamedTuple):
+    """Sample the arc with index ``arc`` where the drive is ``s``, shape (k,) [rad]."""
+
+    arc: int
+    s: Array
+
+
+def pins_along(curve: Curve, s: Array) -> CrankPins:
+    """Crank pins along the drive, with their derivatives by the angle of crank A."""
+    a, b, c = (
+        np.exp(1j * (start + rate * s)) for start, rate in zip(curve.drive.start, curve.drive.rates)
+    )
+    return crank_pins(curve.linkage, (a, b, c))
+
+
+def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[Request]) -> Array:
+    """Points (direction of rod A, platform angle, drive) of all requests, shape (m, 3) [rad].
+
+    Each starts from the cubic through both ends of its arc and is corrected at its fixed drive. It
+    counts only if it lies in the tube and between the ends of the arc, where no other branch is;
+    otherwise it is found again by bisection along the arc.
+    """
+    if not requests:
+        return np.empty((0, 3))
+    which = np.repeat([request.arc for request in requests], [len(r.s) for r in requests])
+    s = np.concatenate([request.s for request in requests])
+    points = _cubic_points(arcs, which, s)
+    v = curve.linkage.rods[0] * np.exp(1j * points[:, 0])
+    z = np.exp(1j * points[:, 1])
+    pins = pins_along(curve, s)
+    tolerance = _ON_CURVE * curve.linkage.size**2
+    # At a singular sample the corrections are infinite; it is then found by bisection.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for _ in range(_NEWTON_STEPS):
+            jacobian = rod_jacobian(curve.linkage, pins, z, v)
+            swing, turn = newton_step(jacobian)
+            moving = np.maximum(abs(jacobian.gap_b), abs(jacobian.gap_c)) > 0.01 * tolerance
+            points[:, 0] += np.where(moving, swing, 0.0)
+            points[:, 1] += np.where(moving, turn, 0.0)
+            v = curve.linkage.rods[0] * np.exp(1j * points[:, 0])
+            z = np.exp(1j * points[:, 1])
+        jacobian = rod_jacobian(curve.linkage, pins, z, v)
+        solved = np.maximum(abs(jacobian.gap_b), abs(jacobian.gap_c)) <= tolerance
+        solved &= _on_arc(arcs, which, points)
+    for index in np.flatnonzero(~solved).tolist():
+        points[index] = point_on_arc(curve, arcs[which[index]], float(s[index]))
+    return points
+
+
+def point_on_arc(curve: Curve, arc: Arc, s: float) -> Vector:
+    """Point of one arc where the drive is ``s``, by bisection along the arc."""
+    share = abs(s - arc.start[2]) / max(abs(arc.end[2] - arc.start[2]), 1e-300)
+    if arc.frame is None or not 0.0 < share < 1.0:
+        # Beside a bifurcation the arc is straight to its length squared, which is tiny.
+        p, q = (1.0 - min(share, 1.0)), min(share, 1.0)
+        start, end = arc.start, arc.end
+        return p * start[0] + q * end[0], p * start[1] + q * end[1], s
+    low, high = arc.low, arc.high
+    rising = arc.end[2] > arc.start[2]
+    best = arc.start if share < 0.5 else arc.end
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        corrected = curve.correct(arc.frame, middle)
+        if corrected is None:
+            break
+        best = corrected[0]
+        if (best[2] < s) == rising:
+            low = middle
+        else:
+            high = middle
+    return best
+
+
+def _on_arc(arcs: Sequence[Arc], which: NDArray[np.int64], points: Array) -> NDArray[np.bool_]:
+    """Whether points lie in the tube of their arc and between its ends."""
+    centre, tangent, limits = [], [], []
+    for arc in arcs:
+        if arc.frame is None:
+            centre.append(arc.start)
+            tangent.append((0.0, 0.0, 0.0))
+        else:
+            centre.append(arc.frame.x)
+            tangent.append(arc.frame.tangent)
+        limits.append((arc.radius, min(arc.low, arc.high), max(arc.low, arc.high)))
+    bounds = np.array(limits)[which]
+    offset = points - np.array(centre)[which]
+    along = np.sum(offset * np.array(tangent)[which], axis=1)
+    aside = np.sum(offset * offset, axis=1) - along * along
+    inside = np.sqrt(np.maximum(aside, 0.0)) <= bounds[:, 0] + 1e-9
+    between = (along >= bounds[:, 1] - 1e-9) & (along <= bounds[:, 2] + 1e-9)
+    result: NDArray[np.bool_] = inside & between
+    return result
+
+
+def _cubic_points(arcs: Sequence[Arc], which: NDArray[np.int64], s: Array) -> Array:
+    """Points on the Hermite cubics of the arcs where the drive is ``s``."""
+    start = np.array([arc.start for arc in arcs])
+    end = np.array([arc.end for arc in arcs])
+    chord = np.sqrt(np.sum((end - start) ** 2, axis=1))[:, np.newaxis]
+    leaving = chord * np.array([arc.start_tangent for arc in arcs])
+    arriving = chord * np.array([arc.end_tangent for arc in arcs])
+    # x(u) = start + u (leaving + u (second + u third))
+    second = 3.0 * (end - start) - 2.0 * leaving - arriving
+    third = leaving + arriving - 2.0 * (end - start)
+    start, leaving, second, third = (part[which] for part in (start, leaving, second, third))
+    rising = end[which, 2] > start[:, 2]
+    low, high = np.zeros(len(s)), np.ones(len(s))
+    for _ in range(_INVERSIONS):
+        u = 0.5 * (low + high)
+        drive = start[:, 2] + u * (leaving[:, 2] + u * (second[:, 2] + u * third[:, 2]))
+        before = (drive < s) == rising
+        low, high = np.where(before, u, low), np.where(before, high, u)
+    u = (0.5 * (low + high))[:, np.newaxis]
+    points: Array = start + u * (leaving + u * (second + u * third))
+    points[:, 2] = s
+    return points
+
+
+def same_position(p: Vector, q: Vector, tolerance: float) -> bool:
+    """Whether two points differ by whole turns of rod and platform only."""
+    return all(abs(math.remainder(a - b, 2.0 * math.pi)) <= tolerance for a, b in zip(p[:2], q[:2]))

@@ -1,0 +1,266 @@
+"""One branch of an F-mechanism followed over its drive, with what happens on the way."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.errors import NotAPoseError
+from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve, Drive, Vector
+from tri_glide_kinematics.mechanisms.f_mechanism.following.follow import (
+    STANDSTILL,
+    Arc,
+    Bifurcation,
+    Turning,
+    follow,
+    leading_sense,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.following.sampling import (
+    Request,
+    pins_along,
+    point_on_arc,
+    same_position,
+    sample_arcs,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.following.stations import (
+    SPLIT,
+    Stations,
+    multiples,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
+from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import (
+    EventKind,
+    FMechanismEvent,
+    FMechanismTrace,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import (
+    Linkage,
+    crank_pins,
+    rod_jacobian,
+    singularity_unit,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import (
+    Position,
+    motion,
+    pose_of,
+    refine,
+)
+
+Array = NDArray[np.float64]
+
+# Rod gap of a start, relative to the size, that is still corrected instead of refused.
+_NEAR_POSE = 1e-6
+_CLOSED = 1e-8
+
+
+def straight_drive(
+    linkage: Linkage, crank_angle: float, change: tuple[float, float, float]
+) -> tuple[Drive, float]:
+    """Drive from the phases of ``linkage`` along ``change`` of crank angle and phases [rad].
+
+    Returns:
+        The drive, and the value of s at which the change is complete.
+    """
+    speeds = linkage.speeds
+    changes = (
+        change[0],
+        speeds[1] * change[0] + change[1],
+        speeds[2] * change[0] + change[2],
+    )
+    length = max(abs(change[0]), abs(change[1]), abs(change[2]))
+    start = [speed * crank_angle + phase for speed, phase in zip(speeds, linkage.phases)]
+    rates = [part / length for part in changes] if length else [0.0, 0.0, 0.0]
+    return Drive((start[0], start[1], start[2]), (rates[0], rates[1], rates[2])), length
+
+
+def starting_point(curve: Curve, pose: FMechanismPose) -> Vector:
+    """Point of the curve at s = 0 that belongs to ``pose``.
+
+    Raises:
+        NotAPoseError: if the pose does not close the mechanism there.
+    """
+    linkage = curve.linkage
+    a, b, c = (cmath.rect(1.0, angle) for angle in curve.drive.start)
+    pins = crank_pins(linkage, (a, b, c))
+    z = cmath.rect(1.0, pose.angle)
+    joints = [complex(*pose.position) + z * joint for joint in linkage.joints]
+    gap = max(
+        abs(abs(joint - pin) - length) for joint, pin, length in zip(joints, pins, linkage.rods)
+    )
+    if not gap <= _NEAR_POSE * linkage.size:
+        raise NotAPoseError(curve.drive.start[0], gap)
+    v = joints[0] - pins.a
+    position, _ = refine(linkage, pins, Position(z, v * linkage.rods[0] / abs(v), False), 8)
+    return cmath.phase(position.v), cmath.phase(position.z), 0.0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to follow and what to report.
+
+    Attributes:
+        stations: where to sample.
+        low: lower limit of s.
+        high: upper limit of s.
+        through: whether to go on through turning points and bifurcations.
+        period: change of s after which the cranks stand as before; infinite if never.
+        largest_step: longest arc [rad].
+    """
+
+    stations: Stations
+    low: float
+    high: float
+    through: bool
+    period: float
+    largest_step: float
+
+
+class _Recorder:
+    """Collects what a walk along the curve passes."""
+
+    def __init__(self, curve: Curve, start: Vector, plan: Plan) -> None:
+        self.curve = curve
+        self.start = start
+        self.plan = plan
+        self.arcs: list[Arc] = []
+        self.requests: list[Request] = []
+        # The start is a sample of its own, before all requests.
+        self.samples = 1
+        self.events: list[tuple[EventKind, Vector, int]] = []
+        self.rising = True
+
+    def event(self, kind: EventKind, x: Vector) -> None:
+        self.events.append((kind, x, self.samples))
+
+    def turning(self, x: Vector) -> bool:
+        """Take a turning point; return whether the trace ends there."""
+        period = self.plan.period
+        drift = x[2] if math.isinf(period) else math.remainder(x[2], period)
+        if abs(drift) < STANDSTILL and same_position(x, self.start, 10.0 * STANDSTILL):
+            self.event(EventKind.CLOSED, x)
+            return True
+        self.event(EventKind.TURNING_POINT, x)
+        return not self.plan.through
+
+    def arc(self, arc: Arc) -> bool:
+        """Take the samples of an arc; return whether the trace ends in it."""
+        index = len(self.arcs)
+        self.arcs.append(arc)
+        low, high = arc.start[2], arc.end[2]
+        limit = self.plan.high if high > low else self.plan.low
+        # A turning point that lies on the limit is still taken.
+        ends = high > limit + SPLIT if high > low else high < limit - SPLIT
+        closing = self._closing(arc, limit if ends else high)
+        stop = closing[2] if closing else (limit if ends else high)
+        stations = self.plan.stations(low, stop)
+        if stations.size:
+            self.requests.append(Request(index, stations))
+            self.samples += stations.size
+        if closing:
+            self.event(EventKind.CLOSED, closing)
+        elif ends:
+            self.event(EventKind.END, point_on_arc(self.curve, arc, limit))
+        return bool(closing) or ends
+
+    def _closing(self, arc: Arc, stop: float) -> Vector | None:
+        """Where the arc comes back to the start, in the same direction."""
+        low = arc.start[2]
+        if (stop > low) != self.rising or stop == low:
+            return None
+        period = self.plan.period
+        for s in multiples(period, low, stop):
+            x = point_on_arc(self.curve, arc, s)
+            if same_position(x, self.start, _CLOSED):
+                return x
+        return None
+
+
+def trace_branch(curve: Curve, start: Vector, plan: Plan) -> FMechanismTrace:
+    """Follow the branch through ``start`` (at s = 0) with rising s, and sample it."""
+    recorder = _Recorder(curve, start, plan)
+    first = curve.frame(start)
+    standing = False
+    sense = 1.0
+    if first is not None:
+        sense = leading_sense(first)
+        bend = first.normal_1[2] * first.curvature[0] + first.normal_2[2] * first.curvature[1]
+        if abs(first.tangent[2]) < STANDSTILL and bend < 0.0:
+            # The branch lies behind this turning point.
+            standing = True
+            recorder.rising = False
+            recorder.event(EventKind.TURNING_POINT, start)
+    if plan.high <= 0.0:
+        recorder.event(EventKind.END, start)
+    elif plan.through or not standing:
+        for item in follow(curve, start, sense, plan.largest_step):
+            if isinstance(item, Arc):
+                if recorder.arc(item):
+                    break
+            elif isinstance(item, Turning):
+                if recorder.turning(item.point):
+                    break
+            elif isinstance(item, Bifurcation):
+                recorder.event(EventKind.BIFURCATION, item.point)
+                if not (plan.through and item.passable):
+                    break
+            else:
+                recorder.event(EventKind.SINGULAR, item.point)
+    return _assemble(recorder)
+
+
+def _assemble(recorder: _Recorder) -> FMechanismTrace:
+    """All samples with their joints and rates, and the events with their poses."""
+    curve, linkage = recorder.curve, recorder.curve.linkage
+    sampled = sample_arcs(curve, recorder.arcs, recorder.requests)
+    points = np.concatenate([np.array([recorder.start]), sampled])
+    s = points[:, 2]
+    pins = pins_along(curve, s)
+    v = linkage.rods[0] * np.exp(1j * points[:, 0])
+    z = np.exp(1j * points[:, 1])
+    jacobian = rod_jacobian(linkage, pins, z, v)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = 1.0 / jacobian.determinant
+        origin, joints, velocity, turn_rate = motion(linkage, pins, z, v, jacobian, inverse)
+    gaps = [abs(abs(q - p) - length) for q, p, length in zip(joints, pins, linkage.rods)]
+    crank, phase_b, phase_c = _setting(curve, s)
+    return FMechanismTrace(
+        crank_angle=crank,
+        phase_b=phase_b,
+        phase_c=phase_c,
+        angle=points[:, 1].copy(),
+        position=_points(origin),
+        crank_pins=np.stack([_points(pin) for pin in (pins.a, pins.b, pins.c)], axis=1),
+        platform_joints=np.stack([_points(joint) for joint in joints], axis=1),
+        angular_velocity=turn_rate,
+        velocity=_points(velocity),
+        residual=np.max(gaps, axis=0),
+        singularity=jacobian.determinant / singularity_unit(linkage),
+        events=tuple(_event(curve, *event) for event in recorder.events),
+        arcs=len(recorder.arcs),
+        linkage=linkage,
+    )
+
+
+def _setting(curve: Curve, s: Array) -> tuple[Array, Array, Array]:
+    """Crank angle and phases along the drive."""
+    a, b, c = (start + rate * s for start, rate in zip(curve.drive.start, curve.drive.rates))
+    speeds = curve.linkage.speeds
+    return a, b - speeds[1] * a, c - speeds[2] * a
+
+
+def _event(curve: Curve, kind: EventKind, x: Vector, index: int) -> FMechanismEvent:
+    crank, phase_b, phase_c = (float(part[0]) for part in _setting(curve, np.array([x[2]])))
+    a, b, c = (cmath.rect(1.0, angle) for angle in curve.drive.crank_angles(x[2]))
+    pins = crank_pins(curve.linkage, (a, b, c))
+    v, z = cmath.rect(curve.linkage.rods[0], x[0]), cmath.rect(1.0, x[1])
+    double = kind in (EventKind.TURNING_POINT, EventKind.BIFURCATION)
+    pose = pose_of(curve.linkage, pins, crank, Position(z, v, double))
+    return FMechanismEvent(kind, crank, phase_b, phase_c, pose, index)
+
+
+def _points(numbers: NDArray[np.complex128]) -> Array:
+    return np.stack([numbers.real, numbers.imag], axis=-1)

@@ -1,0 +1,293 @@
+"""F-mechanism: a planar 3-RRR robot whose three cranks are driven synchronously (source 001)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tri_glide_kinematics.checks import finite, finite_array, finite_vector, positive
+from tri_glide_kinematics.errors import (
+    DegenerateLinkageError,
+    OutOfBoundsError,
+    WrongShapeError,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve
+from tri_glide_kinematics.mechanisms.f_mechanism.following.stations import explicit_stations
+from tri_glide_kinematics.mechanisms.f_mechanism.following.trace import (
+    Plan,
+    starting_point,
+    straight_drive,
+    trace_branch,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.overview.overview import FMechanismOverview, survey
+from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose, FMechanismPoses
+from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import FMechanismTrace
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.batch import solve_batch
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import Linkage
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import poses_at
+from tri_glide_kinematics.rounding import SAME_ANGLE
+from tri_glide_kinematics.wording import number_text
+
+# Platform joints closer than this, relative to the size, are one point.
+_COINCIDENT = 1e-12
+
+
+class FMechanism:
+    """Planar 3-RRR mechanism with cranks A, B, C that turn at one speed.
+
+    Crank A stands at the crank angle t, crank B at phase_b + t (or phase_b - t when
+    counter-rotating), crank C at phase_c + t. Collinear base and platform points are allowed.
+    """
+
+    def __init__(
+        self,
+        base: ArrayLike,
+        crank_lengths: Sequence[float],
+        rod_lengths: Sequence[float],
+        platform: ArrayLike,
+        phase_b: float = 0.0,
+        phase_c: float = 0.0,
+        counter_rotating: bool = False,
+    ) -> None:
+        """Check and store the dimensions.
+
+        Args:
+            base: crank pivots A0, B0, C0, shape (3, 2) [m].
+            crank_lengths: a_1, b_1, c_1, shape (3,) [m].
+            rod_lengths: a_2, b_2, c_2, shape (3,) [m].
+            platform: joints A2, B2, C2 in the platform frame, shape (3, 2) [m].
+            phase_b: angle of crank B when crank A stands at zero, delta_b [rad].
+            phase_c: angle of crank C when crank A stands at zero, delta_c [rad].
+            counter_rotating: whether crank B turns against the others.
+
+        Raises:
+            WrongShapeError: if an array has another shape.
+            NotFiniteError: if a number is NaN or infinite.
+            OutOfBoundsError: if a length is not greater than zero.
+            DegenerateLinkageError: if the three platform joints coincide, which leaves the platform
+                angle undetermined.
+        """
+        pivots = _points("base", base)
+        joints = _points("platform", platform)
+        cranks = _lengths("crank_lengths", crank_lengths)
+        rods = _lengths("rod_lengths", rod_lengths)
+        centroid = sum(joints) / 3.0
+        radius = math.sqrt(sum(abs(joint - centroid) ** 2 for joint in joints) / 3.0)
+        sides = [abs(p - q) for points in (pivots, joints) for p in points for q in points]
+        size = max(*cranks, *rods, *sides)
+        if radius <= _COINCIDENT * size:
+            raise DegenerateLinkageError(
+                "platform: A2, B2 and C2 coincide, which leaves the platform angle undetermined"
+            )
+        self._linkage = Linkage(
+            pivots=pivots,
+            cranks=cranks,
+            rods=rods,
+            joints=joints,
+            speeds=(1.0, -1.0 if counter_rotating else 1.0, 1.0),
+            phases=(0.0, finite("phase_b", phase_b), finite("phase_c", phase_c)),
+            size=size,
+            platform_radius=radius,
+        )
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether the other mechanism has the same dimensions."""
+        return self._linkage == other._linkage if isinstance(other, FMechanism) else NotImplemented
+
+    def __hash__(self) -> int:
+        """Return the hash of the dimensions."""
+        return hash(self._linkage)
+
+    @property
+    def linkage(self) -> Linkage:
+        """The dimensions as complex numbers."""
+        return self._linkage
+
+    @property
+    def size(self) -> float:
+        """The largest length of the mechanism, to which tolerances refer [m]."""
+        return self._linkage.size
+
+    @property
+    def phase_b(self) -> float:
+        """Angle of crank B when crank A stands at zero [rad]."""
+        return self._linkage.phases[1]
+
+    @property
+    def phase_c(self) -> float:
+        """Angle of crank C when crank A stands at zero [rad]."""
+        return self._linkage.phases[2]
+
+    @property
+    def counter_rotating(self) -> bool:
+        """Whether crank B turns against the others."""
+        return self._linkage.speeds[1] < 0.0
+
+    def with_phases(self, phase_b: float, phase_c: float) -> FMechanism:
+        """The same mechanism with other phase shifts [rad].
+
+        Raises:
+            NotFiniteError: if a phase is NaN or infinite.
+        """
+        other = object.__new__(FMechanism)
+        phases = (0.0, finite("phase_b", phase_b), finite("phase_c", phase_c))
+        other._linkage = replace(self._linkage, phases=phases)
+        return other
+
+    def poses(self, crank_angle: float) -> tuple[FMechanismPose, ...]:
+        """All positions of the moving triangle at one crank angle [rad].
+
+        Returns:
+            0 to 6 positions, ascending by platform angle. A double root (fold) is one position.
+
+        Raises:
+            NotFiniteError: if the angle is NaN or infinite.
+            SelfMotionError: if the platform can move while the cranks stand still.
+        """
+        return poses_at(self._linkage, finite("crank_angle", crank_angle))
+
+    def poses_batch(self, crank_angles: ArrayLike) -> FMechanismPoses:
+        """All positions at many crank angles, shape (n,) [rad].
+
+        Rows with a self-motion are marked and hold NaN.
+
+        Raises:
+            WrongShapeError: if the angles are not a one-dimensional array.
+            NotFiniteError: if one of them is NaN or infinite.
+        """
+        return solve_batch(self._linkage, finite_array("crank_angles", crank_angles, (None,)))
+
+    def trace(
+        self,
+        crank_angle: float,
+        pose: FMechanismPose,
+        end: float | None = None,
+        *,
+        steps: int = 360,
+        crank_angles: ArrayLike | None = None,
+        phases: tuple[float, float] | None = None,
+        through: bool = False,
+        largest_step: float = 0.5,
+    ) -> FMechanismTrace:
+        """Follow the branch of ``pose`` while the cranks turn and the phases change.
+
+        The crank angle and both phases run along a straight line from ``crank_angle`` and the
+        phases of this mechanism to ``end`` and ``phases``. The branch is followed in arcs whose
+        length the mechanism decides: the samples do not influence it. From a turning point it is
+        the side on which the platform angle rises.
+
+        Args:
+            crank_angle: angle of crank A in ``pose`` [rad].
+            pose: where to start, one of ``poses(crank_angle)``.
+            end: angle of crank A at the end [rad]; one turn ahead by default.
+            steps: number of equal steps between the samples.
+            crank_angles: places of the samples instead of ``end`` and ``steps``, strictly monotone,
+                shape (n,) [rad]. The range is theirs; it must hold ``crank_angle``.
+            phases: phase_b and phase_c at the end [rad]; unchanged by default.
+            through: go on through turning points and bifurcations along the same curve. The cranks
+                then turn back: with unchanged phases as far behind the start as ``end`` lies ahead
+                of it, otherwise to the start. Without it, the trace stops at the first one.
+            largest_step: longest arc [rad]; the samples do not depend on it.
+
+        Returns:
+            The start, then a sample wherever the branch passes one of the requested places.
+
+        Raises:
+            NotFiniteError: if a number is NaN or infinite.
+            OutOfBoundsError: if ``steps`` or ``largest_step`` is not positive, or ``crank_angles``
+                are not monotone, do not hold the start, or end at it though the phases change.
+            WrongShapeError: if ``crank_angles`` or ``phases`` has another shape.
+            NotAPoseError: if ``pose`` is not a position of this mechanism at ``crank_angle``.
+        """
+        start = finite("crank_angle", crank_angle)
+        positive("largest_step", largest_step, "rad")
+        places = None
+        if crank_angles is not None:
+            places = _monotone("crank_angles", crank_angles, start)
+            end = float(places[-1])
+        stop = start + 2.0 * math.pi if end is None else finite("end", end)
+        way, changes = stop - start, (0.0, 0.0)
+        if phases is not None:
+            phase_b, phase_c = finite_vector("phases", phases, 2)
+            changes = (phase_b - self.phase_b, phase_c - self.phase_c)
+        turning_only = max(map(abs, changes)) <= SAME_ANGLE
+        if turning_only:
+            changes = (0.0, 0.0)
+        if places is not None:
+            if turning_only:
+                # The sense of the given angles counts, also from the last of them.
+                way = float(places[-1] - places[0])
+            elif abs(way) <= SAME_ANGLE:
+                bound = "other than the last of crank_angles, as the phases change"
+                raise OutOfBoundsError("crank_angle", start, bound, "rad")
+        drive, length = straight_drive(self._linkage, start, (way, *changes))
+        if places is not None:
+            stations = (places - start) / drive.rates[0]
+        else:
+            positive("steps", steps)
+            stations = np.linspace(0.0, length, int(steps) + 1)
+            if through and turning_only:
+                stations = np.concatenate([-stations[:0:-1], stations])
+        curve = Curve(self._linkage, drive)
+        plan = Plan(
+            stations=explicit_stations(stations),
+            low=float(stations[0]),
+            high=float(stations[-1]),
+            through=through,
+            period=2.0 * math.pi if turning_only else math.inf,
+            largest_step=largest_step,
+        )
+        return trace_branch(curve, starting_point(curve, pose), plan)
+
+    def overview(self, samples: int = 360) -> FMechanismOverview:
+        """All branches as connected curves, and the number of positions over one turn.
+
+        Args:
+            samples: number of equidistant crank angles, from 0 on.
+
+        Raises:
+            OutOfBoundsError: if ``samples`` is less than 8.
+        """
+        if samples < 8:
+            raise OutOfBoundsError("samples", samples, "at least 8")
+        return survey(self._linkage, samples)
+
+
+def _monotone(name: str, values: ArrayLike, start: float) -> NDArray[np.float64]:
+    """Strictly monotone finite values that hold ``start`` in their range."""
+    array = finite_array(name, values, (None,))
+    if len(array) < 2:
+        raise WrongShapeError(name, array.shape, "(n,) with n of at least 2")
+    steps = np.diff(array)
+    wrong = np.flatnonzero(steps * np.sign(steps[0]) <= 0.0)
+    if wrong.size:
+        index = int(wrong[0]) + 1
+        raise OutOfBoundsError(
+            f"{name}[{index}]",
+            float(array[index]),
+            "beyond the one before, all in one sense",
+            "rad",
+        )
+    low, high = sorted((float(array[0]), float(array[-1])))
+    if not low - SAME_ANGLE <= start <= high + SAME_ANGLE:
+        raise OutOfBoundsError(
+            "crank_angle", start, f"within {name}, {number_text(low)} to {number_text(high)}", "rad"
+        )
+    return array
+
+
+def _points(name: str, values: ArrayLike) -> tuple[complex, complex, complex]:
+    a, b, c = (complex(x, y) for x, y in finite_array(name, values, (3, 2)).tolist())
+    return a, b, c
+
+
+def _lengths(name: str, values: Sequence[float]) -> tuple[float, float, float]:
+    a, b, c = (
+        positive(f"{name}[{index}]", value, "m")
+        for index, value in enumerate(finite_vector(name, values, 3))
+    )
+    return a, b, c

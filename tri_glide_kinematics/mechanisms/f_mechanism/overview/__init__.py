@@ -1,0 +1,1 @@
+"""All branches of an F-mechanism."""

@@ -1,0 +1,154 @@
+"""All branches of an F-mechanism as connected curves over the crank angle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve
+from tri_glide_kinematics.mechanisms.f_mechanism.following.stations import uniform_stations
+from tri_glide_kinematics.mechanisms.f_mechanism.following.trace import (
+    Plan,
+    starting_point,
+    straight_drive,
+    trace_branch,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.overview.islands import find_islands
+from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose, FMechanismPoses
+from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import FMechanismTrace
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.batch import solve_batch
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import Linkage
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import poses_at
+from tri_glide_kinematics.rounding import first_largest
+
+Array = NDArray[np.float64]
+
+# A branch that has not closed after so many turns is given as an open one.
+_MOST_TURNS = 50
+# Positions of a trace and of the survey agree this well, beside a fold too [rad, size].
+_SAME = 1e-5
+_LARGEST_STEP = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class FMechanismOverview:
+    """What a mechanism can do over one turn of its cranks.
+
+    Attributes:
+        crank_angles: equidistant angles in [0, 2 pi), shape (n,) [rad].
+        counts: number of positions at each, shape (n,).
+        self_motion: where the platform can move with the cranks at rest, shape (n,).
+        branches: each connected curve once, with its events. Its samples lie at the crank angles
+            above, counted on over full turns.
+        singular_poses: positions through which no branch can be followed: isolated ones, and those
+            on branches that are singular everywhere.
+    """
+
+    crank_angles: Array
+    counts: NDArray[np.int64]
+    self_motion: NDArray[np.bool_]
+    branches: tuple[FMechanismTrace, ...]
+    singular_poses: tuple[FMechanismPose, ...]
+
+    @property
+    def fully_turning(self) -> tuple[int, ...]:
+        """Indices of the branches on which the cranks turn through without reversing."""
+        return tuple(i for i, branch in enumerate(self.branches) if branch.turns_fully)
+
+
+def survey(linkage: Linkage, samples: int) -> FMechanismOverview:
+    """Solve at ``samples`` crank angles, and follow every branch found until it closes."""
+    spacing = 2.0 * math.pi / samples
+    crank_angles: Array = spacing * np.arange(samples, dtype=np.float64)
+    poses = solve_batch(linkage, crank_angles)
+    missing = ~np.isnan(poses.angle)
+    branches: list[FMechanismTrace] = []
+    singular: list[FMechanismPose] = []
+    while True:
+        # Start far from singular positions, where the branch is well told from others.
+        strength = np.where(missing, np.abs(poses.singularity), -1.0)
+        row, slot = divmod(first_largest(strength), strength.shape[1])
+        if not missing[row, slot]:
+            break
+        missing[row, slot] = False
+        crank_angle = float(crank_angles[row])
+        start = min(
+            poses_at(linkage, crank_angle),
+            key=lambda pose: _distance(linkage, poses, row, slot, pose),
+        )
+        found = _whole_branch(linkage, crank_angle, start, spacing)
+        if not found:
+            singular.append(start)
+        for branch in found:
+            _mark(poses, branch, missing, linkage.size, spacing)
+        branches += found
+    for crank_angle in find_islands(linkage, crank_angles):
+        for pose in poses_at(linkage, crank_angle):
+            for branch in _whole_branch(linkage, crank_angle, pose, spacing):
+                if len(branch.angle) == 1 and not _known(branches, branch):
+                    branches.append(branch)
+    return FMechanismOverview(
+        crank_angles, poses.counts, poses.self_motion, tuple(branches), tuple(singular)
+    )
+
+
+def _distance(
+    linkage: Linkage, poses: FMechanismPoses, row: int, slot: int, pose: FMechanismPose
+) -> float:
+    """How far a position is from one of the batch [rad]."""
+    turn = math.remainder(pose.angle - float(poses.angle[row, slot]), 2.0 * math.pi)
+    x, y = poses.position[row, slot]
+    shift = math.hypot(pose.position[0] - x, pose.position[1] - y)
+    return abs(turn) + shift / linkage.size
+
+
+def _whole_branch(
+    linkage: Linkage, crank_angle: float, pose: FMechanismPose, spacing: float
+) -> list[FMechanismTrace]:
+    """Follow a branch to its closure; both ways where it ends before, none where it is singular."""
+    branches = []
+    for sense in (1.0, -1.0):
+        drive, _ = straight_drive(linkage, crank_angle, (sense, 0.0, 0.0))
+        curve = Curve(linkage, drive)
+        offset = math.remainder(-sense * crank_angle, spacing)
+        plan = Plan(
+            stations=uniform_stations(offset, spacing),
+            low=-2.0 * math.pi * _MOST_TURNS,
+            high=2.0 * math.pi * _MOST_TURNS,
+            through=True,
+            period=2.0 * math.pi,
+            largest_step=_LARGEST_STEP,
+        )
+        branches.append(trace_branch(curve, starting_point(curve, pose), plan))
+        if branches[-1].closed:
+            return branches[-1:]
+    return [branch for branch in branches if branch.arcs]
+
+
+def _mark(
+    poses: FMechanismPoses,
+    branch: FMechanismTrace,
+    missing: NDArray[np.bool_],
+    size: float,
+    spacing: float,
+) -> None:
+    """Take the positions that a branch passes off the ``missing`` ones."""
+    row = np.rint(branch.crank_angle / spacing).astype(np.int64) % len(missing)
+    turn = poses.angle[row] - branch.angle[:, np.newaxis]
+    turn = np.abs(turn - 2.0 * math.pi * np.rint(turn / (2.0 * math.pi)))
+    shift = np.max(np.abs(poses.position[row] - branch.position[:, np.newaxis]), axis=-1) / size
+    at, slot = np.nonzero(turn + shift < _SAME)
+    missing[row[at], slot] = False
+
+
+def _known(branches: list[FMechanismTrace], branch: FMechanismTrace) -> bool:
+    """Whether an island was found before: its turning points are those of another branch."""
+    angle = branch.turning_points[0].crank_angle if branch.turning_points else math.nan
+    return any(
+        abs(math.remainder(angle - other.crank_angle, 2.0 * math.pi)) < 1e-9
+        for known in branches
+        for other in known.turning_points
+    )

@@ -1,0 +1,1 @@
+"""What solving and following an F-mechanism return."""

@@ -1,0 +1,1 @@
+"""All positions of an F-mechanism at given crank angles."""

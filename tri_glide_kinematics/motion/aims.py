@@ -1,0 +1,110 @@
+"""What a motion along a line is aimed at: a place, a direction, or only to stop."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from tri_glide_kinematics.errors import KinematicsError, NoRoomError
+from tri_glide_kinematics.motion.lines.straight_line import StraightLine
+from tri_glide_kinematics.motion.plans import Vector3
+from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+# A jog ends this far from the edge of the workspace, and needs as much room to begin [m].
+EDGE_CLEARANCE = 1e-6
+
+# Ruckig plans no more than two hours; a jog that is so slow ends after this time [s].
+LONGEST_JOG = 1000.0
+
+
+class Aim(Protocol):
+    """Gives the line for a place where it may begin; the check is apart, as it takes longer."""
+
+    def line(self, start: Vector3) -> StraightLine:
+        """Return the line that begins at ``start`` [m], of any length."""
+
+    def fitted(self, line: StraightLine) -> StraightLine:
+        """Return such a line with its proper end, inside the workspace.
+
+        Raises:
+            KinematicsError: if there is none.
+        """
+
+
+class TargetAim:
+    """Leads to a place."""
+
+    def __init__(self, room: Workspace, position: Vector3) -> None:
+        """Aim at ``position`` [m] inside ``room``."""
+        self._room = room
+        self._position = position
+
+    def line(self, start: Vector3) -> StraightLine:
+        """Return the line from ``start`` to the place."""
+        return StraightLine.between(self._room.machine.geometry, start, self._position)
+
+    def fitted(self, line: StraightLine) -> StraightLine:
+        """Return the ``line``.
+
+        Raises:
+            KinematicsError: if it leaves the workspace.
+        """
+        self._room.check_segment(line.start, self._position)
+        return line
+
+
+class JogAim:
+    """Leads in a direction, up to the edge of the workspace or for a long time."""
+
+    def __init__(self, room: Workspace, direction: Vector3, speed: float) -> None:
+        """Aim along the unit vector ``direction`` inside ``room``, at a ``speed`` [m/s]."""
+        self._room = room
+        self._direction = direction
+        limits = room.limits
+        # No straight line inside the workspace is longer.
+        longest = 2.0 * max(room.machine.geometry.arm_lengths) + max(
+            upper - lower for lower, upper in zip(limits.lower_heights, limits.upper_heights)
+        )
+        self._longest = min(longest, LONGEST_JOG * speed)
+
+    def line(self, start: Vector3) -> StraightLine:
+        """Return the beginning of the line from ``start``."""
+        return StraightLine(self._room.machine.geometry, start, self._direction, 0.0)
+
+    def fitted(self, line: StraightLine) -> StraightLine:
+        """Return the line up to the edge.
+
+        Raises:
+            NoRoomError: if it begins there.
+        """
+        longest = max(self._longest, 3.0 * EDGE_CLEARANCE)
+        distance = self._room.exit_distance(line.start, line.direction, longest)
+        if distance < 2.0 * EDGE_CLEARANCE:
+            raise NoRoomError(line.start, line.direction, self._edge(line))
+        geometry = self._room.machine.geometry
+        return StraightLine(geometry, line.start, line.direction, distance - EDGE_CLEARANCE)
+
+    def _edge(self, line: StraightLine) -> str:
+        """Return which limit is next to the start of ``line``, in words."""
+        try:
+            self._room.check_segment(line.start, line.point(10.0 * EDGE_CLEARANCE))
+        except KinematicsError as error:
+            return str(error)
+        return "the edge of the workspace is near"
+
+
+class StopAim:
+    """Leads on in a direction for as long as the platform takes to stop."""
+
+    def __init__(self, geometry: TriGlideGeometry, direction: Vector3) -> None:
+        """Aim along the unit vector ``direction``."""
+        self._geometry = geometry
+        self._direction = direction
+
+    def line(self, start: Vector3) -> StraightLine:
+        """Return the beginning of the line from ``start``."""
+        return StraightLine(self._geometry, start, self._direction, 0.0)
+
+    def fitted(self, line: StraightLine) -> StraightLine:
+        """Return the ``line``; where it ends is known only when the plan is made."""
+        return line

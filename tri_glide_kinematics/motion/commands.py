@@ -1,0 +1,105 @@
+"""What the motion engine is asked for, as data."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from tri_glide_kinematics.checks import positive
+from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.plans import SliderState, Vector3
+
+# A jog that is slower than this is none [m/s].
+SLOWEST_JOG = 1e-7
+
+# Jogs whose directions differ by less than this [rad], and speeds by less than this part, are one.
+SAME_JOG = 1e-9
+
+
+@dataclass(frozen=True)
+class Move:
+    """Move the platform to a position and rest there.
+
+    Attributes:
+        position: Shape (3,) [m].
+    """
+
+    position: Vector3
+
+
+@dataclass(frozen=True)
+class Jog:
+    """Move the platform along a direction.
+
+    Attributes:
+        direction: unit vector. Shape (3,).
+        speed: of the platform [m/s].
+    """
+
+    direction: Vector3
+    speed: float
+
+    def is_renewed_by(self, other: Jog) -> bool:
+        """Return whether ``other`` asks for the same."""
+        return (
+            math.dist(self.direction, other.direction) < SAME_JOG
+            and abs(self.speed - other.speed) < SAME_JOG * self.speed
+        )
+
+
+Command = Move | Jog
+
+
+def jog_of(velocity: Vector3) -> Jog | None:
+    """Return the jog with a platform ``velocity`` [m/s]; None if that is no velocity at all."""
+    x, y, z = velocity
+    speed = math.hypot(x, y, z)
+    if speed < SLOWEST_JOG:
+        return None
+    return Jog((x / speed, y / speed, z / speed), speed)
+
+
+@dataclass(frozen=True)
+class DriveLimits:
+    """Limits of the sliders, and how much of their velocities is used.
+
+    Attributes:
+        sliders: limits before the scale.
+        speed_scale: in (0, 1].
+    """
+
+    sliders: SliderLimits
+    speed_scale: float
+
+    def __post_init__(self) -> None:
+        """Check the scale.
+
+        Raises:
+            NotFiniteError: if it is NaN or infinite.
+            OutOfBoundsError: if it is not in (0, 1].
+        """
+        scale = positive("speed_scale", self.speed_scale)
+        if scale > 1.0:
+            raise OutOfBoundsError("speed_scale", scale, "at most 1")
+        object.__setattr__(self, "speed_scale", scale)
+
+    @cached_property
+    def effective(self) -> SliderLimits:
+        """Limits after the scale."""
+        return self.sliders.with_velocity_scaled(self.speed_scale)
+
+
+def stays_within(state: SliderState, limits: SliderLimits) -> bool:
+    """Return whether the sliders can stay inside ``limits`` from this ``state`` on."""
+    return all(
+        abs(a) <= largest and abs(v) + (a * a / (2.0 * jerk) if a * v > 0.0 else 0.0) <= speed
+        for v, a, speed, largest, jerk in zip(
+            state.velocities,
+            state.accelerations,
+            limits.velocity,
+            limits.acceleration,
+            limits.jerk,
+        )
+    )

@@ -1,0 +1,196 @@
+"""One coordinate under piecewise constant jerk, seen at knots."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.motion.plans import CubicPlan, FloatArray
+from tri_glide_kinematics.rounding import SAME_PART
+
+
+class CoordinateLaw(NamedTuple):
+    """A coordinate at knots in time; each array has the shape (k + 1,)."""
+
+    times: FloatArray
+    values: FloatArray
+    rates: FloatArray
+    accelerations: FloatArray
+
+
+def shortest_piece(way: float, acceleration: float) -> float:
+    """Return how short a phase must be to get no knot of its own [s].
+
+    A quintic over a shorter piece would have rounding errors in its second derivative that an
+    acceleration limit notices.
+
+    Args:
+        way: of the whole motion.
+        acceleration: typical one.
+    """
+    return 1e-4 * math.sqrt(way / acceleration)
+
+
+def knots(phases: Sequence[tuple[float, float]], pieces: int, shortest: float) -> list[float]:
+    """Divide phases into exactly so many ``pieces``; return their ends, from 0 on [s].
+
+    A piece never covers the end of a phase unless that phase is very short. Long phases get more
+    of the pieces.
+
+    Args:
+        phases: (duration [s], jerk) one after the other.
+        pieces: number of them, several times that of the phases.
+        shortest: duration of phases that get no piece of their own [s].
+    """
+    total = sum(duration for duration, _ in phases)
+    begins: list[float] = []
+    time = 0.0
+    for duration, _ in phases:
+        if duration > shortest:
+            begins.append(time)
+        time += duration
+    begins[0] = 0.0
+    result: list[float] = []
+    for begin, end, share in zip(begins, [*begins[1:], total], _shares(begins, total, pieces)):
+        step = (end - begin) / share
+        result += [begin + step * index for index in range(share)]
+    result.append(total)
+    return result
+
+
+def _shares(begins: list[float], total: float, pieces: int) -> list[int]:
+    """Return how many of the ``pieces`` each phase gets that begins at ``begins``."""
+    least = max(1, pieces // (2 * len(begins)))
+    spare = (pieces - least * len(begins)) / total
+    # Symmetric phases meet at a half: it is rounded down whatever the last bits are.
+    given = [round(spare * end - SAME_PART) for end in (*begins[1:], total)]
+    return [least + until - before for before, until in zip([0, *given], given)]
+
+
+def rest_until(phases: list[tuple[float, float]], end: float) -> None:
+    """Add a rest to ``phases`` if they are over before ``end`` [s]."""
+    duration = sum(time for time, _ in phases)
+    if end > duration:
+        phases.append((end - duration, 0.0))
+
+
+def knots_with_blend(
+    phases: list[tuple[float, float]], pieces: int, shortest: float, blend: CubicPlan | None
+) -> FloatArray:
+    """Return knots like ``knots``, for a motion that is not over before its ``blend``.
+
+    The ``phases`` get a rest at their end if they are shorter.
+    """
+    if blend is None:
+        return np.array(knots(phases, pieces, shortest))
+    rest_until(phases, blend.duration)
+    return np.array(with_knots_of(knots(phases, pieces, shortest), blend, shortest))
+
+
+def with_knots_of(times: list[float], blend: CubicPlan, shortest: float) -> list[float]:
+    """Return ``times`` and the times at which ``blend`` changes its jerk, none too close [s]."""
+    return merged(times, [*blend.starts.tolist(), blend.duration], shortest)
+
+
+def merged(times: list[float], inserted: list[float], shortest: float) -> list[float]:
+    """Return ascending ``times`` with others ``inserted``, each at least ``shortest`` apart [s].
+
+    Of two that are too close the inserted one is kept, but for the first and the last time.
+    """
+    last = times[-1]
+    kept: list[float] = []
+    for time in inserted:
+        if shortest < time < last - shortest and (not kept or time - kept[-1] > shortest):
+            kept.append(time)
+    result = [times[0]]
+    position = 0
+    for time in times[1:-1]:
+        while position < len(kept) and kept[position] < time - shortest:
+            result.append(kept[position])
+            position += 1
+        if position == len(kept) or kept[position] > time + shortest:
+            result.append(time)
+    return [*result, *kept[position:], last]
+
+
+def after_phase(
+    state: tuple[float, float, float], duration: float, jerk: float
+) -> tuple[float, float, float]:
+    """Return value, rate and acceleration after a phase of constant jerk."""
+    value, rate, acceleration = state
+    return (
+        value + duration * (rate + duration * (acceleration / 2.0 + duration * jerk / 6.0)),
+        rate + duration * (acceleration + duration * jerk / 2.0),
+        acceleration + duration * jerk,
+    )
+
+
+def rest_to_rest(
+    way: float, speed: float, acceleration: float, jerks: tuple[float, float]
+) -> list[tuple[float, float]]:
+    """Return the phases of the shortest motion from rest to rest that is its own mirror in time.
+
+    Ruckig has one limit of the jerk; here are two.
+
+    Args:
+        way: of the whole motion.
+        speed: largest one.
+        acceleration: largest one.
+        jerks: largest ones next to rest, and next to the top speed.
+
+    Returns:
+        (duration [s], jerk) of seven phases. Steady acceleration and speed may take no time.
+    """
+    at_rest, at_top = jerks
+    # In three phases of a / at_rest, t and a / at_top the speed rises by a (t + a rise), and the
+    # way is a (t^2 / 2 + a middle t + a^2 short).
+    rise = 0.5 / at_rest + 0.5 / at_top
+    middle = 0.5 / at_rest + 1.0 / at_top
+    short = ((0.5 / at_rest + 1.5 / at_top) / at_rest + 1.0 / (at_top * at_top)) / 3.0
+    half = 0.5 * way
+    a = min(acceleration, math.sqrt(speed / rise))
+    steady = max(speed / a - a * rise, 0.0)
+    ramp = a * (steady * (0.5 * steady + a * middle) + a * a * short)
+    if ramp > half:
+        # The top speed is not reached.
+        a = min(acceleration, (half / short) ** (1.0 / 3.0))
+        squared = a * a * (middle * middle - 2.0 * short) + 2.0 * half / a
+        steady = max(math.sqrt(squared) - a * middle, 0.0)
+        ramp = half
+    first, last = (a / at_rest, at_rest), (a / at_top, -at_top)
+    cruise = (way - 2.0 * ramp) / speed
+    return [first, (steady, 0.0), last, (cruise, 0.0), last, (steady, 0.0), first]
+
+
+def evaluate(
+    phases: Sequence[tuple[float, float]], initial: tuple[float, float, float], times: FloatArray
+) -> CoordinateLaw:
+    """Return the coordinate at ``times``, not after the end of the last phase.
+
+    Args:
+        phases: (duration [s], jerk) one after the other.
+        initial: value, rate and acceleration at time 0.
+        times: ascending. Shape (k + 1,) [s].
+    """
+    rows = []
+    time = 0.0
+    state = initial
+    for duration, jerk in phases:
+        if duration > 0.0:
+            rows.append((time, *state, jerk))
+            time += duration
+            state = after_phase(state, duration, jerk)
+    table = np.array(rows).T
+    index = table[0, 1:].searchsorted(times, side="right")
+    begins, values, rates, accelerations, jerks = table[:, index]
+    t = times - begins
+    gain = t * jerks
+    return CoordinateLaw(
+        times,
+        values + t * (rates + t * (accelerations / 2.0 + gain / 6.0)),
+        rates + t * (accelerations + gain / 2.0),
+        accelerations + gain,
+    )

@@ -1,0 +1,1 @@
+"""Motion in which each slider takes its own shortest way."""

@@ -1,1 +1,0 @@
-"""Verified trajectories of the sliders, from the present state to rest."""

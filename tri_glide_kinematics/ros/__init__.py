@@ -1,0 +1,1 @@
+"""ROS: what the nodes share."""

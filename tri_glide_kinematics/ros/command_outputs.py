@@ -1,0 +1,113 @@
+"""Publishes setpoints in the forms that controllers and drives take."""
+
+from __future__ import annotations
+
+import math
+from array import array
+
+import numpy as np
+from builtin_interfaces.msg import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine import MotionEngine, SampledPlan, SliderState
+from tri_glide_kinematics.ros.messages import set_stamp
+from tri_glide_kinematics.ros.parameter_table import Values
+
+RELIABLE = QoSProfile(depth=10)
+
+# A last step of a trajectory that is shorter than this is part of the one before it [s].
+SHORTEST_STEP = 1e-8
+
+
+class JogOutputError(KinematicsError):
+    """An output cannot follow a jog."""
+
+
+class CommandOutputs:
+    """The publishers that the parameter ``command_outputs`` asks for.
+
+    Attributes:
+        publishers: of what moves the machine.
+    """
+
+    def __init__(self, node: Node, values: Values) -> None:
+        """Create the publishers on ``node``."""
+        self._clock = node.get_clock()
+        self._joint_names = list(values["joint_names"])
+        self._base_frame = values["base_frame"]
+        self._trajectory_step = values["trajectory_step"]
+        self._plan_number = 0
+        self._joint_state = JointState(name=self._joint_names)
+        self._joint_state.header.frame_id = self._base_frame
+        self._array = Float64MultiArray()
+
+        def publisher(output: str, kind: type, topic: str) -> Publisher | None:
+            if output not in values["command_outputs"]:
+                return None
+            return node.create_publisher(kind, topic, RELIABLE)
+
+        self._joint_states = publisher("joint_state", JointState, "joint_commands")
+        self._arrays = publisher("forward_command", Float64MultiArray, "forward_command")
+        self._trajectories = publisher("joint_trajectory", JointTrajectory, "joint_trajectory")
+        made = (self._joint_states, self._arrays, self._trajectories)
+        self.publishers = [publisher for publisher in made if publisher is not None]
+
+    def check_jogging(self) -> None:
+        """Check that all outputs can follow a jog.
+
+        Raises:
+            JogOutputError: if one of them takes whole trajectories: a jog has no end to plan.
+        """
+        if self._trajectories is not None:
+            raise JogOutputError("no jog while command_outputs has joint_trajectory")
+
+    def publish(self, setpoint: SliderState, engine: MotionEngine) -> None:
+        """Publish the setpoint of a cycle, and the plan of ``engine`` if it is a new one."""
+        if self._joint_states is not None:
+            message = self._joint_state
+            message.position = array("d", setpoint.heights)
+            message.velocity = array("d", setpoint.velocities)
+            set_stamp(message.header.stamp, self._clock)
+            self._joint_states.publish(message)
+        if self._arrays is not None:
+            self._array.data = array("d", setpoint.heights)
+            self._arrays.publish(self._array)
+        if self._trajectories is not None:
+            number, self._plan_number = self._plan_number, engine.plan_number
+            if number != self._plan_number and engine.remaining > 0.0:
+                self._trajectories.publish(self._trajectory(engine))
+
+    def _trajectory(self, engine: MotionEngine) -> JointTrajectory:
+        """Return the whole way to rest.
+
+        Its stamp is 0, which tells the receiver to begin at once: no clock has to be shared.
+        """
+        message = JointTrajectory(joint_names=self._joint_names)
+        message.header.frame_id = self._base_frame
+        steps = max(1, math.ceil((engine.remaining - SHORTEST_STEP) / self._trajectory_step))
+        times = self._trajectory_step * np.arange(1, steps + 1)
+        times[-1] = engine.remaining
+        message.points = trajectory_points(engine.sample_plan(times))
+        return message
+
+
+def trajectory_points(plan: SampledPlan) -> list[JointTrajectoryPoint]:
+    """Return the setpoints of a plan as messages."""
+    points = []
+    for time, heights, velocities, accelerations in zip(*plan):
+        seconds, nanoseconds = divmod(round(time * 1e9), 1_000_000_000)
+        points.append(
+            JointTrajectoryPoint(
+                positions=heights.tolist(),
+                velocities=velocities.tolist(),
+                accelerations=accelerations.tolist(),
+                time_from_start=Duration(sec=seconds, nanosec=nanoseconds),
+            )
+        )
+    return points

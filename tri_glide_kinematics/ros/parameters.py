@@ -1,0 +1,306 @@
+"""The parameters of each node. ``python -m tri_glide_kinematics.ros.parameters`` prints them."""
+
+from __future__ import annotations
+
+from tri_glide_kinematics.ros.parameter_table import Parameter, markdown_table
+from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+
+DEFAULT_GEOMETRY = TriGlideGeometry.symmetric(0.25, 0.05, 0.40)
+
+JOINT_NAMES = Parameter(
+    "joint_names",
+    ("slider_1", "slider_2", "slider_3"),
+    "names of the sliders in JointState messages",
+)
+BASE_FRAME = Parameter("base_frame", "tri_glide_base", "frame of poses and twists")
+TRAVEL = (
+    Parameter(
+        "lower_heights", (0.3, 0.3, 0.3), "lower end of each slider's travel", "m", -10.0, 10.0
+    ),
+    Parameter(
+        "upper_heights", (0.9, 0.9, 0.9), "upper end of each slider's travel", "m", -10.0, 10.0
+    ),
+)
+GEOMETRY = (
+    Parameter(
+        "geometry",
+        "symmetric",
+        "`symmetric` takes the next four parameters, `calibrated` the two after them",
+        choices=("symmetric", "calibrated"),
+        told=True,
+    ),
+    Parameter("base_radius", 0.25, "radius of the circle through the tower joints", "m", 0.0, 10.0),
+    Parameter(
+        "platform_radius", 0.05, "radius of the circle through the platform joints", "m", 0.0, 10.0
+    ),
+    Parameter("arm_length", 0.4, "length of each arm", "m", 0.001, 10.0),
+    Parameter(
+        "orientation", 0.0, "angle of the first tower, from the y axis", "rad", -6.2832, 6.2832
+    ),
+    Parameter(
+        "anchors",
+        tuple(round(number, 9) + 0.0 for anchor in DEFAULT_GEOMETRY.anchors for number in anchor),
+        "x1, y1, x2, y2, x3, y3: tower joint minus platform joint of each arm",
+        "m",
+        -10.0,
+        10.0,
+    ),
+    Parameter("arm_lengths", DEFAULT_GEOMETRY.arm_lengths, "length of each arm", "m", 0.001, 10.0),
+)
+
+LIMITS = (
+    Parameter(
+        "velocity_limits",
+        (1.0, 1.0, 1.0),
+        "largest velocity of each slider",
+        "m/s",
+        0.001,
+        100.0,
+        live=True,
+        told=True,
+    ),
+    Parameter(
+        "acceleration_limits",
+        (10.0, 10.0, 10.0),
+        "largest acceleration of each slider",
+        "m/s^2",
+        0.01,
+        1000.0,
+        live=True,
+        told=True,
+    ),
+    Parameter(
+        "jerk_limits",
+        (200.0, 200.0, 200.0),
+        "largest jerk of each slider",
+        "m/s^3",
+        0.1,
+        100000.0,
+        live=True,
+        told=True,
+    ),
+    Parameter(
+        "speed_scale",
+        1.0,
+        "part of the velocity limits to use",
+        "",
+        0.001,
+        1.0,
+        live=True,
+        told=True,
+    ),
+)
+WORKSPACE = (
+    Parameter(
+        "reach_margin",
+        0.005,
+        "how much shorter than the arm its horizontal part has to be",
+        "m",
+        0.0,
+        1.0,
+    ),
+    Parameter(
+        "max_condition_number",
+        6.0,
+        "largest condition number of the Jacobian",
+        "",
+        1.001,
+        1000000.0,
+    ),
+    Parameter(
+        "space",
+        "unlimited",
+        "further limit for the platform centre, given by the parameters below",
+        choices=("unlimited", "box", "cylinder"),
+    ),
+    Parameter("box_lower", (-0.1, -0.1, 0.0), "lower corner of the box", "m", -10.0, 10.0),
+    Parameter("box_upper", (0.1, 0.1, 0.5), "upper corner of the box", "m", -10.0, 10.0),
+    Parameter("cylinder_center", (0.0, 0.0), "x and y of the cylinder's axis", "m", -10.0, 10.0),
+    Parameter("cylinder_radius", 0.12, "radius of the cylinder", "m", 0.001, 10.0),
+    Parameter("cylinder_z", (0.0, 0.5), "lower and upper end of the cylinder", "m", -10.0, 10.0),
+)
+SUPERVISION = (
+    Parameter(
+        "measured_timeout",
+        0.2,
+        "fault if no measured heights come in for longer",
+        "s",
+        0.005,
+        10.0,
+        live=True,
+    ),
+    Parameter(
+        "jump_limit",
+        0.02,
+        "fault if a measured height changes by more than this and what the velocity limit explains",
+        "m",
+        0.0001,
+        10.0,
+        live=True,
+    ),
+    Parameter(
+        "tracking_error_limit",
+        0.05,
+        "fault if a measured height is farther from the commanded one",
+        "m",
+        0.0001,
+        10.0,
+        live=True,
+    ),
+)
+
+IN_POSITION = (
+    Parameter(
+        "position_tolerance",
+        0.0005,
+        "a target is reached if the platform is measured no farther away",
+        "m",
+        0.000001,
+        1.0,
+        live=True,
+    ),
+    Parameter(
+        "settling_time",
+        0.02,
+        "how long it has to stay within the tolerance",
+        "s",
+        0.0,
+        10.0,
+        live=True,
+    ),
+    Parameter(
+        "settling_timeout",
+        1.0,
+        "time after the last setpoint of a motion in which the target has to be reached",
+        "s",
+        0.01,
+        60.0,
+        live=True,
+    ),
+    Parameter(
+        "position_error_limit",
+        0.005,
+        "fault if the platform is measured farther from the target after that time",
+        "m",
+        0.000001,
+        1.0,
+        live=True,
+    ),
+)
+
+IK_NODE = (
+    *GEOMETRY,
+    JOINT_NAMES,
+    BASE_FRAME,
+    Parameter(
+        "platform_frame",
+        "tri_glide_platform",
+        "frame on the platform; twists may be given in it, as its axes are those of the base",
+    ),
+    Parameter("rate", 500.0, "setpoints per second", "1/s", 10.0, 2000.0, told=True),
+    *TRAVEL,
+    *LIMITS,
+    Parameter(
+        "motion",
+        "linear",
+        "path of the platform to a pose: a straight line, or whatever the sliders make of it",
+        choices=("linear", "slider"),
+        told=True,
+    ),
+    Parameter(
+        "twist_timeout",
+        0.1,
+        "stop a jog if its twist is not renewed for longer, by time of receipt",
+        "s",
+        0.01,
+        10.0,
+        live=True,
+    ),
+    Parameter("start_disabled", False, "whether `~/enable` has to be called before any motion"),
+    *WORKSPACE,
+    *SUPERVISION,
+    *IN_POSITION,
+    Parameter(
+        "command_outputs",
+        ("joint_state",),
+        "as what the setpoints are published",
+        choices=("joint_state", "forward_command", "joint_trajectory"),
+        any_size=True,
+    ),
+    Parameter(
+        "trajectory_step",
+        0.01,
+        "time between the points of a published trajectory",
+        "s",
+        0.001,
+        1.0,
+    ),
+)
+
+FK_NODE = (*GEOMETRY, JOINT_NAMES, BASE_FRAME)
+
+SIMULATOR_NODE = (
+    JOINT_NAMES,
+    *TRAVEL,
+    Parameter("rate", 500.0, "measurements per second", "1/s", 1.0, 2000.0, told=True),
+    Parameter("initial_heights", (0.6, 0.6, 0.6), "heights at the start", "m", -10.0, 10.0),
+    Parameter(
+        "lag",
+        0.005,
+        "time constant with which the sliders follow; 0 for none",
+        "s",
+        0.0,
+        10.0,
+        live=True,
+        told=True,
+    ),
+    Parameter(
+        "encoder_resolution",
+        1e-06,
+        "step of the measured heights; 0 for exact",
+        "m",
+        0.0,
+        0.1,
+        live=True,
+    ),
+    Parameter(
+        "drop_out",
+        0.0,
+        "fault: part of the measurements that is not published",
+        "",
+        0.0,
+        1.0,
+        live=True,
+    ),
+    Parameter(
+        "frozen_encoders",
+        (False, False, False),
+        "fault: these sliders are measured where they were",
+        live=True,
+    ),
+    Parameter(
+        "encoder_offsets",
+        (0.0, 0.0, 0.0),
+        "fault: added to the measured heights; a change is a jump",
+        "m",
+        -10.0,
+        10.0,
+        live=True,
+    ),
+    Parameter(
+        "stuck_sliders", (False, False, False), "fault: these sliders do not move", live=True
+    ),
+)
+
+NODES = {"ik_node": IK_NODE, "fk_node": FK_NODE, "simulator_node": SIMULATOR_NODE}
+
+
+def document() -> str:
+    """Return the parameters of all nodes as text in Markdown."""
+    return "\n\n".join(
+        f"#### Parameters of `{name}`\n\n{markdown_table(table)}" for name, table in NODES.items()
+    )
+
+
+if __name__ == "__main__":
+    print(document())

@@ -1,0 +1,148 @@
+"""Entry points: start a node, keep it spinning, and end it without a traceback.
+
+Nothing of ROS is imported before the first line of an entry point has run, so that Ctrl-C ends the
+process at once while modules are still being loaded, and a missing module gets one clear line.
+"""
+
+from __future__ import annotations
+
+import gc
+import signal
+import sys
+from contextlib import suppress
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+PIP_NAMES = frozenset(("numpy", "ruckig"))
+
+
+class FatalError(Exception):
+    """An error in a node's own cycle: it cannot go on."""
+
+
+def run(module: str, node: str) -> int:
+    """Run a node until SIGINT or SIGTERM.
+
+    Args:
+        module: of this folder, that holds the node.
+        node: name of its class, called without arguments.
+
+    Returns:
+        Exit code: 0 after a signal, 1 if the node could not start or go on.
+    """
+    # Until rclpy handles them, both signals just end the process.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        code = import_module(f"tri_glide_kinematics.nodes.{module}")
+        node_class = getattr(code, node)
+    except ModuleNotFoundError as error:
+        return _fail(_missing(error.name or str(error)))
+    except ImportError as error:
+        return _fail(str(error).splitlines()[0])
+    import rclpy
+    from rclpy.exceptions import ParameterException
+    from rclpy.utilities import ok
+
+    from tri_glide_kinematics.errors import KinematicsError
+    from tri_glide_kinematics.ros import command_line
+    from tri_glide_kinematics.ros.parameter_sources import sources_of
+    from tri_glide_kinematics.ros.parameters import NODES
+    from tri_glide_kinematics.ros.transport import choose_transport
+
+    arguments = sys.argv[1:]
+    if command_line.help_wanted(arguments):
+        print(command_line.help_text(module, code.__doc__ or "", NODES.get(module, ())))
+        return 0
+    try:
+        command_line.check_arguments(module, arguments)
+        sources_of(arguments)
+        transport = choose_transport()
+    except KinematicsError as error:
+        return _fail(f"{module}: {error}")
+    # rclpy calls the handler that it finds beside its own; this one keeps KeyboardInterrupt away.
+    signal.signal(signal.SIGINT, lambda *_: None)
+    try:
+        rclpy.init()
+    except RuntimeError as error:
+        return _fail(f"{module}: {command_line.in_words(error)}")
+    try:
+        instance = node_class()
+    except Exception as error:
+        stopped = not ok()
+        shut_down()
+        if stopped:
+            return 0
+        if isinstance(error, (KinematicsError, ParameterException)):
+            return _fail(f"{module}: {error}")
+        raise
+    if transport.can_stall:
+        instance.get_logger().warning(transport.text)
+    else:
+        instance.get_logger().info(transport.text)
+    try:
+        _spin(instance)
+    except FatalError as error:
+        instance.get_logger().fatal(str(error))
+        return 1
+    finally:
+        shut_down()
+    return 0
+
+
+def shut_down() -> None:
+    """End the use of rclpy, unless a signal does the same at this very moment."""
+    from rclpy.utilities import try_shutdown
+
+    with suppress(RuntimeError):
+        try_shutdown()
+
+
+def _spin(node: Node) -> None:
+    """Work until the context is shut down.
+
+    rclpy's own services raise on some contents (a parameter of an unknown type, for instance).
+    That is the sender's mistake and must not stop a machine, so it is logged and survived.
+    """
+    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+
+    urgent = getattr(node, "urgent", None)
+    if urgent is None:
+        executor = SingleThreadedExecutor()
+    else:
+        from tri_glide_kinematics.ros.cycle_executor import CycleExecutor
+
+        executor = CycleExecutor(urgent)
+    executor.add_node(node)
+    # What was made so far stays. The collector of garbage need not look at it again and again,
+    # which takes longer than a fast cycle.
+    gc.freeze()
+    try:
+        while node.context.ok():
+            try:
+                executor.spin_once()
+            except ExternalShutdownException:
+                return
+            except FatalError:
+                raise
+            except Exception as error:
+                if node.context.ok():
+                    node.get_logger().error(f"dropped a request: {type(error).__name__}: {error}")
+    finally:
+        gc.unfreeze()
+        # Left to the end of the interpreter, what it holds may be gone before it, which Python 3.10
+        # reports with a traceback.
+        executor.shutdown()
+
+
+def _missing(module: str) -> str:
+    if module in PIP_NAMES:
+        return f"the Python module {module!r} is missing: python3 -m pip install {module}"
+    return f"the Python module {module!r} is missing: is ROS 2 Jazzy sourced?"
+
+
+def _fail(message: str) -> int:
+    print(f"error: {message}", file=sys.stderr)
+    return 1

@@ -1,0 +1,171 @@
+r"""Proof that a whole path is inside the workspace, from samples that each vouch for more.
+
+Between two samples that are inside, three bounds leave nothing to chance:
+
+- Condition number: per metre of the platform the Jacobian J changes by at most
+  $K = \sqrt{\sum_i (L_i^2/s_i^3)^2}$, and each singular value by no more than J does. So around
+  each sample lies a ball in which the condition number is kept, and both balls have to meet.
+- Reach, box and cylinder are convex: only so far as the path bends away from its chord can it be
+  farther out than both samples, by at most $a \Delta t^2/8$ with the platform's acceleration a.
+- Slider travel: likewise with the acceleration of the sliders.
+
+Where this is not enough the interval is halved. So that this ends, ``TOLERANCE`` is granted: a
+place of an accepted path breaks reach, box, cylinder or travel by at most this, and is at most
+this far from a place that keeps the condition number. (docs/kinematics.md derives the bounds.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import hypot, inf, sqrt
+from typing import NamedTuple
+
+from tri_glide_kinematics.tri_glide.conditioning import extreme_singular_values
+from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.workspace.bounds import ROUNDING
+
+# What a path may break a limit by between two samples that keep it [m].
+TOLERANCE = 5e-5
+
+# A path that needs more runs along the edge, closer to it than can be decided; it is refused.
+MAX_SAMPLES = 4000
+
+
+class Surroundings(NamedTuple):
+    """What is known of the Jacobian around a place that keeps the condition number.
+
+    Attributes:
+        radius: no place within this distance breaks the condition number [m].
+        gain: within it the platform moves at most the way of the sliders (Euclidean norm over
+            the three) divided by this.
+        slope: within it the Jacobian changes by at most this per metre [1/m].
+    """
+
+    radius: float
+    gain: float
+    slope: float
+
+
+class Sample(NamedTuple):
+    """What is known of one place of a path.
+
+    Attributes:
+        time: parameter of the path.
+        inside: whether the place keeps all limits; if not, only the time has a meaning.
+        surroundings: of the place.
+        speed: of the sliders (Euclidean norm) per unit of the parameter.
+        slack: distance to the nearest bound of reach, box and cylinder [m].
+        travel: distance to the nearest end of slider travel [m].
+    """
+
+    time: float
+    inside: bool
+    surroundings: Surroundings = Surroundings(0.0, 1.0, 0.0)
+    speed: float = 0.0
+    slack: float = inf
+    travel: float = inf
+
+
+class ConditionField:
+    """The condition number of the Jacobian as a field over the plane, with a bound."""
+
+    def __init__(self, geometry: TriGlideGeometry, max_condition: float) -> None:
+        """Prepare for a machine and its largest condition number."""
+        self._arms = [(*xy, length) for xy, length in zip(geometry.anchors, geometry.arm_lengths)]
+        self._sign = 1.0 if geometry.doubled_area > 0.0 else -1.0
+        self._max_condition = max_condition
+
+    def around(self, x: float, y: float) -> Surroundings | None:
+        """Return what is known around a place of the platform [m]; None if it is not inside."""
+        rows = []
+        distances = []
+        for anchor_x, anchor_y, length in self._arms:
+            across_x, across_y = anchor_x - x, anchor_y - y
+            distance = hypot(across_x, across_y)
+            if not distance < length:
+                return None
+            rise = sqrt((length - distance) * (length + distance))
+            rows.append((across_x / rise, across_y / rise, 1.0))
+            distances.append(distance)
+        largest, smallest = extreme_singular_values((rows[0], rows[1], rows[2]))
+        smallest *= self._sign
+        # Positive inside. Its slope is that of the Jacobian times the factor.
+        margin = smallest - largest / self._max_condition
+        if not margin >= -ROUNDING * largest / self._max_condition:
+            return None
+        factor = 1.0 + 1.0 / self._max_condition
+        # A first guess of the radius, with some rise of every arm left, bounds the slope; that
+        # bounds the radius.
+        rest = min([arm[2] - distance for arm, distance in zip(self._arms, distances)])
+        radius = margin / (factor * self._steepest(distances, 0.0))
+        radius = min(max(radius, TOLERANCE), 0.5 * rest)
+        slope = self._steepest(distances, radius)
+        granted = min(TOLERANCE, 0.5 * smallest / slope)
+        radius = min(radius, max(margin / (factor * slope), granted))
+        return Surroundings(radius, smallest - slope * radius, slope)
+
+    def _steepest(self, distances: list[float], radius: float) -> float:
+        """Return the largest slope of the Jacobian within ``radius`` [1/m]."""
+        total = 0.0
+        for (_, _, length), distance in zip(self._arms, distances):
+            farthest = distance + radius
+            rise_squared = (length - farthest) * (length + farthest)
+            total += length**4 / rise_squared**3
+        return sqrt(total)
+
+
+def first_outside(
+    probe: Callable[[float], Sample], end: float, acceleration: float
+) -> tuple[float, float] | None:
+    """Find where a path leaves the inside, or prove that it does not.
+
+    Args:
+        probe: examines the path at a parameter from 0 to ``end``.
+        end: of the parameter.
+        acceleration: largest one of the sliders (Euclidean norm), per square of the parameter.
+
+    Returns:
+        None if all of the path is inside. Otherwise the parameter of a sample up to which it
+        is inside, and that of the next one, which is outside (or at which the proof was given up).
+    """
+    reached = probe(0.0)
+    if not reached.inside:
+        return 0.0, 0.0
+    ahead = [probe(end)]
+    samples = 2
+    while ahead:
+        following = ahead[-1]
+        if _is_inside_between(reached, following, acceleration):
+            if not following.inside:
+                return reached.time, following.time
+            reached = ahead.pop()
+        elif samples == MAX_SAMPLES:
+            return reached.time, following.time
+        else:
+            ahead.append(probe(0.5 * (reached.time + following.time)))
+            samples += 1
+    return None
+
+
+def _is_inside_between(first: Sample, second: Sample, acceleration: float) -> bool:
+    """Return whether the path between two samples is inside, up to ``TOLERANCE``.
+
+    Of the second one, if it is outside, nothing is asked but that it is near.
+    """
+    step = second.time - first.time
+    radius, gain, slope = first.surroundings
+    if not second.inside:
+        return step * (first.speed + 0.5 * acceleration * step) <= TOLERANCE * gain
+    second_radius, second_gain, second_slope = second.surroundings
+    way = step * (0.5 * (first.speed + second.speed) + 0.25 * acceleration * step)
+    if way > radius * gain + second_radius * second_gain:
+        return False
+    if acceleration * step * step > 8.0 * (min(first.travel, second.travel) + TOLERANCE):
+        return False
+    gain = min(gain, second_gain)
+    allowed = min(first.slack, second.slack) + TOLERANCE
+    if way <= 2.0 * gain * allowed:
+        return True
+    speed = (max(first.speed, second.speed) + 0.5 * acceleration * step) / gain
+    bend = (acceleration + max(slope, second_slope) * speed * speed) / gain
+    return bend * step * step <= 8.0 * allowed

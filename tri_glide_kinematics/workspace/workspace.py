@@ -1,0 +1,293 @@
+"""The workspace of a tri-glide: what is inside, and whether a whole path is.
+
+A place is inside if a set of limits holds (``WorkspaceLimits``). Along a straight line of the
+platform, travel, reach, box and cylinder are solved for, and the condition number is traced; along
+any other path all limits are traced (``workspace_tracing`` states the tolerance that this leaves).
+Each limit may be exceeded by a nanometre, for rounding.
+
+A machine that is found outside must be able to come back: ``Workspace.widened_to`` returns the
+workspace with each broken limit moved to where the machine is. In it, each path is valid that
+makes none of them worse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from math import dist, hypot
+from typing import Protocol
+
+from tri_glide_kinematics.checks import finite_vector, non_negative, positive
+from tri_glide_kinematics.errors import KinematicsError, OutsideWorkspaceError
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
+from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimit, WorkspaceLimits
+from tri_glide_kinematics.workspace.tracing import (
+    TOLERANCE,
+    ConditionField,
+    Sample,
+    Surroundings,
+    first_outside,
+)
+
+__all__ = [
+    "TOLERANCE",
+    "Cylinder",
+    "SliderMotionState",
+    "Workspace",
+    "WorkspaceLimit",
+    "WorkspaceLimits",
+]
+
+Vector3 = tuple[float, float, float]
+
+
+class SliderMotionState(Protocol):
+    """Motion of the sliders at one instant."""
+
+    @property
+    def heights(self) -> Vector3:
+        """Shape (3,) [m]."""
+
+    @property
+    def velocities(self) -> Vector3:
+        """Shape (3,) [m/s]."""
+
+
+class Workspace:
+    """Checks of places and paths against the limits of one machine.
+
+    Every check raises an ``OutsideWorkspaceError`` that names the limit, the arm and the place, an
+    ``UnreachableError`` or ``NoPoseError`` where the machine has no pose at all, or a
+    ``NotFiniteError`` or ``WrongShapeError`` for what is not a place. All are a
+    ``KinematicsError``.
+    """
+
+    __slots__ = ("_bounds", "_field", "limits", "machine")
+
+    def __init__(self, machine: TriGlide, limits: WorkspaceLimits) -> None:
+        """Prepare the checks of ``machine`` against ``limits``."""
+        self.machine = machine
+        self.limits = limits
+        self._use(WorkspaceBounds.from_limits(machine.geometry, limits))
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether the other workspace has the same machine and the same places inside."""
+        if not isinstance(other, Workspace):
+            return NotImplemented
+        return (self.machine, self._bounds) == (other.machine, other._bounds)
+
+    def __hash__(self) -> int:
+        """Return the hash of machine and bounds."""
+        return hash((self.machine, self._bounds))
+
+    def _use(self, bounds: WorkspaceBounds) -> None:
+        self._bounds = bounds
+        self._field = ConditionField(self.machine.geometry, bounds.condition)
+
+    def widened_to(self, heights: Iterable[float]) -> Workspace:
+        """Return a workspace that holds the place of the sliders, wherever it is.
+
+        Limits that are broken there are moved to where they are just kept; all others stay. So
+        from a place outside, a path is valid if it does not make matters worse. The widened
+        workspace is meant for paths from this place: ask anew for the next one.
+
+        Args:
+            heights: of the carriages. Shape (3,) [m].
+
+        Raises:
+            NoPoseError: if no pose belongs to the heights.
+        """
+        place = _vector("heights", heights)
+        position = self.machine.forward(place)
+        condition = self.machine.condition_number(position)
+        widened = Workspace(self.machine, self.limits)
+        widened._use(self._bounds.widened_to(position, condition))
+        return widened
+
+    def check_position(self, position: Iterable[float]) -> Vector3:
+        """Return the slider heights of a platform position, if it is inside.
+
+        Args:
+            position: x, y, z. Shape (3,) [m].
+
+        Raises:
+            KinematicsError: see the class.
+        """
+        place = _vector("position", position)
+        for shape in self._bounds.shapes:
+            shape.check(place)
+        heights = self.machine.inverse(place)
+        for end in self._bounds.travel:
+            end.check(place)
+        self._check_condition(place)
+        return heights
+
+    def check_heights(self, heights: Iterable[float]) -> Vector3:
+        """Return the platform position of slider heights, if it is inside.
+
+        Args:
+            heights: of the carriages. Shape (3,) [m].
+
+        Raises:
+            KinematicsError: see the class.
+        """
+        position = self.machine.forward(_vector("heights", heights))
+        for bound in (*self._bounds.travel, *self._bounds.shapes):
+            bound.check(position)
+        self._check_condition(position)
+        return position
+
+    def check_segment(self, start: Iterable[float], end: Iterable[float]) -> None:
+        """Check the straight line of the platform between two positions.
+
+        Args:
+            start: Shape (3,) [m].
+            end: Shape (3,) [m].
+
+        Raises:
+            KinematicsError: see the class; about the first place of the line that is outside.
+        """
+        first, last = _vector("start", start), _vector("end", end)
+        self.check_position(first)
+        self.check_way(first, last)
+
+    def check_way(self, first: Vector3, last: Vector3) -> None:
+        """Check as ``check_segment`` does, from a place that is known to be inside.
+
+        Args:
+            first: inside. Shape (3,) [m].
+            last: Shape (3,) [m].
+
+        Raises:
+            KinematicsError: see the class; about the first place of the line that is outside.
+        """
+        length = dist(first, last)
+        if length == 0.0:
+            return
+        direction = (
+            (last[0] - first[0]) / length,
+            (last[1] - first[1]) / length,
+            (last[2] - first[2]) / length,
+        )
+        bound, leaves = self._bounds.first_exit(first, direction)
+        outside = self._trace_line(first, direction, min(length, leaves.distance))
+        if outside:
+            self._refuse(_along(first, direction, outside[1]))
+        if leaves.distance < length:
+            worst = bound.value(_along(first, direction, min(length, leaves.worst)))
+            raise bound.error(_along(first, direction, leaves.distance), worst)
+
+    def exit_distance(
+        self, start: Iterable[float], direction: Iterable[float], maximum: float
+    ) -> float:
+        """Return how far a straight line of the platform stays inside.
+
+        Args:
+            start: where it begins. Shape (3,) [m].
+            direction: any vector but zero; its length does not matter. Shape (3,).
+            maximum: distance that is of interest [m].
+
+        Returns:
+            At most ``maximum`` and at most the distance to the edge, short of it by no more than
+            about ``TOLERANCE``; 0 if ``start`` is outside [m].
+
+        Raises:
+            NotFiniteError: if a number is NaN or infinite.
+            WrongShapeError: if a vector has not three numbers.
+            OutOfBoundsError: if ``direction`` is zero or ``maximum`` negative.
+        """
+        first = _vector("start", start)
+        way = _vector("direction", direction)
+        length = non_negative("maximum", maximum, "m")
+        size = positive("length of direction", hypot(*way))
+        unit = (way[0] / size, way[1] / size, way[2] / size)
+        try:
+            self.check_position(first)
+        except KinematicsError:
+            return 0.0
+        length = min(length, self._bounds.first_exit(first, unit)[1].distance)
+        outside = self._trace_line(first, unit, length)
+        return outside[0] if outside else length
+
+    def check_path(
+        self,
+        state: Callable[[float], SliderMotionState],
+        duration: float,
+        acceleration_bound: float,
+    ) -> None:
+        """Check a motion of the sliders as a whole.
+
+        Args:
+            state: returns the setpoint of the sliders at an instant from 0 to ``duration`` [s].
+            duration: of the motion [s].
+            acceleration_bound: largest Euclidean norm of the three slider accelerations [m/s^2].
+
+        Raises:
+            KinematicsError: see the class; about the first place of the path that is outside.
+        """
+        forward, bounds, field = self.machine.forward, self._bounds, self._field
+
+        def probe(time: float) -> Sample:
+            setpoint = state(time)
+            heights = setpoint.heights
+            try:
+                position = forward(heights)
+            except KinematicsError:
+                return Sample(time, False)
+            slack = bounds.slack(position)
+            travel = bounds.travel_slack(heights)
+            around = field.around(position[0], position[1])
+            if around is None or not (slack >= -ROUNDING and travel >= -ROUNDING):
+                return Sample(time, False)
+            return Sample(time, True, around, hypot(*setpoint.velocities), slack, travel)
+
+        outside = first_outside(probe, duration, acceleration_bound)
+        if outside:
+            self._refuse(self.check_heights(state(outside[1]).heights))
+
+    def _trace_line(
+        self, start: Vector3, direction: Vector3, length: float
+    ) -> tuple[float, float] | None:
+        """Return distances inside and outside the condition number, if the line breaks it."""
+        speed = hypot(direction[0], direction[1])
+
+        def probe(distance: float) -> Sample:
+            x, y, _ = _along(start, direction, distance)
+            around = self._field.around(x, y)
+            if around is None:
+                return Sample(distance, False)
+            # The platform itself moves along the line, so no gain lies between.
+            return Sample(distance, True, Surroundings(around.radius, 1.0, around.slope), speed)
+
+        return first_outside(probe, length, 0.0)
+
+    def _check_condition(self, position: Vector3) -> None:
+        """Raise an error if the condition number is too large."""
+        condition = self.machine.condition_number(position)
+        if not condition <= self._bounds.condition * (1.0 + 2.0 * ROUNDING):
+            limit, bound = WorkspaceLimit.CONDITION, self._bounds.condition
+            raise OutsideWorkspaceError(limit, None, position, condition, bound)
+
+    def _refuse(self, position: Vector3) -> None:
+        """Raise the error for a place where tracing found the outside, or gave up.
+
+        It gives up along paths that keep so close to the edge that only the condition number,
+        whose edge cannot be solved for, comes into question.
+        """
+        self.check_position(position)
+        limit, bound = WorkspaceLimit.CONDITION, self._bounds.condition
+        condition = self.machine.condition_number(position)
+        raise OutsideWorkspaceError(limit, None, position, condition, bound)
+
+
+def _vector(name: str, values: Iterable[float]) -> Vector3:
+    x, y, z = finite_vector(name, tuple(values), 3)
+    return x, y, z
+
+
+def _along(start: Vector3, direction: Vector3, distance: float) -> Vector3:
+    return (
+        start[0] + distance * direction[0],
+        start[1] + distance * direction[1],
+        start[2] + distance * direction[2],
+    )
