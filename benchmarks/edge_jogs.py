@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.linear_moves import LIMITS, MACHINE, WORKSPACE
-from tri_glide_kinematics.errors import KinematicsError, NoRoomError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine
+from tri_glide_kinematics.motion.errors import NoRoomError
 
 Floats = NDArray[np.float64]
 

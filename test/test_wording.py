@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.errors import ArmTooShortError, OutOfBoundsError
+from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.tri_glide.errors import ArmTooShortError
 from tri_glide_kinematics.wording import number_text, vector_text
 
 

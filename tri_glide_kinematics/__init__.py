@@ -1,1 +1,87 @@
 """Kinematics and motion of tri-glide delta robots, and of the planar mechanisms around them."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.errors import KinematicsError as KinematicsError
+    from tri_glide_kinematics.errors import NotFiniteError as NotFiniteError
+    from tri_glide_kinematics.errors import OutOfBoundsError as OutOfBoundsError
+    from tri_glide_kinematics.errors import WrongShapeError as WrongShapeError
+    from tri_glide_kinematics.mechanisms.errors import CrankLimitError as CrankLimitError
+    from tri_glide_kinematics.mechanisms.errors import (
+        DegenerateLinkageError as DegenerateLinkageError,
+    )
+    from tri_glide_kinematics.mechanisms.errors import MechanismFileError as MechanismFileError
+    from tri_glide_kinematics.mechanisms.errors import NotAPoseError as NotAPoseError
+    from tri_glide_kinematics.mechanisms.errors import NotAssemblableError as NotAssemblableError
+    from tri_glide_kinematics.mechanisms.errors import SelfMotionError as SelfMotionError
+    from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism as FMechanism
+    from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar as FourBar
+    from tri_glide_kinematics.mechanisms.landing_gear import LandingGear as LandingGear
+    from tri_glide_kinematics.motion.engine import MotionEngine as MotionEngine
+    from tri_glide_kinematics.motion.errors import MotionError as MotionError
+    from tri_glide_kinematics.motion.errors import NoRoomError as NoRoomError
+    from tri_glide_kinematics.motion.errors import NotStartedError as NotStartedError
+    from tri_glide_kinematics.motion.errors import PlanningError as PlanningError
+    from tri_glide_kinematics.motion.errors import SliderLimitError as SliderLimitError
+    from tri_glide_kinematics.motion.errors import SliderTravelError as SliderTravelError
+    from tri_glide_kinematics.motion.held_motion import MotionPhase as MotionPhase
+    from tri_glide_kinematics.motion.limits import SliderLimits as SliderLimits
+    from tri_glide_kinematics.motion.planner import MotionKind as MotionKind
+    from tri_glide_kinematics.tri_glide.errors import ArmsNeverMeetError as ArmsNeverMeetError
+    from tri_glide_kinematics.tri_glide.errors import ArmTooShortError as ArmTooShortError
+    from tri_glide_kinematics.tri_glide.errors import (
+        CoincidentAnchorsError as CoincidentAnchorsError,
+    )
+    from tri_glide_kinematics.tri_glide.errors import CollinearAnchorsError as CollinearAnchorsError
+    from tri_glide_kinematics.tri_glide.errors import GeometryError as GeometryError
+    from tri_glide_kinematics.tri_glide.errors import NoPoseError as NoPoseError
+    from tri_glide_kinematics.tri_glide.errors import (
+        PlatformAboveSliderError as PlatformAboveSliderError,
+    )
+    from tri_glide_kinematics.tri_glide.errors import SpheresDoNotMeetError as SpheresDoNotMeetError
+    from tri_glide_kinematics.tri_glide.errors import UnreachableError as UnreachableError
+    from tri_glide_kinematics.tri_glide.errors import (
+        WrongAssemblyModeError as WrongAssemblyModeError,
+    )
+    from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry as TriGlideGeometry
+    from tri_glide_kinematics.tri_glide.kinematics import TriGlide as TriGlide
+    from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError as OutsideWorkspaceError
+    from tri_glide_kinematics.workspace.limits import Cylinder as Cylinder
+    from tri_glide_kinematics.workspace.limits import WorkspaceLimits as WorkspaceLimits
+    from tri_glide_kinematics.workspace.workspace import Workspace as Workspace
+
+__all__, __getattr__ = when_first_used(
+    __name__,
+    {
+        "errors": "KinematicsError NotFiniteError OutOfBoundsError WrongShapeError",
+        "mechanisms.errors": (
+            "CrankLimitError DegenerateLinkageError MechanismFileError "
+            "NotAPoseError NotAssemblableError SelfMotionError"
+        ),
+        "mechanisms.f_mechanism.mechanism": "FMechanism",
+        "mechanisms.four_bar.linkage": "FourBar",
+        "mechanisms.landing_gear": "LandingGear",
+        "motion.engine": "MotionEngine",
+        "motion.errors": (
+            "MotionError NoRoomError NotStartedError PlanningError SliderLimitError "
+            "SliderTravelError"
+        ),
+        "motion.held_motion": "MotionPhase",
+        "motion.limits": "SliderLimits",
+        "motion.planner": "MotionKind",
+        "tri_glide.errors": (
+            "ArmTooShortError ArmsNeverMeetError CoincidentAnchorsError "
+            "CollinearAnchorsError GeometryError NoPoseError "
+            "PlatformAboveSliderError SpheresDoNotMeetError UnreachableError "
+            "WrongAssemblyModeError"
+        ),
+        "tri_glide.geometry": "TriGlideGeometry",
+        "tri_glide.kinematics": "TriGlide",
+        "workspace.errors": "OutsideWorkspaceError",
+        "workspace.limits": "Cylinder WorkspaceLimits",
+        "workspace.workspace": "Workspace",
+    },
+)

@@ -23,17 +23,15 @@ from motion_machine import (
 )
 
 from tri_glide_kinematics.errors import (
-    ArmTooShortError,
     KinematicsError,
-    NoPoseError,
-    NoRoomError,
     NotFiniteError,
-    NotStartedError,
     OutOfBoundsError,
-    OutsideWorkspaceError,
     WrongShapeError,
 )
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderLimits
+from tri_glide_kinematics.motion.errors import NoRoomError, NotStartedError
+from tri_glide_kinematics.tri_glide.errors import ArmTooShortError, NoPoseError
+from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 from tri_glide_kinematics.workspace.workspace import WorkspaceLimits
 
 TARGET = (0.1, 0.05, 0.35)

@@ -20,10 +20,11 @@ from motion_machine import (
 )
 from numpy.polynomial import Polynomial
 
-from tri_glide_kinematics.errors import KinematicsError, PlanningError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import aims
 from tri_glide_kinematics.motion import planner as motion_planner
 from tri_glide_kinematics.motion.engine import MotionKind, SliderLimits
+from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.lines import line_timing, linear_motion
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan, WayLaw
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine

@@ -16,8 +16,9 @@ from benchmarks.edge_jogs import (
     random_heights,
     random_twist,
 )
-from tri_glide_kinematics.errors import KinematicsError, NoRoomError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionPhase
+from tri_glide_kinematics.motion.errors import NoRoomError
 
 JOGS = 2_000
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from ruckig import InputParameter, Ruckig, Trajectory
 from strategies import reproducible
 
-from tri_glide_kinematics.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion import ruckig_planner
+from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SequencePlan, SliderState
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner

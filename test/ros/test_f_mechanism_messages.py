@@ -11,7 +11,8 @@ from mechanism_requests import ask, columns, example_2, turn
 
 from tri_glide_interfaces.msg import CrankSweep, FMechanism, Point2, TraceEvent
 from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
-from tri_glide_kinematics.errors import DegenerateLinkageError, OutOfBoundsError, SelfMotionError
+from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.mechanisms.errors import DegenerateLinkageError, SelfMotionError
 from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import EventKind
 from tri_glide_kinematics.ros import f_mechanism_messages
 from tri_glide_kinematics.ros.mechanism_messages import RefusedRequestError

@@ -18,7 +18,8 @@ from tri_glide_interfaces.msg import (
     TraceEvent,
 )
 from tri_glide_interfaces.srv import SolveFourBar, TraceFourBar
-from tri_glide_kinematics.errors import CrankLimitError, NotAssemblableError, OutOfBoundsError
+from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.mechanisms.errors import CrankLimitError, NotAssemblableError
 from tri_glide_kinematics.mechanisms.four_bar import linkage as four_bar
 from tri_glide_kinematics.mechanisms.four_bar.analysis import DeadCentreKind
 from tri_glide_kinematics.mechanisms.four_bar.linkage import GrashofClass

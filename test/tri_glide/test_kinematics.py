@@ -16,22 +16,24 @@ from strategies import (
 )
 
 from tri_glide_kinematics.errors import (
+    KinematicsError,
+    NotFiniteError,
+    OutOfBoundsError,
+    WrongShapeError,
+)
+from tri_glide_kinematics.tri_glide.batch import BLOCK
+from tri_glide_kinematics.tri_glide.errors import (
     ArmsNeverMeetError,
     ArmTooShortError,
     CoincidentAnchorsError,
     CollinearAnchorsError,
     GeometryError,
-    KinematicsError,
     NoPoseError,
-    NotFiniteError,
-    OutOfBoundsError,
     PlatformAboveSliderError,
     SpheresDoNotMeetError,
     UnreachableError,
     WrongAssemblyModeError,
-    WrongShapeError,
 )
-from tri_glide_kinematics.tri_glide.batch import BLOCK
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
 EPS = np.finfo(float).eps

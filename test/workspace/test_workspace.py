@@ -17,16 +17,18 @@ from strategies import (
 
 from tri_glide_kinematics.errors import (
     KinematicsError,
-    NoPoseError,
     NotFiniteError,
     OutOfBoundsError,
-    OutsideWorkspaceError,
+    WrongShapeError,
+)
+from tri_glide_kinematics.tri_glide.errors import (
+    NoPoseError,
     UnreachableError,
     WrongAssemblyModeError,
-    WrongShapeError,
 )
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.workspace.bounds import ROUNDING
+from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 from tri_glide_kinematics.workspace.tracing import ConditionField
 from tri_glide_kinematics.workspace.workspace import (
     TOLERANCE,

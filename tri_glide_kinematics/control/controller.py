@@ -31,9 +31,10 @@ from tri_glide_kinematics.control.operating_state import (
     StateMachine,
 )
 from tri_glide_kinematics.control.supervision import Supervisor
-from tri_glide_kinematics.errors import KinematicsError, NoRoomError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.commands import jog_of
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
+from tri_glide_kinematics.motion.errors import NoRoomError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.wording import number_text
 

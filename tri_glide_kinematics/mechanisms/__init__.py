@@ -1,1 +1,28 @@
-"""x"""
+"""Mechanisms: solvers for four-bar linkages, F-mechanisms and a landing gear; their files."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.mechanisms.errors import CrankLimitError as CrankLimitError
+    from tri_glide_kinematics.mechanisms.errors import (
+        DegenerateLinkageError as DegenerateLinkageError,
+    )
+    from tri_glide_kinematics.mechanisms.errors import MechanismFileError as MechanismFileError
+    from tri_glide_kinematics.mechanisms.errors import NotAPoseError as NotAPoseError
+    from tri_glide_kinematics.mechanisms.errors import NotAssemblableError as NotAssemblableError
+    from tri_glide_kinematics.mechanisms.errors import SelfMotionError as SelfMotionError
+    from tri_glide_kinematics.mechanisms.files import MechanismFile as MechanismFile
+    from tri_glide_kinematics.mechanisms.files import load_mechanism as load_mechanism
+
+__all__, __getattr__ = when_first_used(
+    __name__,
+    {
+        "errors": (
+            "CrankLimitError DegenerateLinkageError MechanismFileError "
+            "NotAPoseError NotAssemblableError SelfMotionError"
+        ),
+        "files": "MechanismFile load_mechanism",
+    },
+)

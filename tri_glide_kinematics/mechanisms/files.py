@@ -14,7 +14,8 @@ from typing import Any
 
 import yaml
 
-from tri_glide_kinematics.errors import KinematicsError, MechanismFileError
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.mechanisms.errors import MechanismFileError
 from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar
 from tri_glide_kinematics.mechanisms.landing_gear import LandingGear

@@ -1,1 +1,36 @@
-"""x"""
+"""Motion: targets in, jerk-limited setpoints of the sliders out; no clock and no ROS."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.command_stream import CommandStream as CommandStream
+    from tri_glide_kinematics.motion.engine import MotionEngine as MotionEngine
+    from tri_glide_kinematics.motion.errors import MotionError as MotionError
+    from tri_glide_kinematics.motion.errors import NoRoomError as NoRoomError
+    from tri_glide_kinematics.motion.errors import NotStartedError as NotStartedError
+    from tri_glide_kinematics.motion.errors import PlanningError as PlanningError
+    from tri_glide_kinematics.motion.errors import SliderLimitError as SliderLimitError
+    from tri_glide_kinematics.motion.errors import SliderTravelError as SliderTravelError
+    from tri_glide_kinematics.motion.held_motion import MotionPhase as MotionPhase
+    from tri_glide_kinematics.motion.limits import SliderLimits as SliderLimits
+    from tri_glide_kinematics.motion.planner import MotionKind as MotionKind
+    from tri_glide_kinematics.motion.plans import SampledPlan as SampledPlan
+    from tri_glide_kinematics.motion.plans import SliderState as SliderState
+
+__all__, __getattr__ = when_first_used(
+    __name__,
+    {
+        "command_stream": "CommandStream",
+        "engine": "MotionEngine",
+        "errors": (
+            "MotionError NoRoomError NotStartedError PlanningError SliderLimitError "
+            "SliderTravelError"
+        ),
+        "held_motion": "MotionPhase",
+        "limits": "SliderLimits",
+        "planner": "MotionKind",
+        "plans": "SampledPlan SliderState",
+    },
+)

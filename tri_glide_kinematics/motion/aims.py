@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from tri_glide_kinematics.errors import KinematicsError, NoRoomError
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.errors import NoRoomError
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.plans import Vector3
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry

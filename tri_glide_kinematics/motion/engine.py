@@ -14,12 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from tri_glide_kinematics.checks import finite_vector
-from tri_glide_kinematics.errors import (
-    KinematicsError,
-    NoPoseError,
-    NotStartedError,
-    OutOfBoundsError,
-)
+from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.motion.commands import (
     Command,
     DriveLimits,
@@ -28,6 +23,7 @@ from tri_glide_kinematics.motion.commands import (
     jog_of,
     stays_within,
 )
+from tri_glide_kinematics.motion.errors import NotStartedError
 from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase, PlanRole
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.planner import MotionKind, MotionPlanner
@@ -41,6 +37,7 @@ from tri_glide_kinematics.motion.plans import (
     SliderState,
     Vector3,
 )
+from tri_glide_kinematics.tri_glide.errors import NoPoseError
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.workspace.workspace import Workspace
 

@@ -14,13 +14,9 @@ from functools import partial
 
 import numpy as np
 
-from tri_glide_kinematics.errors import (
-    KinematicsError,
-    OutsideWorkspaceError,
-    SliderLimitError,
-    SliderTravelError,
-)
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.aims import Aim, JogAim, TargetAim
+from tri_glide_kinematics.motion.errors import SliderLimitError, SliderTravelError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
 from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion, check_line
@@ -39,6 +35,7 @@ from tri_glide_kinematics.motion.sliders.slider_motion import (
     height_extremes,
 )
 from tri_glide_kinematics.motion.sliders.straight_plan import StraightPlan
+from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 # Part of acceleration and jerk that blends use at most; the motion along the line has the rest.

@@ -13,7 +13,7 @@ from ruckig import (
     Trajectory,
 )
 
-from tri_glide_kinematics.errors import PlanningError
+from tri_glide_kinematics.motion.errors import PlanningError
 
 # (duration [s], jerk) of one phase after the other.
 Phases = list[tuple[float, float]]

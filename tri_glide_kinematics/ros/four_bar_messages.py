@@ -11,7 +11,7 @@ from tri_glide_interfaces.msg import FourBar as FourBarMessage
 from tri_glide_interfaces.msg import FourBarDeadCentre, FourBarProperties, TraceEvent
 from tri_glide_interfaces.msg import FourBarPose as PoseMessage
 from tri_glide_interfaces.srv import SolveFourBar, TraceFourBar
-from tri_glide_kinematics.errors import CrankLimitError
+from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.four_bar.analysis import DeadCentreKind
 from tri_glide_kinematics.mechanisms.four_bar.linkage import (
     AssembledFourBar,

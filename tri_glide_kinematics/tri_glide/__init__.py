@@ -1,1 +1,39 @@
-"""x"""
+"""The tri-glide: geometry, kinematics both ways, conditioning."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.tri_glide.errors import ArmsNeverMeetError as ArmsNeverMeetError
+    from tri_glide_kinematics.tri_glide.errors import ArmTooShortError as ArmTooShortError
+    from tri_glide_kinematics.tri_glide.errors import (
+        CoincidentAnchorsError as CoincidentAnchorsError,
+    )
+    from tri_glide_kinematics.tri_glide.errors import CollinearAnchorsError as CollinearAnchorsError
+    from tri_glide_kinematics.tri_glide.errors import GeometryError as GeometryError
+    from tri_glide_kinematics.tri_glide.errors import NoPoseError as NoPoseError
+    from tri_glide_kinematics.tri_glide.errors import (
+        PlatformAboveSliderError as PlatformAboveSliderError,
+    )
+    from tri_glide_kinematics.tri_glide.errors import SpheresDoNotMeetError as SpheresDoNotMeetError
+    from tri_glide_kinematics.tri_glide.errors import UnreachableError as UnreachableError
+    from tri_glide_kinematics.tri_glide.errors import (
+        WrongAssemblyModeError as WrongAssemblyModeError,
+    )
+    from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry as TriGlideGeometry
+    from tri_glide_kinematics.tri_glide.kinematics import TriGlide as TriGlide
+
+__all__, __getattr__ = when_first_used(
+    __name__,
+    {
+        "errors": (
+            "ArmTooShortError ArmsNeverMeetError CoincidentAnchorsError "
+            "CollinearAnchorsError GeometryError NoPoseError "
+            "PlatformAboveSliderError SpheresDoNotMeetError UnreachableError "
+            "WrongAssemblyModeError"
+        ),
+        "geometry": "TriGlideGeometry",
+        "kinematics": "TriGlide",
+    },
+)

@@ -16,7 +16,7 @@ from tri_glide_kinematics.checks import (
     non_negative,
     positive,
 )
-from tri_glide_kinematics.errors import (
+from tri_glide_kinematics.tri_glide.errors import (
     ArmsNeverMeetError,
     CoincidentAnchorsError,
     CollinearAnchorsError,

@@ -18,15 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.checks import array_of_shape
-from tri_glide_kinematics.errors import (
-    ArmTooShortError,
-    KinematicsError,
-    NotFiniteError,
-    PlatformAboveSliderError,
-    SpheresDoNotMeetError,
-    WrongAssemblyModeError,
-    WrongShapeError,
-)
+from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, WrongShapeError
 from tri_glide_kinematics.rounding import first_smallest
 from tri_glide_kinematics.tri_glide import batch as tri_glide_batch
 from tri_glide_kinematics.tri_glide import compiled as tri_glide_compiled
@@ -35,6 +27,12 @@ from tri_glide_kinematics.tri_glide.conditioning import (
     Vector3,
     extreme_singular_values,
     extreme_singular_values_batch,
+)
+from tri_glide_kinematics.tri_glide.errors import (
+    ArmTooShortError,
+    PlatformAboveSliderError,
+    SpheresDoNotMeetError,
+    WrongAssemblyModeError,
 )
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
 

@@ -1,1 +1,21 @@
-"""x"""
+"""Workspace: where the platform and the sliders may be."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError as OutsideWorkspaceError
+    from tri_glide_kinematics.workspace.limits import Cylinder as Cylinder
+    from tri_glide_kinematics.workspace.limits import WorkspaceLimit as WorkspaceLimit
+    from tri_glide_kinematics.workspace.limits import WorkspaceLimits as WorkspaceLimits
+    from tri_glide_kinematics.workspace.workspace import Workspace as Workspace
+
+__all__, __getattr__ = when_first_used(
+    __name__,
+    {
+        "errors": "OutsideWorkspaceError",
+        "limits": "Cylinder WorkspaceLimit WorkspaceLimits",
+        "workspace": "Workspace",
+    },
+)

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from math import hypot, inf, sqrt
 from typing import NamedTuple, TypeVar
 
-from tri_glide_kinematics.errors import OutsideWorkspaceError
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 from tri_glide_kinematics.workspace.limits import WorkspaceLimit, WorkspaceLimits
 
 Vector3 = tuple[float, float, float]

@@ -17,9 +17,10 @@ from math import dist, hypot
 from typing import Protocol
 
 from tri_glide_kinematics.checks import finite_vector, non_negative, positive
-from tri_glide_kinematics.errors import KinematicsError, OutsideWorkspaceError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
+from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimit, WorkspaceLimits
 from tri_glide_kinematics.workspace.tracing import (
     TOLERANCE,

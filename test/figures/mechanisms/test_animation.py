@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from PIL import Image, ImageChops
 
-from tri_glide_kinematics.errors import CrankLimitError
 from tri_glide_kinematics.figures.mechanisms.animation import (
     f_mechanism_movie,
     four_bar_movie,
     save_movie,
 )
 from tri_glide_kinematics.figures.mechanisms.f_mechanism_branches import detailed_overview
+from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.four_bar.linkage import Branch, FourBar
 

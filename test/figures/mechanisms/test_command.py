@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from tri_glide_kinematics.errors import DrawingError
+from tri_glide_kinematics.figures.errors import DrawingError
 from tri_glide_kinematics.figures.mechanisms import animation, pictures
 from tri_glide_kinematics.figures.mechanisms.command import find_file, main
 from tri_glide_kinematics.figures.mechanisms.pictures import Wish, pictures_of

@@ -7,7 +7,6 @@ import pytest
 from figure_checks import assert_equal_scales, lines_labelled, without_gaps
 from strategies import nudged
 
-from tri_glide_kinematics.errors import CrankLimitError
 from tri_glide_kinematics.figures.mechanisms.four_bar import (
     angles_figure,
     coupler_curve_figure,
@@ -15,6 +14,7 @@ from tri_glide_kinematics.figures.mechanisms.four_bar import (
     interval_around,
     telling_crank_angle,
 )
+from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.four_bar.linkage import Branch, FourBar
 
 TEXTBOOK = FourBar(0.02, 0.07, 0.09, 0.06)

@@ -18,13 +18,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import nudged
 
-from tri_glide_kinematics.errors import (
-    DegenerateLinkageError,
-    NotFiniteError,
-    OutOfBoundsError,
-    SelfMotionError,
-    WrongShapeError,
-)
+from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
+from tri_glide_kinematics.mechanisms.errors import DegenerateLinkageError, SelfMotionError
 from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
 
 # Source 001, figure 5.

@@ -7,13 +7,8 @@ from hypothesis import strategies as st
 from scipy.optimize import fsolve
 from strategies import nudged
 
-from tri_glide_kinematics.errors import (
-    CrankLimitError,
-    NotAssemblableError,
-    NotFiniteError,
-    OutOfBoundsError,
-    WrongShapeError,
-)
+from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
+from tri_glide_kinematics.mechanisms.errors import CrankLimitError, NotAssemblableError
 from tri_glide_kinematics.mechanisms.four_bar.lengths import LinkLengths
 from tri_glide_kinematics.mechanisms.four_bar.linkage import Branch, FourBar
 from tri_glide_kinematics.mechanisms.four_bar.loop import LoopConstants, close_loop

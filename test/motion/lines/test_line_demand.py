@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from strategies import DEFAULT_GEOMETRY, DEFAULT_LIMITS
 
-from tri_glide_kinematics.errors import KinematicsError, PlanningError, SliderLimitError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.aims import TargetAim
+from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.line_demand import line_demand, slowdown
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan, WayLaw

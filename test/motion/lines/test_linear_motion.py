@@ -19,8 +19,9 @@ from benchmarks.linear_moves import (
     time_between_rests,
     time_to_turn,
 )
-from tri_glide_kinematics.errors import KinematicsError, NoRoomError, PlanningError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.aims import JogAim, TargetAim
+from tri_glide_kinematics.motion.errors import NoRoomError, PlanningError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion, check_line
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine

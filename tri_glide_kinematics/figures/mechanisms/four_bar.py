@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.errors import CrankLimitError
 from tri_glide_kinematics.figures.mechanisms.drawing import (
     BLUE,
     GREEN,
@@ -29,6 +28,7 @@ from tri_glide_kinematics.figures.mechanisms.drawing import (
     wraps,
 )
 from tri_glide_kinematics.figures.motion import LIMIT_STYLE
+from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.four_bar.linkage import (
     AssembledFourBar,
     Branch,

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from matplotlib.figure import Figure
 
-from tri_glide_kinematics.errors import DrawingError
+from tri_glide_kinematics.figures.errors import DrawingError
 from tri_glide_kinematics.figures.mechanisms import f_mechanism, f_mechanism_branches, four_bar
 from tri_glide_kinematics.figures.mechanisms.animation import (
     Movie,

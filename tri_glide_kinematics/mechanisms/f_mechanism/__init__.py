@@ -1,1 +1,34 @@
-"""x"""
+"""The F-mechanism: a planar 3-RRR robot whose three cranks turn together."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism as FMechanism
+    from tri_glide_kinematics.mechanisms.f_mechanism.overview.overview import (
+        FMechanismOverview as FMechanismOverview,
+    )
+    from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import (
+        FMechanismPose as FMechanismPose,
+    )
+    from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import (
+        FMechanismPoses as FMechanismPoses,
+    )
+    from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import EventKind as EventKind
+    from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import (
+        FMechanismEvent as FMechanismEvent,
+    )
+    from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import (
+        FMechanismTrace as FMechanismTrace,
+    )
+
+__all__, __getattr__ = when_first_used(
+    __name__,
+    {
+        "mechanism": "FMechanism",
+        "overview.overview": "FMechanismOverview",
+        "results.pose": "FMechanismPose FMechanismPoses",
+        "results.trace": "EventKind FMechanismEvent FMechanismTrace",
+    },
+)

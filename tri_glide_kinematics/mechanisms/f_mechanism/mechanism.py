@@ -10,11 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector, positive
-from tri_glide_kinematics.errors import (
-    DegenerateLinkageError,
-    OutOfBoundsError,
-    WrongShapeError,
-)
+from tri_glide_kinematics.errors import OutOfBoundsError, WrongShapeError
+from tri_glide_kinematics.mechanisms.errors import DegenerateLinkageError
 from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve
 from tri_glide_kinematics.mechanisms.f_mechanism.following.stations import explicit_stations
 from tri_glide_kinematics.mechanisms.f_mechanism.following.trace import (

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from tri_glide_kinematics.checks import finite, positive
-from tri_glide_kinematics.errors import NotAssemblableError, OutOfBoundsError
+from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.mechanisms.errors import NotAssemblableError
 
 # The loop is closed with the longest link as unit: lengths may be larger than other numbers [m].
 LARGEST = 1e152

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector
-from tri_glide_kinematics.errors import CrankLimitError
+from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.four_bar import analysis
 from tri_glide_kinematics.mechanisms.four_bar.analysis import (
     Branch,

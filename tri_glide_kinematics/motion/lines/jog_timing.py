@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.errors import PlanningError
+from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING
 from tri_glide_kinematics.motion.lines.line_entry import Entry
 from tri_glide_kinematics.motion.lines.line_plan import WayLaw

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tri_glide_kinematics.errors import PlanningError
+from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.line_demand import line_demand, slowdown
 from tri_glide_kinematics.motion.lines.line_entry import Entry

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from tri_glide_kinematics.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.aims import Aim, StopAim
+from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.lines.jog_timing import SHAPE as JOG_SHAPE
 from tri_glide_kinematics.motion.lines.jog_timing import JogGains, JogTiming

@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.errors import PlanningError
 from tri_glide_kinematics.motion import quintics
+from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.line_plan import WayLaw
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine

@@ -17,8 +17,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tri_glide_kinematics.errors import ArmTooShortError
 from tri_glide_kinematics.motion.plans import FloatArray, Vector3
+from tri_glide_kinematics.tri_glide.errors import ArmTooShortError
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tri_glide_kinematics.errors import SliderLimitError
+from tri_glide_kinematics.motion.errors import SliderLimitError
 from tri_glide_kinematics.motion.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, FloatArray, SliderState, Vector3
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner

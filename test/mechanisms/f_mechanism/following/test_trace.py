@@ -17,12 +17,8 @@ from f_mechanism_samples import (
 )
 from strategies import nudged
 
-from tri_glide_kinematics.errors import (
-    NotAPoseError,
-    NotFiniteError,
-    OutOfBoundsError,
-    WrongShapeError,
-)
+from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
+from tri_glide_kinematics.mechanisms.errors import NotAPoseError
 from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve, Drive, tube
 from tri_glide_kinematics.mechanisms.f_mechanism.following.trace import starting_point
 from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism

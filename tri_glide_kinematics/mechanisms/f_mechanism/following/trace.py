@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.errors import NotAPoseError
+from tri_glide_kinematics.mechanisms.errors import NotAPoseError
 from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve, Drive, Vector
 from tri_glide_kinematics.mechanisms.f_mechanism.following.follow import (
     STANDSTILL,

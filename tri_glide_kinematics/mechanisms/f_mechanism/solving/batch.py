@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.errors import SelfMotionError
+from tri_glide_kinematics.mechanisms.errors import SelfMotionError
 from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPoses
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import (
     ROUNDING,

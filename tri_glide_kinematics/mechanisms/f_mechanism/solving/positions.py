@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.errors import SelfMotionError
+from tri_glide_kinematics.mechanisms.errors import SelfMotionError
 from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose, Point
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import (
     ROUNDING,

@@ -1,0 +1,49 @@
+"""What the package and its rooms export, loaded when first used."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import tri_glide_kinematics
+
+ROOT = Path(tri_glide_kinematics.__file__).parent
+PACKAGES = sorted(
+    ".".join(path.parent.relative_to(ROOT.parent).parts)
+    for path in ROOT.rglob("__init__.py")
+    if "when_first_used" in path.read_text()
+)
+PROMISED = (
+    "TriGlide TriGlideGeometry Workspace WorkspaceLimits SliderLimits MotionEngine MotionKind "
+    "MotionPhase FourBar FMechanism LandingGear KinematicsError NoPoseError NoRoomError"
+)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_what_type_checkers_see_is_what_there_is(package):
+    module = import_module(package)
+    tree = ast.parse(Path(module.__file__).read_text())
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    seen = {alias.asname: node.module for node in block.body for alias in node.names}
+    assert sorted(seen) == module.__all__
+    for name, home in seen.items():
+        assert getattr(module, name) is getattr(import_module(home), name)
+        assert getattr(module, name).__module__ == home
+    with pytest.raises(AttributeError, match=f"{package}.* has no attribute 'nonsense'"):
+        _ = module.nonsense
+
+
+def test_the_package_has_the_names_that_users_need():
+    assert set(PROMISED.split()) <= set(tri_glide_kinematics.__all__)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_nothing_is_loaded_before_it_is_used(package):
+    code = f"import sys, {package}; print('numpy' in sys.modules, 'ruckig' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "False"]

@@ -1,0 +1,97 @@
+"""Why a motion is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.wording import number_text, vector_text
+
+
+class MotionError(KinematicsError):
+    """A motion is refused; what moves goes on as it was."""
+
+
+class NotStartedError(MotionError):
+    """A command came before the engine knew the heights that the sliders have."""
+
+    def __init__(self) -> None:
+        """Store the fixed text."""
+        super().__init__("the motion has not been started from measured slider heights")
+
+
+class PlanningError(MotionError):
+    """No trajectory was found."""
+
+    def __init__(self, reason: str) -> None:
+        """Store the ``reason``."""
+        super().__init__(f"no trajectory found: {reason}")
+        self.reason = reason
+
+
+class SliderLimitError(MotionError):
+    """A trajectory would ask more of a slider than its limit."""
+
+    def __init__(
+        self,
+        quantity: str,
+        slider: int,
+        value: float,
+        limit: float,
+        unit: str,
+        time: float | None = None,
+    ) -> None:
+        """Store which limit.
+
+        Args:
+            quantity: ``velocity``, ``acceleration`` or ``jerk``.
+            slider: index, 0 to 2 (the text counts from 1).
+            value: largest absolute value on the trajectory.
+            limit: the bound that it breaks.
+            unit: of both.
+            time: when on the trajectory, if that is known [s].
+        """
+        super().__init__(
+            f"{quantity} of slider {slider + 1} would be {number_text(value)} {unit}, its limit "
+            f"is {number_text(limit)} {unit}"
+        )
+        self.quantity = quantity
+        self.slider = slider
+        self.value = value
+        self.limit = limit
+        self.unit = unit
+        self.time = time
+
+    @property
+    def slowdown(self) -> float:
+        """By which factor the motion would have to be slower to keep the limit."""
+        order = ("velocity", "acceleration", "jerk").index(self.quantity) + 1
+        return float((self.value / self.limit) ** (1.0 / order))
+
+
+class SliderTravelError(MotionError):
+    """A trajectory would leave the travel of a slider."""
+
+    def __init__(self, slider: int, height: float, bound: float) -> None:
+        """Store the index of the ``slider``, its ``height`` and the ``bound`` it passes, in [m]."""
+        super().__init__(
+            f"slider {slider + 1} would pass the end of its travel at {number_text(bound)} m "
+            f"and reach {number_text(height)} m"
+        )
+        self.slider = slider
+        self.height = height
+        self.bound = bound
+
+
+class NoRoomError(MotionError):
+    """The platform is at the edge of the workspace in the direction in which it is to move."""
+
+    def __init__(self, position: Sequence[float], direction: Sequence[float], reason: str) -> None:
+        """Store the ``position`` [m], the unit vector ``direction`` and the ``reason`` in words."""
+        super().__init__(
+            f"no room to move from {vector_text(position)} m in the direction "
+            f"{vector_text(direction, 6)}: {reason}"
+        )
+        self.position = tuple(position)
+        self.direction = tuple(direction)
+        self.reason = reason
