@@ -9,11 +9,11 @@ from ruckig import InputParameter, OutputParameter, Ruckig, Trajectory
 from benchmarks.harness import Figure, Work, compare, pinned_to_one_core
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 from tri_glide_kinematics.workspace.workspace import Workspace
-
-Vector3 = tuple[float, float, float]
 
 START: Vector3 = (-0.06, -0.05, 0.22)  # m
 END: Vector3 = (0.07, 0.05, 0.28)  # m
@@ -28,7 +28,7 @@ GOALS = {MotionKind.SLIDER: 2.0, MotionKind.LINEAR: 4.0}
 
 def figures() -> Iterator[Figure]:
     """Measure one row after the other."""
-    machine = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+    machine = TriGlide(DEFAULT_GEOMETRY)
     with pinned_to_one_core():
         for kind, goal in GOALS.items():
             engine = _engine(machine, kind, SLOW_LIMITS)

@@ -12,14 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.linear_moves import LIMITS, MACHINE, WORKSPACE
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.errors import NoRoomError
-
-Floats = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 SAMPLES = 200
 LARGEST_ANGLE = math.radians(1.0)
@@ -49,7 +47,7 @@ class Jogs:
     at_edge: int = 0
 
 
-def overrun(heights: Floats) -> float:
+def overrun(heights: FloatArray) -> float:
     """Return by how much slider travel or reach is passed, negative if it is not [m]."""
     limits = WORKSPACE.limits
     across = np.array(MACHINE.geometry.anchors) - MACHINE.forward_batch(heights)[:, np.newaxis, :2]

@@ -21,18 +21,17 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
 
-Floats = NDArray[np.float64]
-
-MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
 WORKSPACE = Workspace(MACHINE, WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 20.0))
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 
@@ -53,7 +52,7 @@ def rise_time(speed: float, acceleration: float, jerk: float) -> float:
     return speed / acceleration + acceleration / jerk
 
 
-def speed_after(times: Floats, speed: float, acceleration: float, jerk: float) -> Floats:
+def speed_after(times: FloatArray, speed: float, acceleration: float, jerk: float) -> FloatArray:
     """Return the largest speed reached in ``times`` from rest if ``speed`` is never passed.
 
     It is the curve of constant jerk, then acceleration, then jerk that leads to steady motion: no
@@ -114,7 +113,7 @@ def lower_bound(line: StraightLine, limits: SliderLimits) -> float:
 
 
 @lru_cache(maxsize=8)
-def _course_together(limits: SliderLimits) -> tuple[Floats, Floats]:
+def _course_together(limits: SliderLimits) -> tuple[FloatArray, FloatArray]:
     r"""Return times and how much of $\Sigma$ can be covered by then, both in [s]."""
     drives = list(zip(limits.velocity, limits.acceleration, limits.jerk))
     times = np.linspace(0.0, max(rise_time(*drive) for drive in drives), 20_001)
@@ -152,12 +151,12 @@ class Measurement:
         peaks: largest finite difference of velocity, acceleration and jerk as a part of the limit.
     """
 
-    ratios: Floats
+    ratios: FloatArray
     deviation: float
-    peaks: Floats
+    peaks: FloatArray
 
 
-def random_moves(count: int, seed: int) -> Iterator[tuple[Floats, Floats]]:
+def random_moves(count: int, seed: int) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Yield starts and ends of straight moves inside the workspace."""
     rng = np.random.default_rng(seed)
     while count:

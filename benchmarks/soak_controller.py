@@ -38,9 +38,8 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
-
-Vector3 = tuple[float, float, float]
 
 TWIST_TIMEOUT = 0.1  # s
 MEASURED_TIMEOUT = 0.05  # s

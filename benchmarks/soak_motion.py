@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 from benchmarks import edge_jogs, linear_moves
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, SliderLimits
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace.workspace import Cylinder, Workspace, WorkspaceLimits
-
-Floats = NDArray[np.float64]
 
 QUANTITIES = ("velocity", "acceleration", "jerk")
 
@@ -45,7 +45,6 @@ PLACE_TOLERANCE = 6e-5
 BATCH = 50_000
 
 BASE_LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
-SYMMETRIC = TriGlideGeometry.symmetric(0.25, 0.05, 0.40)
 UNEQUAL = TriGlideGeometry(
     ((0.01, 0.21), (-0.18, -0.09), (0.165, -0.11)),
     (0.40, 0.42, 0.385),
@@ -76,7 +75,7 @@ class Scenario:
 
     kind: MotionKind
     dt: float
-    geometry: TriGlideGeometry = SYMMETRIC
+    geometry: TriGlideGeometry = DEFAULT_GEOMETRY
     workspace: WorkspaceLimits = WIDE
     limits: SliderLimits = BASE_LIMITS
 
@@ -85,8 +84,8 @@ UNEQUAL_LIMITS = SliderLimits((1.0, 0.6, 0.8), (10.0, 12.0, 6.0), (200.0, 150.0,
 SCENARIOS = (
     Scenario(MotionKind.SLIDER, 0.001),
     Scenario(MotionKind.LINEAR, 0.001),
-    Scenario(MotionKind.SLIDER, 0.002, SYMMETRIC, NARROW),
-    Scenario(MotionKind.LINEAR, 0.002, SYMMETRIC, NARROW),
+    Scenario(MotionKind.SLIDER, 0.002, DEFAULT_GEOMETRY, NARROW),
+    Scenario(MotionKind.LINEAR, 0.002, DEFAULT_GEOMETRY, NARROW),
     Scenario(MotionKind.SLIDER, 0.001, UNEQUAL, WIDE, UNEQUAL_LIMITS),
     Scenario(MotionKind.LINEAR, 0.002, UNEQUAL, WIDE, UNEQUAL_LIMITS),
 )
@@ -112,7 +111,7 @@ class Findings:
     steps: int = 0
     commands: Counter[str] = field(default_factory=Counter)
     refusals: Counter[str] = field(default_factory=Counter)
-    peaks: Floats = field(default_factory=lambda: np.zeros(3))
+    peaks: FloatArray = field(default_factory=lambda: np.zeros(3))
     travel: float = -math.inf
     place: float = -math.inf
     still: int = 0
@@ -146,7 +145,7 @@ class Judge:
         self._bounds = np.empty((0, 3, 3))
         self._streak = np.empty(0, dtype=np.int64)
 
-    def add(self, heights: Floats, bounds: Floats, streak: NDArray[np.int64]) -> None:
+    def add(self, heights: FloatArray, bounds: FloatArray, streak: NDArray[np.int64]) -> None:
         """Check setpoints that follow those added before.
 
         Args:
@@ -185,7 +184,7 @@ class Judge:
         self._findings.still += int((np.diff(heights[fresh:], axis=0) == 0.0).all(axis=1).sum())
         self._heights, self._bounds, self._streak = heights[-3:], bounds[-3:], streak[-3:]
 
-    def _check_places(self, heights: Floats) -> None:
+    def _check_places(self, heights: FloatArray) -> None:
         limits, geometry = self._scenario.workspace, self._scenario.geometry
         travel = np.maximum(
             np.array(limits.lower_heights) - heights, heights - np.array(limits.upper_heights)
@@ -222,7 +221,7 @@ class Judge:
         if not conditions.max() <= limits.max_condition_number * (1.0 + 1e-6):
             findings.violated(f"condition number {conditions.max():.6f} in {self._scenario}")
 
-    def _conditions(self, positions: Floats) -> Floats:
+    def _conditions(self, positions: FloatArray) -> FloatArray:
         """Return condition numbers, of the few places only where they may be large."""
         geometry, limits = self._scenario.geometry, self._scenario.workspace
         across = np.array(geometry.anchors) - positions[:, np.newaxis, :2]

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from strategies import DEFAULT_GEOMETRY, DEFAULT_LIMITS
 
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderLimits
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
-
-Floats = NDArray[np.float64]
 
 DT = 0.001
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
@@ -34,14 +32,14 @@ def engine(
     return started
 
 
-def run(moving: MotionEngine, seconds: float) -> Floats:
+def run(moving: MotionEngine, seconds: float) -> FloatArray:
     """Step an engine; return the heights, the first of them before the first step."""
     rows = [moving.state.heights]
     rows += [moving.step(DT).heights for _ in range(round(seconds / DT))]
     return np.array(rows)
 
 
-def run_to_rest(moving: MotionEngine, longest: float = 60.0) -> Floats:
+def run_to_rest(moving: MotionEngine, longest: float = 60.0) -> FloatArray:
     """Step an engine until it is idle; return the heights."""
     rows = [moving.state.heights]
     while moving.phase is not MotionPhase.IDLE:
@@ -50,7 +48,7 @@ def run_to_rest(moving: MotionEngine, longest: float = 60.0) -> Floats:
     return np.array(rows)
 
 
-def peaks(heights: Floats) -> Floats:
+def peaks(heights: FloatArray) -> FloatArray:
     """Return the largest velocity, acceleration and jerk of any slider, by differences."""
     found = []
     for order in (1, 2, 3):
@@ -59,18 +57,18 @@ def peaks(heights: Floats) -> Floats:
     return np.array(found)
 
 
-def within(heights: Floats, limits: SliderLimits = LIMITS) -> bool:
+def within(heights: FloatArray, limits: SliderLimits = LIMITS) -> bool:
     """Return whether all sliders keep uniform ``limits``."""
     bounds = (limits.velocity[0], limits.acceleration[0], limits.jerk[0])
     return bool((peaks(heights) <= np.array(bounds) * (1.0 + np.array((1e-6, 1e-6, 1e-3)))).all())
 
 
-def place(moving: MotionEngine) -> Floats:
+def place(moving: MotionEngine) -> FloatArray:
     """Return where the platform is [m]."""
     return np.array(MACHINE.forward(moving.state.heights))
 
 
-def platform_velocity(moving: MotionEngine) -> Floats:
+def platform_velocity(moving: MotionEngine) -> FloatArray:
     """Return the velocity of the platform [m/s]."""
     state = moving.state
     return np.array(MACHINE.forward_velocity(state.heights, state.velocities)[1])

@@ -10,11 +10,9 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace.workspace import WorkspaceLimits
 
-Floats = NDArray[np.float64]
-
-DEFAULT_GEOMETRY = TriGlideGeometry.symmetric(0.25, 0.05, 0.40)
 DEFAULT_LIMITS = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 10.0)
 
 reproducible = settings(derandomize=True, deadline=None, max_examples=200)
@@ -71,7 +69,7 @@ def random_geometry(rng: np.random.Generator, symmetric: bool) -> TriGlideGeomet
 
 def random_positions(
     machine: TriGlide, rng: np.random.Generator, count: int, max_condition: float = math.inf
-) -> Floats:
+) -> FloatArray:
     """Positions within reach, evenly spread over the plane. Shape (count, 3) [m]."""
     anchors = np.array(machine.geometry.anchors)
     lengths = np.array(machine.geometry.arm_lengths)[:, None]

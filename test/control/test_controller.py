@@ -19,14 +19,15 @@ from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervis
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 PERIOD, TWIST_TIMEOUT, MEASURED_TIMEOUT = 0.002, 0.1, 0.2
 HOME = (0.6, 0.6, 0.6)
 LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
-MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 TARGET = (0.05, 0.03, 0.3)
 IN_POSITION = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)

@@ -20,12 +20,13 @@ from rcl_interfaces.srv import SetParameters
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
 PERIOD = 0.002
 VELOCITY, ACCELERATION, JERK = 1.0, 10.0, 200.0
 TRAVEL = (0.3, 0.9)
-MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
 HOME = (0.0, 0.0, 0.25)
 HOSTILE_FRAME = "hostile"
 HEALTHY = {

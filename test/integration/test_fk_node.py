@@ -10,9 +10,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from sensor_msgs.msg import JointState
 
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
-SYMMETRIC = TriGlideGeometry.symmetric(0.25, 0.05, 0.40)
 CALIBRATED = TriGlideGeometry(
     [[0.001, 0.201], [-0.1725, -0.0995], [0.174, -0.101]], [0.4003, 0.3996, 0.4011]
 )
@@ -59,7 +59,7 @@ def fk(client, nodes):
     return Fk()
 
 
-@pytest.mark.parametrize("geometry", [SYMMETRIC, CALIBRATED])
+@pytest.mark.parametrize("geometry", [DEFAULT_GEOMETRY, CALIBRATED])
 def test_recorded_path_gives_the_poses_it_was_made_from(client, fk, geometry):
     parameters = {}
     if geometry is CALIBRATED:

@@ -11,11 +11,12 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.motion.command_stream import CommandStream
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
 JOINTS = ("slider_1", "slider_2", "slider_3")
 PERIOD = 0.002
-MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
 VELOCITY, ACCELERATION, JERK = 1.0, 10.0, 200.0
 
 

@@ -12,11 +12,12 @@ from node_scenarios import HEALTHY
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.motion.command_stream import CommandStream
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
 JOINTS = ("slider_1", "slider_2", "slider_3")
 PERIOD = 0.002
-MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
 VELOCITY, ACCELERATION, JERK = 1.0, 10.0, 200.0
 FAR, NEAR = (0.08, 0.03, 0.35), (0.0, 0.0, 0.25)
 # Slow enough to be in motion still when a fault is noticed, or a service is called.

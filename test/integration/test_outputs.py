@@ -12,10 +12,11 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
 JOINTS = ["slider_1", "slider_2", "slider_3"]
-MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
 TARGET = (0.06, -0.04, 0.3)
 DOCUMENT = Path(__file__).parents[2] / "docs" / "ros2_control.md"
 

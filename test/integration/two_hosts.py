@@ -14,9 +14,10 @@ from node_harness import set_transport
 
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.ros.transport import CELL
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
-MACHINE = TriGlide(TriGlideGeometry.symmetric(0.25, 0.05, 0.40))
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
 PERIOD = 0.002
 TARGET, FAR = (0.0, 0.0, 0.25), (0.08, 0.03, 0.35)
 OTHER_HOST = ("ip", "netns", "exec", "machine")

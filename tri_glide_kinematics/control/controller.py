@@ -36,9 +36,8 @@ from tri_glide_kinematics.motion.commands import jog_of
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
 from tri_glide_kinematics.motion.errors import NoRoomError
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
-
-Vector3 = tuple[float, float, float]
 
 # Encoders of sliders at their end stops may read a little beyond the travel [m].
 TRAVEL_TOLERANCE = 1e-3

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import vector_text
-
-Vector3 = tuple[float, float, float]
 
 # In motion, two commands of one kind are carried out at least this time apart [s]: each is a new
 # plan, which takes some milliseconds.

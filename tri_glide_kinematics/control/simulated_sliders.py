@@ -7,7 +7,7 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-Vector3 = tuple[float, float, float]
+from tri_glide_kinematics.vectors import Vector3
 
 
 @dataclass(frozen=True)

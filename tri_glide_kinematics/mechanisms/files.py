@@ -19,9 +19,9 @@ from tri_glide_kinematics.mechanisms.errors import MechanismFileError
 from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar
 from tri_glide_kinematics.mechanisms.landing_gear import LandingGear
+from tri_glide_kinematics.vectors import Point
 
 Mechanism = FourBar | FMechanism | LandingGear
-Point = tuple[float, float]
 
 _LINKS = ("crank", "coupler", "rocker", "ground")
 _JOINTS = ("crank_pivot", "crank_pin", "rocker_pin", "rocker_pivot")

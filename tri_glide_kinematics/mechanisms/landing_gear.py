@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import (
     finite_array,
@@ -30,8 +30,7 @@ from tri_glide_kinematics.checks import (
 )
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.rounding import SAME_PART
-
-FloatArray = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

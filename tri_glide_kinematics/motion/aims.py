@@ -7,8 +7,8 @@ from typing import Protocol
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.errors import NoRoomError
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
-from tri_glide_kinematics.motion.plans import Vector3
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 # A jog ends this far from the edge of the workspace, and needs as much room to begin [m].

@@ -9,7 +9,8 @@ from functools import cached_property
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.plans import SliderState, Vector3
+from tri_glide_kinematics.motion.plans import SliderState
+from tri_glide_kinematics.vectors import Vector3
 
 # A jog that is slower than this is none [m/s].
 SLOWEST_JOG = 1e-7

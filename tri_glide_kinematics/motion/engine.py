@@ -30,15 +30,14 @@ from tri_glide_kinematics.motion.planner import MotionKind, MotionPlanner
 from tri_glide_kinematics.motion.plans import (
     AT_REST,
     CubicPlan,
-    FloatArray,
     Plan,
     SampledPlan,
     SequencePlan,
     SliderState,
-    Vector3,
 )
 from tri_glide_kinematics.tri_glide.errors import NoPoseError
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 __all__ = [

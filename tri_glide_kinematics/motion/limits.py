@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.checks import finite_vector, positive
-
-Vector3 = tuple[float, float, float]
+from tri_glide_kinematics.vectors import Vector3
 
 QUANTITIES = (("velocity", "m/s"), ("acceleration", "m/s^2"), ("jerk", "m/s^3"))
 

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.motion.plans import CubicPlan, FloatArray
+from tri_glide_kinematics.motion.plans import CubicPlan
 from tri_glide_kinematics.rounding import SAME_PART
+from tri_glide_kinematics.vectors import FloatArray
 
 
 class CoordinateLaw(NamedTuple):

@@ -21,20 +21,14 @@ from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
 from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion, check_line
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
-from tri_glide_kinematics.motion.plans import (
-    CubicPlan,
-    FloatArray,
-    Plan,
-    SequencePlan,
-    SliderState,
-    Vector3,
-)
+from tri_glide_kinematics.motion.plans import CubicPlan, Plan, SequencePlan, SliderState
 from tri_glide_kinematics.motion.sliders.slider_motion import (
     SliderMotion,
     check_limits,
     height_extremes,
 )
 from tri_glide_kinematics.motion.sliders.straight_plan import StraightPlan
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 from tri_glide_kinematics.workspace.workspace import Workspace
 

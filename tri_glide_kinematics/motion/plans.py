@@ -8,10 +8,8 @@ from itertools import accumulate, pairwise
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector3 = tuple[float, float, float]
-FloatArray = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # Breakpoints of two sliders closer than this are one: a jerk this long is below rounding [s].
 SAME_TIME = 1e-11

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tri_glide_kinematics.motion.plans import FloatArray
+from tri_glide_kinematics.vectors import FloatArray
 
 # From the five numbers to the coefficients of x^3, x^4 and x^5.
 _UPPER_COEFFICIENTS = np.array(

@@ -12,9 +12,8 @@ from rclpy.clock import Clock
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
-
-Vector3 = tuple[float, float, float]
 
 # Largest part of a unit quaternion that may differ from the identity.
 ROTATION_TOLERANCE = 1e-6

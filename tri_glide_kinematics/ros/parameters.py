@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from tri_glide_kinematics.ros.parameter_table import Parameter, markdown_table
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
-
-DEFAULT_GEOMETRY = TriGlideGeometry.symmetric(0.25, 0.05, 0.40)
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 
 JOINT_NAMES = Parameter(
     "joint_names",

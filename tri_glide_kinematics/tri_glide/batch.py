@@ -13,9 +13,8 @@ from __future__ import annotations
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 # Poses per block. Fewer, and the calls of numpy cost more than their work; many more, and the
 # intermediate results, 2 MB, leave the cache. Not a power of two: rows a multiple of 4096 bytes
@@ -23,7 +22,9 @@ Floats = NDArray[np.float64]
 BLOCK = 24_000
 
 
-def inverse_batch(constants: tuple[float, ...], positions: Floats, *, single_mode: bool) -> Floats:
+def inverse_batch(
+    constants: tuple[float, ...], positions: FloatArray, *, single_mode: bool
+) -> FloatArray:
     """Return slider heights, with rows of NaN where there are none.
 
     Args:
@@ -76,7 +77,7 @@ def inverse_batch(constants: tuple[float, ...], positions: Floats, *, single_mod
     return heights.T
 
 
-def forward_batch(constants: tuple[float, ...], heights: Floats) -> Floats:
+def forward_batch(constants: tuple[float, ...], heights: FloatArray) -> FloatArray:
     """Return platform positions, with rows of NaN where there are none.
 
     Args:
@@ -143,7 +144,9 @@ def forward_batch(constants: tuple[float, ...], heights: Floats) -> Floats:
     return positions.T
 
 
-def _combine(a: float, x: Floats, b: float, y: Floats, term: Floats, *, out: Floats) -> Floats:
+def _combine(
+    a: float, x: FloatArray, b: float, y: FloatArray, term: FloatArray, *, out: FloatArray
+) -> FloatArray:
     """Write a x + b y to ``out`` by way of ``term`` and return it."""
     np.multiply(a, x, out=out)
     np.multiply(b, y, out=term)

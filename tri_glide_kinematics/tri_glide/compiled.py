@@ -13,9 +13,8 @@ from importlib.util import find_spec
 from math import nan
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 
 def is_available() -> bool:
@@ -23,14 +22,16 @@ def is_available() -> bool:
     return find_spec("numba") is not None
 
 
-def inverse_batch(constants: tuple[float, ...], positions: Floats, *, single_mode: bool) -> Floats:
+def inverse_batch(
+    constants: tuple[float, ...], positions: FloatArray, *, single_mode: bool
+) -> FloatArray:
     """Return slider heights; arguments as in ``tri_glide_batch``, the result in C order."""
     heights = np.empty(positions.shape)
     _compiled(inverse_loop)(constants, single_mode, positions, heights)
     return heights
 
 
-def forward_batch(constants: tuple[float, ...], heights: Floats) -> Floats:
+def forward_batch(constants: tuple[float, ...], heights: FloatArray) -> FloatArray:
     """Return platform positions; arguments as in ``tri_glide_batch``, the result in C order."""
     positions = np.empty(heights.shape)
     _compiled(forward_loop)(constants, heights, positions)
@@ -38,7 +39,7 @@ def forward_batch(constants: tuple[float, ...], heights: Floats) -> Floats:
 
 
 def inverse_loop(
-    constants: tuple[float, ...], single_mode: bool, positions: Floats, heights: Floats
+    constants: tuple[float, ...], single_mode: bool, positions: FloatArray, heights: FloatArray
 ) -> None:
     """Fill ``heights``; the loop is plain Python, too, though slow."""
     x1, y1, b1, x2, y2, b2, x3, y3, b3, ux, uy, vx, vy = constants
@@ -56,7 +57,7 @@ def inverse_loop(
         heights[i, 0], heights[i, 1], heights[i, 2] = s1 + level, s2 + level, s3 + level
 
 
-def forward_loop(constants: tuple[float, ...], heights: Floats, positions: Floats) -> None:
+def forward_loop(constants: tuple[float, ...], heights: FloatArray, positions: FloatArray) -> None:
     """Fill ``positions``; the loop is plain Python, too, though slow."""
     x1, y1, b1, ux, vx, uy, vy, px0, py0 = constants
     for i in range(len(heights)):

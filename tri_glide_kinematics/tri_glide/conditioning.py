@@ -13,7 +13,8 @@ from math import acos, cos, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-Vector3 = tuple[float, float, float]
+from tri_glide_kinematics.vectors import Vector3
+
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
 # Below this the eigenvalues are equal, and the angle between them has no meaning.

@@ -194,3 +194,7 @@ def _circle_crossings(
     x = centre_a[0] + along * ux
     y = centre_a[1] + along * uy
     return [(x - across * uy, y + across * ux), (x + across * uy, y - across * ux)]
+
+
+# The machine of the default parameters, of the demo and of most tests [m].
+DEFAULT_GEOMETRY = TriGlideGeometry.symmetric(0.25, 0.05, 0.40)

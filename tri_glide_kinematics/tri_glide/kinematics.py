@@ -24,7 +24,6 @@ from tri_glide_kinematics.tri_glide import batch as tri_glide_batch
 from tri_glide_kinematics.tri_glide import compiled as tri_glide_compiled
 from tri_glide_kinematics.tri_glide.conditioning import (
     Matrix3,
-    Vector3,
     extreme_singular_values,
     extreme_singular_values_batch,
 )
@@ -35,6 +34,7 @@ from tri_glide_kinematics.tri_glide.errors import (
     WrongAssemblyModeError,
 )
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.vectors import Vector3
 
 __all__ = ["TriGlide", "TriGlideGeometry"]
 

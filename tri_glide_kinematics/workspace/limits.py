@@ -8,9 +8,8 @@ from enum import Enum
 
 from tri_glide_kinematics.checks import finite, finite_vector, non_negative, positive
 from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
-
-Vector3 = tuple[float, float, float]
 
 
 class WorkspaceLimit(Enum):

@@ -19,6 +19,7 @@ from typing import Protocol
 from tri_glide_kinematics.checks import finite_vector, non_negative, positive
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
 from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimit, WorkspaceLimits
@@ -38,8 +39,6 @@ __all__ = [
     "WorkspaceLimit",
     "WorkspaceLimits",
 ]
-
-Vector3 = tuple[float, float, float]
 
 
 class SliderMotionState(Protocol):

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from numpy.typing import NDArray
 from PIL import Image
 
 from tri_glide_kinematics.figures.mechanisms import f_mechanism_branches, four_bar
@@ -25,8 +24,7 @@ from tri_glide_kinematics.figures.mechanisms.drawing import (
 from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import FMechanismTrace
 from tri_glide_kinematics.mechanisms.four_bar.linkage import Branch, FourBar
 from tri_glide_kinematics.rounding import within_turn
-
-FloatArray = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 FRAMES_PER_SECOND = 15
 RESOLUTION = 72.0  # dots per inch: small files

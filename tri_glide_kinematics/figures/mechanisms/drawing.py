@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.figures.motion import MILLIMETRES
 from tri_glide_kinematics.rounding import SAME_PART, directions, first_largest
-
-FloatArray = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 # Colours that stay apart for colour-blind readers as well (Okabe and Ito).
 BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"

@@ -10,7 +10,6 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.figures.mechanisms.drawing import (
     GRID_STYLE,
@@ -40,8 +39,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.f_mechanism.overview.overview import FMechanismOverview
 from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import EventKind
 from tri_glide_kinematics.rounding import within_turn, wrapped
-
-FloatArray = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 BRANCH_STYLES = ("-", "--", "-.", ":")
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.figures.mechanisms.drawing import (
     BLUE,
@@ -22,8 +21,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.overview.overview import FMecha
 from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
 from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import EventKind, FMechanismTrace
 from tri_glide_kinematics.rounding import SAME_PART, directions, first_largest
-
-FloatArray = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 CORNER_COLOURS = (ORANGE, BLUE, GREEN)
 

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.figures.mechanisms.drawing import (
     BLUE,
@@ -36,8 +35,7 @@ from tri_glide_kinematics.mechanisms.four_bar.linkage import (
     FourBar,
 )
 from tri_glide_kinematics.rounding import SAME_ANGLE
-
-FloatArray = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 SAMPLES = 721
 """Crank angles for each interval that the crank can reach."""

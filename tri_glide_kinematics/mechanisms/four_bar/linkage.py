@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError
@@ -35,6 +35,7 @@ from tri_glide_kinematics.mechanisms.four_bar.sweep import (
     PointMotion,
 )
 from tri_glide_kinematics.rounding import wrapped
+from tri_glide_kinematics.vectors import FloatArray, Point
 
 __all__ = [
     "Branch",
@@ -47,9 +48,6 @@ __all__ = [
     "PointMotion",
     "TransmissionExtremes",
 ]
-
-FloatArray = NDArray[np.float64]
-Point = tuple[float, float]
 
 
 @dataclass(frozen=True)

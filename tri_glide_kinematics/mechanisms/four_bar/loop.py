@@ -30,8 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.mechanisms.four_bar.lengths import LinkLengths
-
-FloatArray = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 _CHUNK = 8192
 """Crank angles worked on at once: few enough that the workspace stays in the cache."""

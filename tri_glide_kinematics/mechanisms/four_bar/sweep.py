@@ -17,8 +17,8 @@ from tri_glide_kinematics.checks import finite
 from tri_glide_kinematics.mechanisms.four_bar.analysis import Branch
 from tri_glide_kinematics.mechanisms.four_bar.lengths import LinkLengths
 from tri_glide_kinematics.rounding import directions
+from tri_glide_kinematics.vectors import FloatArray
 
-FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 SINGULAR_SINE = 1e-7

@@ -20,8 +20,8 @@ from tri_glide_kinematics.motion.phases import (
     shortest_piece,
     with_knots_of,
 )
-from tri_glide_kinematics.motion.plans import FloatArray
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.vectors import FloatArray
 
 # A jog is to have its speed in the middle of the workspace, whatever the edge where it ends asks
 # for: so the pace is careful with bends, which matter near the edge alone.

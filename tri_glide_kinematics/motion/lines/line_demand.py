@@ -27,7 +27,8 @@ from tri_glide_kinematics.motion import quintics
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.line_plan import WayLaw
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
-from tri_glide_kinematics.motion.plans import CubicPlan, FloatArray
+from tri_glide_kinematics.motion.plans import CubicPlan
+from tri_glide_kinematics.vectors import FloatArray
 
 
 class Demand(NamedTuple):

@@ -15,9 +15,10 @@ from ruckig import Synchronization
 from tri_glide_kinematics.motion.aims import Aim
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
-from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState, Vector3
+from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import Vector3
 
 # Velocities [m/s] and accelerations [m/s^2] below these are zero: rounding. A step of this size is
 # far below what a jerk limit notices.

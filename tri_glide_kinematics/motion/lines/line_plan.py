@@ -20,11 +20,11 @@ from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.plans import (
     AT_REST,
     CubicPlan,
-    FloatArray,
     SampledPlan,
     SliderState,
     new_state,
 )
+from tri_glide_kinematics.vectors import FloatArray
 
 # A line that leads less far over the ground than this, per metre, is not told from a vertical one.
 STEEPEST = 1e-12

@@ -25,7 +25,7 @@ from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.line_plan import WayLaw
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.phases import CoordinateLaw
-from tri_glide_kinematics.motion.plans import FloatArray
+from tri_glide_kinematics.vectors import FloatArray
 
 # Places along a line where the pace is worked out: Chebyshev points, which are closer at both
 # ends, where arms lie flattest. In between, the weight is the polynomial through its values there.

@@ -9,9 +9,10 @@ import numpy as np
 
 from tri_glide_kinematics.motion.errors import SliderLimitError
 from tri_glide_kinematics.motion.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, FloatArray, SliderState, Vector3
+from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.motion.sliders.straight_plan import StraightPlan
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 
 class SliderMotion:

@@ -6,13 +6,8 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 
-from tri_glide_kinematics.motion.plans import (
-    AT_REST,
-    CubicPlan,
-    SliderState,
-    Vector3,
-    new_state,
-)
+from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState, new_state
+from tri_glide_kinematics.vectors import Vector3
 
 
 class StraightPlan(CubicPlan):

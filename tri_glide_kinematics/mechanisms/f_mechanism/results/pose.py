@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.vectors import Point
+
 if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import Linkage
 
-Point = tuple[float, float]
 Array = NDArray[np.float64]
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.mechanisms.errors import SelfMotionError
-from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose, Point
+from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import (
     ROUNDING,
     Closure,
@@ -25,6 +25,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import (
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.roots import NODES, real_roots
 from tri_glide_kinematics.rounding import wrapped
+from tri_glide_kinematics.vectors import Point
 
 # Below this determinant, relative to the lengths in it, the linear system for v loses so many
 # digits that v is taken from the circle of rod A and one linear equation instead.
