@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from strategies import DEFAULT_GEOMETRY, DEFAULT_LIMITS
+from strategies import DEFAULT_LIMITS
 
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderLimits
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits

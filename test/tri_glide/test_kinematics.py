@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import (
-    DEFAULT_GEOMETRY,
-    geometries,
-    nudged,
-    random_geometry,
-    random_positions,
-    reproducible,
-)
+from strategies import geometries, nudged, random_geometry, random_positions, reproducible
 
 from tri_glide_kinematics.errors import (
     KinematicsError,
@@ -34,6 +27,7 @@ from tri_glide_kinematics.tri_glide.errors import (
     UnreachableError,
     WrongAssemblyModeError,
 )
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
 EPS = np.finfo(float).eps

@@ -7,13 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from strategies import (
-    DEFAULT_GEOMETRY,
-    DEFAULT_LIMITS,
-    nudged,
-    random_geometry,
-    random_positions,
-)
+from strategies import DEFAULT_LIMITS, nudged, random_geometry, random_positions
 
 from tri_glide_kinematics.errors import (
     KinematicsError,
@@ -26,6 +20,7 @@ from tri_glide_kinematics.tri_glide.errors import (
     UnreachableError,
     WrongAssemblyModeError,
 )
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.workspace.bounds import ROUNDING
 from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError

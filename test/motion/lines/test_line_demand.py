@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from strategies import DEFAULT_GEOMETRY, DEFAULT_LIMITS
+from strategies import DEFAULT_LIMITS
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.aims import TargetAim
@@ -14,6 +14,7 @@ from tri_glide_kinematics.motion.lines.line_demand import line_demand, slowdown
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan, WayLaw
 from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion, check_line
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.workspace.workspace import Workspace
 

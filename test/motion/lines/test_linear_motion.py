@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from strategies import DEFAULT_GEOMETRY, DEFAULT_LIMITS
+from strategies import DEFAULT_LIMITS
 
 from benchmarks.linear_moves import (
     LARGEST_DEVIATION,
@@ -26,6 +26,7 @@ from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion, check_line
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.plans import AT_REST, SliderState
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import DEFAULT_GEOMETRY, reproducible
+from strategies import reproducible
 
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.pacing import Shape, line_pace
@@ -21,6 +21,7 @@ from tri_glide_kinematics.motion.phases import (
 )
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 
 LIMITS = SliderLimits((1.0, 0.8, 0.9), (10.0, 9.0, 8.0), (200.0, 250.0, 180.0))
 ACROSS = StraightLine.between(DEFAULT_GEOMETRY, (-0.12, -0.08, 0.3), (0.1, 0.12, 0.45))

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import DEFAULT_GEOMETRY, reproducible
+from strategies import reproducible
 
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.tri_glide.errors import ArmTooShortError
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
 UNEQUAL = TriGlideGeometry(((0.01, 0.21), (-0.18, -0.09), (0.165, -0.11)), (0.40, 0.42, 0.385))
