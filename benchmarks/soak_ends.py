@@ -8,7 +8,6 @@ many starts of ``simulator_node`` and ``ik_node`` with their defaults ends in a 
 from __future__ import annotations
 
 import argparse
-import heapq
 import sys
 import time
 
@@ -20,42 +19,37 @@ from benchmarks.soak_nodes import own_context, say, session
 from ends import Stream, gaps_alone, gaps_beside_ends, run_in_real_time  # isort: skip
 from node_harness import Machine  # isort: skip
 
-BLOCK = 40  # clients that end before the same time alone
+TIME_PER_CLIENT = 0.75  # s, about what a client takes; so long the machine runs alone before
 ALLOWED = 0.020  # s more than alone
 WATCHED = 2.0  # s that a start is watched for after the machine is idle
 
 
-def longest(gaps: list[float]) -> str:
+def in_milliseconds(gaps: list[float]) -> str:
     """Return the longest gaps [s] as text."""
-    times = " ".join(f"{1e3 * gap:.1f}" for gap in heapq.nlargest(5, gaps))
-    return f"longest gaps {times} ms"
+    return f"longest gaps {' '.join(f'{1e3 * gap:.1f}' for gap in gaps)} ms"
 
 
 def ends(context: Context, counts: dict[str, int]) -> bool:
     """Let clients end beside a running machine; return whether its commands went on.
 
-    Whatever else the computer does is to hit both sides, so the clients come in blocks, each
-    followed by the same time alone.
+    The time alone comes first: what a dead process holds up may come later.
     """
     with session(context, "ends") as (client, launcher):
         machine = Machine(client, launcher, listen=False).start()
         if not all(run_in_real_time(node.pid) for node in launcher.started):
             say("real-time priority is not allowed here: gaps are also made by other processes")
         stream = Stream(machine)
+        time_alone = TIME_PER_CLIENT * sum(counts.values())
+        alone = gaps_alone(machine, stream, time_alone)
+        say(f"{time_alone:.0f} s alone: {in_milliseconds(alone)}")
         passed = True
         for way, count in counts.items():
-            gaps: list[float] = []
-            alone: list[float] = []
-            begin = time.monotonic()
-            for first in range(0, count, BLOCK):
-                block_begin = time.monotonic()
-                gaps += gaps_beside_ends(machine, stream, way, min(BLOCK, count - first))
-                alone += gaps_alone(machine, stream, time.monotonic() - block_begin)
             if count:
-                elapsed = (time.monotonic() - begin) / 2.0
-                say(f"{count} clients end by {way} in {elapsed:.0f} s: {longest(gaps)}")
-                say(f"the same time alone: {longest(alone)}")
-                passed = max(gaps) <= max(alone) + ALLOWED and passed
+                begin = time.monotonic()
+                gaps = gaps_beside_ends(machine, stream, way, count)
+                elapsed = time.monotonic() - begin
+                say(f"{count} clients end by {way} in {elapsed:.0f} s: {in_milliseconds(gaps)}")
+                passed = gaps[0] <= alone[0] + ALLOWED and passed
     return passed
 
 
