@@ -14,7 +14,7 @@ import time
 import rclpy
 from rclpy.parameter_client import AsyncParameterClient
 
-RETRY_TIME = 0.2  # s: an answer may get lost while two nodes are still finding each other
+RETRY_TIME = 5.0  # s: an answer may get lost while two nodes are still finding each other
 
 
 def main() -> None:
