@@ -60,6 +60,7 @@ def test_parameters_are_found_among_the_arguments():
     assert parameter_files(arguments) == ["x", "y"]
     assert parameter_rules(arguments) == ["a:=1", "n:b:=2"]
     assert parameter_files(["--ros-args", "--params-file"]) == []
+    assert parameter_rules(["-p", "no:cacheprovider", "--ros-args", "-p", "a:=1"]) == ["a:=1"]
 
 
 @pytest.mark.parametrize(

@@ -78,9 +78,10 @@ def check_arguments(node: str, arguments: Sequence[str]) -> None:
         ArgumentError: if an argument stands outside of the ROS arguments, of which a node has no
             others, or a rule is not of the form NAME:=VALUE.
     """
-    for argument in _outside_ros_arguments(arguments):
+    inside, outside = _divided(arguments)
+    for argument in outside:
         raise ArgumentError(f"unknown argument {argument!r}{_advice(node, argument)}")
-    for option, rule in _ros_values(arguments):
+    for option, rule in _values(inside):
         name, _, value = rule.partition(":=")
         if option in RULES and not (name and value):
             raise ArgumentError(f"{option} {rule!r} is not of the form {RULES[option]}")
@@ -88,12 +89,14 @@ def check_arguments(node: str, arguments: Sequence[str]) -> None:
 
 def parameter_files(arguments: Sequence[str]) -> list[str]:
     """Return the paths of all parameter files."""
-    return [value for option, value in _ros_values(arguments) if option == FILE_OPTION]
+    inside, _ = _divided(arguments)
+    return [value for option, value in _values(inside) if option == FILE_OPTION]
 
 
 def parameter_rules(arguments: Sequence[str]) -> list[str]:
     """Return all ``NAME:=VALUE`` that set a parameter."""
-    return [value for option, value in _ros_values(arguments) if option in PARAMETER_OPTIONS]
+    inside, _ = _divided(arguments)
+    return [value for option, value in _values(inside) if option in PARAMETER_OPTIONS]
 
 
 def in_words(error: RuntimeError) -> str:
@@ -120,20 +123,24 @@ def _meant(argument: str) -> str:
     return f": did you mean {nearest[0]}?" if nearest else ""
 
 
-def _outside_ros_arguments(arguments: Sequence[str]) -> Iterator[str]:
-    inside = False
+def _divided(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the arguments of ROS, between ``--ros-args`` and ``--``, and the others."""
+    of_ros: list[str] = []
+    others: list[str] = []
+    part = others
     for argument in arguments:
         if argument == "--ros-args":
-            inside = True
-        elif inside:
-            inside = argument != "--"
+            part = of_ros
+        elif argument == "--" and part is of_ros:
+            part = others
         else:
-            yield argument
+            part.append(argument)
+    return of_ros, others
 
 
-def _ros_values(arguments: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Yield the ROS options that are of interest here, each with its value."""
-    following = iter(arguments)
+def _values(ros_arguments: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Yield the options that are of interest here, each with its value."""
+    following = iter(ros_arguments)
     for argument in following:
         if argument in RULES or argument == FILE_OPTION:
             value = next(following, None)

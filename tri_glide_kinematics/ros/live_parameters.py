@@ -17,7 +17,6 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
-from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.parameter_sources import check_names, check_sources, sources_of
 from tri_glide_kinematics.ros.parameter_table import (
@@ -27,6 +26,7 @@ from tri_glide_kinematics.ros.parameter_table import (
     start_text,
 )
 from tri_glide_kinematics.ros.parameters import NODES
+from tri_glide_kinematics.control.reason_log import ReasonLog
 
 PARAMETERS_OF_ALL = frozenset(entry.name for table in NODES.values() for entry in table)
 # More changes than these in a second become one line of the log.
@@ -63,27 +63,15 @@ class LiveParameters:
         self._check = check
         self._apply: Callable[[Values], None] | None = None
         self._values: dict[str, Any] = {}
-        name = node.get_fully_qualified_name()
-        warnings = check_sources(sources_of(sys.argv[1:]), name)
-        overrides = _overrides(node)
-        unknown = [name for name in overrides if not node.has_parameter(name)]
-        check_names(unknown, self._table, PARAMETERS_OF_ALL)
-        for entry in self._table.values():
-            value = overrides.get(entry.name, entry.default)
-            self._values[entry.name] = value = entry.checked(value)
-            node.declare_parameter(
-                entry.name,
-                list(value) if entry.is_array else value,
-                _descriptor(entry),
-                ignore_override=True,
-            )
+        warnings = check_sources(sources_of(sys.argv[1:]), node.get_fully_qualified_name())
+        self._declare(node)
         check(self._values)
+        log = node.get_logger()
         for warning in warnings:
-            node.get_logger().warning(warning)
-        node.get_logger().info(
-            f"{name} starts with {start_text(self._table.values(), self._values)}"
-        )
-        self._changes = ReasonLog(lambda text: node.get_logger().info(text), LINES_PER_SECOND)
+            log.warning(warning)
+        text = start_text(self._table.values(), self._values)
+        log.info(f"{node.get_fully_qualified_name()} starts with {text}")
+        self._changes = ReasonLog(log.info, LINES_PER_SECOND)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(1.0, self._changes.end_of_second, clock=steady)
         node.add_pre_set_parameters_callback(self._pre_set)
@@ -98,6 +86,21 @@ class LiveParameters:
     def on_change(self, apply: Callable[[Values], None]) -> None:
         """Have ``apply`` called with all values after each change."""
         self._apply = apply
+
+    def _declare(self, node: Node) -> None:
+        overrides = _overrides(node)
+        # Some are declared by ROS itself, use_sim_time for instance.
+        unknown = [name for name in overrides if not node.has_parameter(name)]
+        check_names(unknown, self._table, PARAMETERS_OF_ALL)
+        for entry in self._table.values():
+            value = overrides.get(entry.name, entry.default)
+            self._values[entry.name] = value = entry.checked(value)
+            node.declare_parameter(
+                entry.name,
+                list(value) if entry.is_array else value,
+                _descriptor(entry),
+                ignore_override=True,
+            )
 
     def _pre_set(self, changes: list[rclpy_parameter.Parameter]) -> list[rclpy_parameter.Parameter]:
         """Return the changes with doubles for integers where doubles are wanted.
