@@ -147,6 +147,9 @@ def test_a_node_tells_what_it_works_with_and_what_changes(client, nodes):
         "speed_scale 0.25 (default 1), motion linear, all else as by default",
     ):
         assert text in starts[0]
+    # Another thing to log, as a warning.
+    client.send_pose((0.0, 0.0, 0.0), "elsewhere")
+    client.wait_for(lambda: "refused a target pose" in node.output, "the refusal")
     assert client.set_parameters(
         "ik_node", {"velocity_limits": [1, 2, 1], "speed_scale": 1}
     ).successful

@@ -71,7 +71,9 @@ class LiveParameters:
             log.warning(warning)
         text = start_text(self._table.values(), self._values)
         log.info(f"{node.get_fully_qualified_name()} starts with {text}")
-        self._changes = ReasonLog(log.info, LINES_PER_SECOND)
+        # A call of its own: rclpy refuses a place that logs with two severities, and all that go
+        # through a ReasonLog are one place to it.
+        self._changes = ReasonLog(lambda text: log.info(text), LINES_PER_SECOND)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(1.0, self._changes.end_of_second, clock=steady)
         node.add_pre_set_parameters_callback(self._pre_set)
