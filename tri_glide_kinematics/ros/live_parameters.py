@@ -17,6 +17,7 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
+from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.parameter_sources import check_names, check_sources, sources_of
 from tri_glide_kinematics.ros.parameter_table import (
@@ -26,7 +27,6 @@ from tri_glide_kinematics.ros.parameter_table import (
     start_text,
 )
 from tri_glide_kinematics.ros.parameters import NODES
-from tri_glide_kinematics.control.reason_log import ReasonLog
 
 PARAMETERS_OF_ALL = frozenset(entry.name for table in NODES.values() for entry in table)
 # More changes than these in a second become one line of the log.
