@@ -15,6 +15,7 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
         (f"share/{PACKAGE}/config", glob("config/*")),
+        (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
         # Nodes and commands. A script made of an entry point takes 45 ms to find it, a tenth of the
         # start of a node.
         (f"lib/{PACKAGE}", glob("executables/*")),

@@ -102,7 +102,7 @@ make_venv_beside_jazzy() {
 }
 
 files_of_the_build() {
-    find package.xml setup.py setup.cfg resource config executables tri_glide_kinematics tri_glide_interfaces \
+    find package.xml setup.py setup.cfg resource config launch executables tri_glide_kinematics tri_glide_interfaces \
         -type f ! -name '*.pyc' -print0 | LC_ALL=C sort -z | xargs -0 sha256sum
 }
 

@@ -61,7 +61,7 @@ def manifest() -> Package:
 
 def test_the_manifest_names_what_the_package_imports_and_nothing_else(manifest: Package):
     declared = {dependency.name for dependency in manifest.exec_depends}
-    assert declared == keys(imported(PACKAGE, "executables"))
+    assert declared == keys(imported(PACKAGE, "executables", "launch"))
 
 
 def test_the_manifest_names_what_the_tests_import_and_nothing_else(manifest: Package):

@@ -1,0 +1,109 @@
+"""The scripts in examples/, run as a user runs them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from sensor_msgs.msg import Joy
+
+from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
+TIMEOUT = 60.0  # s
+
+
+def start(script, *arguments, namespace=None):
+    """Start an example, its topics in a namespace if it has some."""
+    command = [sys.executable, str(EXAMPLES / script), *map(str, arguments)]
+    if namespace is not None:
+        command += ["--ros-args", "-r", f"__ns:={namespace}"]
+    return subprocess.Popen(
+        command, env=os.environ, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+
+
+def end_of(process):
+    """Return the exit code and the output of an example that ends by itself."""
+    try:
+        output, _ = process.communicate(timeout=TIMEOUT)
+    finally:
+        process.kill()
+        process.wait()
+    return process.returncode, output
+
+
+@pytest.mark.parametrize(
+    ("script", "expected"),
+    [
+        ("solve_a_four_bar.py", ["crank-rocker", "88.837", "117.286", "-143.660"]),
+        ("follow_a_branch.py", ["-75.688", "-0.982 deg: the cranks turn fully", "135.044"]),
+    ],
+)
+def test_mathematics(script, expected):
+    code, output = end_of(start(script))
+    assert code == 0, output
+    for text in expected:
+        assert text in output
+
+
+def test_a_pose_is_sent_and_waited_for(machine, client):
+    machine.start()
+    target = (0.05, 0.0, 0.28)
+    code, output = end_of(start("send_a_pose.py", *target, namespace=client.namespace))
+    assert code == 0, output
+    assert "target (0.05, 0, 0.28) m is reached" in output
+    machine.catch_up()
+    assert machine.heights() == pytest.approx(MACHINE.inverse(target), abs=1e-5)
+
+
+def test_a_pose_that_is_refused_says_why(machine, client):
+    machine.start()
+    code, output = end_of(start("send_a_pose.py", 0.5, 0.0, 0.28, namespace=client.namespace))
+    assert code == 1
+    assert "refused a target pose" in output
+    assert "(0.5, 0, 0.28) m" in output
+
+
+def test_a_motion_is_recorded_and_drawn(machine, client, tmp_path):
+    machine.start()
+    picture = tmp_path / "motion.png"
+    recorder = start("plot_a_motion.py", picture, namespace=client.namespace)
+    topic = f"{client.namespace}/joint_commands"
+    client.wait_for(lambda: client.node.count_subscribers(topic) >= 3, "the recorder")
+    machine.move((0.03, 0.02, 0.3))
+    code, output = end_of(recorder)
+    assert code == 0, output
+    assert "setpoints in" in output
+    assert picture.stat().st_size > 10_000
+
+
+def test_a_joystick_jogs_while_its_button_is_held(machine, client):
+    machine.start()
+    jog = start("jog_with_joystick.py", namespace=client.namespace)
+    try:
+        publisher = client.publisher(Joy, "joy")
+        client.wait_for_subscribers(publisher)
+
+        def stick(held):
+            publisher.publish(Joy(axes=[0.0, 0.0, 0.0, 0.0, 1.0], buttons=[0, 0, 0, 0, 0, held]))
+
+        def is_jogging():
+            stick(1)
+            return machine.state == "jogging"
+
+        stick(0)
+        before = machine.heights()
+        client.wait_for(is_jogging, "the jog")
+        stick(0)
+        machine.wait_for_state("idle")
+        machine.catch_up()
+        assert min(now - then for now, then in zip(machine.heights(), before)) > 1e-5
+    finally:
+        jog.terminate()
+        jog.wait(TIMEOUT)

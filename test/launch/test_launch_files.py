@@ -1,0 +1,111 @@
+"""ROS 2's launch is not among the wheels, so its files are read, not run."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FILES = sorted((ROOT / "launch").glob("*.launch.py"))
+NAMES = [file.name for file in FILES]
+
+
+def calls(file: Path, function: str) -> Iterator[ast.Call]:
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == function:
+            yield node
+
+
+def texts(node: ast.AST) -> set[str]:
+    return {
+        part.value
+        for part in ast.walk(node)
+        if isinstance(part, ast.Constant) and isinstance(part.value, str)
+    }
+
+
+def keyword(call: ast.Call, name: str) -> ast.expr:
+    return next(entry.value for entry in call.keywords if entry.arg == name)
+
+
+def test_there_is_one_for_the_machine_and_one_with_mechanisms():
+    assert NAMES == ["tri_glide.launch.py", "tri_glide_and_mechanisms.launch.py"]
+
+
+@pytest.mark.parametrize("file", FILES, ids=NAMES)
+def test_it_compiles_and_has_the_function_that_ros_calls(file):
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    compile(tree, file.name, "exec")
+    functions = [node.name for node in tree.body if isinstance(node, ast.FunctionDef)]
+    assert "generate_launch_description" in functions
+
+
+@pytest.mark.parametrize("file", FILES, ids=NAMES)
+def test_the_executables_exist(file):
+    named = set()
+    for call in [*calls(file, "Node"), *calls(file, "_node")]:
+        for value in (*call.args, *(k.value for k in call.keywords if k.arg == "executable")):
+            if isinstance(value, ast.Constant):
+                named.add(value.value)
+    assert named
+    for name in named:
+        assert (ROOT / "executables" / name).is_file(), name
+
+
+@pytest.mark.parametrize("file", FILES, ids=NAMES)
+def test_the_files_exist(file):
+    for call in calls(file, "PathJoinSubstitution"):
+        *folders, name = (part for part in ast.walk(call.args[0]) if isinstance(part, ast.Constant))
+        path = ROOT.joinpath(*(part.value for part in folders), name.value)
+        assert path.is_file(), path
+
+
+def test_each_argument_has_a_default_and_a_description_and_is_used():
+    file = ROOT / "launch" / "tri_glide.launch.py"
+    used = {call.args[0].value for call in calls(file, "LaunchConfiguration")}
+    declared = set()
+    for call in calls(file, "DeclareLaunchArgument"):
+        declared.add(call.args[0].value)
+        assert keyword(call, "default_value")
+        assert len(keyword(call, "description").value) > 10
+    assert declared == used == {"simulator", "namespace", "parameters", "transport"}
+
+
+def test_the_transports_are_those_that_there_are():
+    from tri_glide_kinematics.ros.transport import MEANINGS, VARIABLE
+
+    file = ROOT / "launch" / "tri_glide.launch.py"
+    transport = next(
+        call for call in calls(file, "DeclareLaunchArgument") if call.args[0].value == "transport"
+    )
+    assert texts(keyword(transport, "choices")) == set(MEANINGS)
+    assert VARIABLE in texts(keyword(transport, "default_value"))
+    assert VARIABLE in texts(next(calls(file, "SetEnvironmentVariable")))
+
+
+@pytest.mark.parametrize("file", FILES, ids=NAMES)
+def test_what_is_imported_has_these_names_in_jazzy(file):
+    """The modules and names that the launch files use, as launch and launch_ros have them."""
+    known = {
+        "launch": {"LaunchDescription"},
+        "launch.actions": {
+            "DeclareLaunchArgument",
+            "IncludeLaunchDescription",
+            "SetEnvironmentVariable",
+        },
+        "launch.conditions": {"IfCondition"},
+        "launch.launch_description_sources": {"PythonLaunchDescriptionSource"},
+        "launch.substitutions": {
+            "EnvironmentVariable",
+            "LaunchConfiguration",
+            "PathJoinSubstitution",
+        },
+        "launch_ros.actions": {"Node"},
+        "launch_ros.substitutions": {"FindPackageShare"},
+    }
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            assert {alias.name for alias in node.names} <= known[node.module]
