@@ -8,7 +8,8 @@ from __future__ import annotations
 import time
 
 import pytest
-from ends import WAYS, Stream, gaps_alone, gaps_beside_ends, run_in_real_time
+
+from testing.ends import WAYS, Stream, gaps_alone, gaps_beside_ends, run_in_real_time
 
 COUNT = 12  # by shared memory, about one end of four makes a gap of 0.2 s and longer
 ALLOWED = 0.15  # s more than alone: other tests may keep this computer busy

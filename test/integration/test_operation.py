@@ -8,32 +8,15 @@ import signal
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from node_scenarios import HEALTHY
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.motion.command_stream import CommandStream
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from testing.commands import KINEMATICS, assert_within_limits, stream_of
+from testing.machine import JOINTS
+from testing.scenarios import HEALTHY
 
-JOINTS = ("slider_1", "slider_2", "slider_3")
-PERIOD = 0.002
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-VELOCITY, ACCELERATION, JERK = 1.0, 10.0, 200.0
 FAR, NEAR = (0.08, 0.03, 0.35), (0.0, 0.0, 0.25)
 # Slow enough to be in motion still when a fault is noticed, or a service is called.
 SLOW = {"speed_scale": 0.05, "jump_limit": 0.02, "tracking_error_limit": 0.05}
-
-
-def stream_of(machine, first=0):
-    heights = [machine.heights(message) for message in machine.commands[first:]]
-    return CommandStream.from_heights(heights, PERIOD)
-
-
-def assert_within_limits(machine, first=0):
-    stream = stream_of(machine, first)
-    assert np.abs(stream.velocities).max() <= VELOCITY * (1.0 + 1e-6)
-    assert np.abs(stream.accelerations).max() <= ACCELERATION * (1.0 + 1e-6)
-    assert np.abs(stream.jerks).max() <= JERK * (1.0 + 1e-3)
 
 
 def get_going(machine, speed=0.2):
@@ -46,13 +29,13 @@ def get_going(machine, speed=0.2):
 
 def reach_a_target(machine):
     machine.move(NEAR)
-    assert machine.heights() == pytest.approx(MACHINE.inverse(NEAR), abs=1e-5)
+    assert machine.heights() == pytest.approx(KINEMATICS.inverse(NEAR), abs=1e-5)
 
 
 def ramped_down(machine):
     """Wait for the end of the ramp that a fault begins, and check that it was one."""
     machine.client.wait_for(lambda: not any(machine.commands[-1].velocity), "the end of the ramp")
-    assert machine.heights() != pytest.approx(MACHINE.inverse(FAR), abs=1e-3)
+    assert machine.heights() != pytest.approx(KINEMATICS.inverse(FAR), abs=1e-3)
     assert_within_limits(machine)
 
 
@@ -70,7 +53,7 @@ def test_stop_is_a_ramp_and_holds_against_a_stream_of_twists(machine, client):
     machine.wait_for_state("idle")
     assert machine.states_since(count) == ["stopping", "idle"]
     machine.catch_up()
-    assert machine.heights() != pytest.approx(MACHINE.inverse(FAR), abs=1e-3)
+    assert machine.heights() != pytest.approx(KINEMATICS.inverse(FAR), abs=1e-3)
 
     # A stick that is held, as a joystick node publishes it.
     stick = client.node.create_timer(0.02, lambda: client.send_twist((0.0, 0.0, 0.05)))
@@ -287,7 +270,7 @@ def test_live_parameters_are_checked_as_a_set_and_hold_in_motion(machine, client
     ).successful
     machine.wait_for_state("idle")
     machine.catch_up()
-    assert machine.heights() == pytest.approx(MACHINE.inverse(FAR), abs=1e-5)
+    assert machine.heights() == pytest.approx(KINEMATICS.inverse(FAR), abs=1e-5)
     assert_within_limits(machine)
     first = len(machine.commands)
     reach_a_target(machine)

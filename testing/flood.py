@@ -16,6 +16,7 @@ from rclpy.qos import QoSProfile
 
 
 def main() -> None:
+    """Publish, and print how many."""
     namespace, rate, seconds = sys.argv[1], float(sys.argv[2]), float(sys.argv[3])
     rclpy.init()
     node = rclpy.create_node("flood", namespace=namespace)

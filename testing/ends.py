@@ -9,12 +9,14 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
-from node_harness import Client, Machine
 from sensor_msgs.msg import JointState
+
+from testing.client import Client
+from testing.machine import Machine
 
 ENDED_CLIENT = Path(__file__).with_name("ended_client.py")
 TOGETHER = 8  # clients at a time
@@ -38,6 +40,7 @@ class Stream:
     """The stamps of a machine's commands: times of the publisher, whenever they are heard."""
 
     def __init__(self, machine: Machine) -> None:
+        """Listen to the commands of the ``machine``."""
         self._client: Client = machine.client
         self._stamps: list[int] = []
         topic = f"{machine.namespace}/joint_commands"
@@ -61,9 +64,7 @@ class Stream:
 
 def gaps_alone(machine: Machine, stream: Stream, seconds: float) -> list[float]:
     """Return the longest gaps in the commands while nothing happens [s]."""
-    stream.start()
-    end = time.monotonic() + seconds
-    machine.client.wait_for(lambda: time.monotonic() > end, "the end", seconds + 1.0)
+    machine.client.spin_for(seconds)
     return stream.longest_gaps()
 
 
@@ -76,17 +77,20 @@ def gaps_beside_ends(machine: Machine, stream: Stream, way: str, count: int) -> 
                 stack.enter_context(EndingClient(machine.namespace, way))
                 for _ in range(min(TOGETHER, count - first))
             ]
-            machine.client.wait_for(
-                lambda clients=clients: all([client.has_ended() for client in clients]),
-                "the end of clients",
-            )
+            machine.client.wait_for(partial(_have_ended, clients), "the end of clients")
     return stream.longest_gaps()
+
+
+def _have_ended(clients: list[EndingClient]) -> bool:
+    # Each has to be asked, as that is what ends it.
+    return all([client.has_ended() for client in clients])
 
 
 class EndingClient:
     """A process that asks ``ik_node`` for a parameter, and ends in one of the ways."""
 
     def __init__(self, namespace: str, way: str) -> None:
+        """Start the process beside the machine in ``namespace``."""
         self._way = way
         self._output = tempfile.TemporaryFile("w+")
         role = "exit" if way == "exit" else "wait"
@@ -108,9 +112,11 @@ class EndingClient:
         return True
 
     def __enter__(self) -> EndingClient:
+        """Return itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
+        """End the process for certain."""
         self._process.kill()
         self._process.wait()
         self._output.close()

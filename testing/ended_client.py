@@ -18,6 +18,7 @@ RETRY_TIME = 0.2  # s: an answer may get lost while two nodes are still finding 
 
 
 def main() -> None:
+    """Ask, and end or wait."""
     namespace, how = sys.argv[1:]
     rclpy.init(args=[])
     node = rclpy.create_node("ended_client", namespace=namespace)

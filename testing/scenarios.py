@@ -10,25 +10,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from hostile_messages import JOINTS, joint_states, parameters, poses, twists
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
-from node_harness import PATIENCE, Machine
 from rcl_interfaces.srv import SetParameters
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from testing.commands import FOREIGN_FRAME, KINEMATICS, LIMITS
+from testing.hostile_messages import joint_states, parameters, poses, twists
+from testing.machine import JOINTS, PATIENCE, Machine
 
-PERIOD = 0.002
-VELOCITY, ACCELERATION, JERK = 1.0, 10.0, 200.0
-TRAVEL = (0.3, 0.9)
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
 HOME = (0.0, 0.0, 0.25)
-HOSTILE_FRAME = "hostile"
 HEALTHY = {
     "lag": 0.005,
     "encoder_resolution": 1e-6,
@@ -37,63 +30,30 @@ HEALTHY = {
     "encoder_offsets": [0.0] * 3,
     "stuck_sliders": [False] * 3,
 }
-PAUSE = 200_000_000  # ns
 
 LIVE_VALUES: dict[str, Callable[[random.Random], Any]] = {
-    "velocity_limits": lambda source: [source.uniform(0.1, VELOCITY) for _ in range(3)],
-    "acceleration_limits": lambda source: [source.uniform(2.0, ACCELERATION) for _ in range(3)],
-    "jerk_limits": lambda source: [source.uniform(50.0, JERK) for _ in range(3)],
+    "velocity_limits": lambda source: _three(source, 0.1, LIMITS.velocity[0]),
+    "acceleration_limits": lambda source: _three(source, 2.0, LIMITS.acceleration[0]),
+    "jerk_limits": lambda source: _three(source, 50.0, LIMITS.jerk[0]),
     "speed_scale": lambda source: source.uniform(0.05, 1.0),
 }
 NORMAL_VALUES = {
-    "velocity_limits": [VELOCITY] * 3,
-    "acceleration_limits": [ACCELERATION] * 3,
-    "jerk_limits": [JERK] * 3,
+    "velocity_limits": list(LIMITS.velocity),
+    "acceleration_limits": list(LIMITS.acceleration),
+    "jerk_limits": list(LIMITS.jerk),
     "speed_scale": 1.0,
     "twist_timeout": 0.1,
     **PATIENCE,
 }
 
 
-def assert_commands_within_limits(machine: Machine) -> None:
-    """Check every stretch of commands.
-
-    A new one may begin elsewhere, at rest: after rest, if the machine was disabled or in a fault
-    and moved meanwhile, or after a pause, if ik_node was killed.
-    """
-    commands = [m for m in machine.commands if m.header.frame_id != HOSTILE_FRAME]
-    heights = np.array([machine.heights(message) for message in commands])
-    velocities = np.array([message.velocity for message in commands])
-    times = np.array([machine.client.time_of(message) for message in commands])
-    assert np.isfinite(heights).all()
-    assert heights.min() >= TRAVEL[0]
-    assert heights.max() <= TRAVEL[1]
-    moved = np.diff(heights, axis=0).any(axis=1)
-    resting = ~velocities.any(axis=1)
-    paused = np.diff(times) > PAUSE
-    begins = 1 + np.flatnonzero(resting[1:] & (paused | (moved & resting[:-1])))
-    for first, stretch in zip((0, *begins), np.split(heights, begins)):
-        for order, limit, tolerance in (
-            (1, VELOCITY, 1e-6),
-            (2, ACCELERATION, 1e-6),
-            (3, JERK, 1e-3),
-        ):
-            if len(stretch) > order:
-                rates = np.abs(np.diff(stretch, n=order, axis=0)).max(axis=1) / PERIOD**order
-                worst = int(first + rates.argmax())
-                assert rates.max() <= limit * (1.0 + tolerance), (
-                    f"derivative {order} of command {worst} of {len(heights)} is {rates.max():g}: "
-                    f"{[(times[i], *heights[i]) for i in range(worst - 2, worst + 4)]}"
-                )
-
-
 def bring_home(machine: Machine) -> None:
     """Move the simulated sliders as a person would, from wherever they were left."""
     client = machine.client
     publisher = client.publisher(JointState, "joint_commands")
-    home = MACHINE.inverse(HOME)
+    home = KINEMATICS.inverse(HOME)
     message = JointState(name=JOINTS, position=home)
-    message.header.frame_id = HOSTILE_FRAME
+    message.header.frame_id = FOREIGN_FRAME
 
     def is_home() -> bool:
         publisher.publish(message)
@@ -112,7 +72,7 @@ def assert_normal_target_is_reached(machine: Machine) -> None:
     client.wait_for(lambda: client.enable().success, "the machine to be enabled")
     machine.wait_for_state("idle")
     machine.move(HOME)
-    expected = MACHINE.inverse(HOME)
+    expected = KINEMATICS.inverse(HOME)
     assert max(abs(a - b) for a, b in zip(machine.heights(), expected)) < 1e-5
 
 
@@ -202,7 +162,7 @@ def send_at_random(machine: Machine, duration: float, *, commands: bool) -> None
             name, message = drawn
             if name == "command":
                 # Marks what was recorded of the topic, but did not come from ik_node.
-                message.header.frame_id = HOSTILE_FRAME
+                message.header.frame_id = FOREIGN_FRAME
             if name in publishers:
                 publishers[name].publish(message)
             else:
@@ -236,3 +196,7 @@ def parameter_storm(machine: Machine, duration: float) -> int:
         assert client.set_parameters("ik_node", values).successful is not spoilt
         count += 1
     return count
+
+
+def _three(source: random.Random, low: float, high: float) -> list[float]:
+    return [source.uniform(low, high) for _ in range(3)]

@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 from rcl_interfaces.msg import Parameter, ParameterValue
 from sensor_msgs.msg import JointState
 
+from testing.machine import JOINTS
 from tri_glide_kinematics.ros.parameters import NODES
 
-JOINTS = ["slider_1", "slider_2", "slider_3"]
-
 any_float = st.floats() | st.floats(-1.0, 1.0)
-texts = st.text(st.characters(exclude_categories=("Cs",)), max_size=8)
+texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)
 frames = st.sampled_from(["", "tri_glide_base", "tri_glide_platform", "map"]) | texts
 seconds = st.integers(-(2**31), 2**31 - 1)
 
@@ -27,6 +26,7 @@ def _header(message: Any, frame: str, second: int) -> Any:
 
 @st.composite
 def poses(draw: st.DrawFn) -> PoseStamped:
+    """Draw a target pose, every second one within reach."""
     message = _header(PoseStamped(), draw(frames), draw(seconds))
     point, q = message.pose.position, message.pose.orientation
     if draw(st.booleans()):
@@ -41,6 +41,7 @@ def poses(draw: st.DrawFn) -> PoseStamped:
 
 @st.composite
 def twists(draw: st.DrawFn) -> TwistStamped:
+    """Draw a target twist."""
     message = _header(TwistStamped(), draw(frames), draw(seconds))
     v, w = message.twist.linear, message.twist.angular
     v.x, v.y, v.z = draw(any_float), draw(any_float), draw(any_float)
@@ -51,6 +52,7 @@ def twists(draw: st.DrawFn) -> TwistStamped:
 
 @st.composite
 def joint_states(draw: st.DrawFn) -> JointState:
+    """Draw a message for measured or commanded heights, every second one of our joints."""
     message = _header(JointState(), draw(frames), draw(seconds))
     if draw(st.booleans()):
         message.name = draw(st.permutations(JOINTS))
