@@ -126,12 +126,23 @@ class Machine:
         self.wait_for_new_state("idle", lambda: self.client.send_pose(position))
         self.catch_up()
 
+    def get_going(self, position: Sequence[float], speed: float) -> None:
+        """Send a target and wait until a slider is commanded to move faster than ``speed``."""
+        self.client.send_pose(position)
+        self.client.wait_for(
+            lambda: max(map(abs, self.commands[-1].velocity)) > speed, "full motion"
+        )
+
     def catch_up(self) -> None:
         """Wait until a command of this moment is here: messages wait in a queue before that."""
         now = self.client.now()
         self.client.wait_for(
             lambda: self.client.time_of(self.commands[-1]) >= now, "a command of this moment"
         )
+
+    def commands_since(self, time: int) -> list[JointState]:
+        """Return the commands with stamps after ``time`` [ns]."""
+        return [message for message in self.commands if self.client.time_of(message) > time]
 
     def wait_for_measured_rest(self) -> None:
         """Wait until the sliders are measured to stand still, from this moment on."""

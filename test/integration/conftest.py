@@ -19,6 +19,16 @@ from tri_glide_kinematics.ros.transport import COMPUTER
 _COUNTER = itertools.count()
 
 
+HERE = Path(__file__).parent
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """All tests of this folder start nodes."""
+    for item in items:
+        if HERE in item.path.parents:
+            item.add_marker(pytest.mark.nodes)
+
+
 @pytest.fixture(scope="session")
 def ros_domain() -> Iterator[int]:
     """Reserve a domain that no other test run on this computer uses; nodes and client join it."""

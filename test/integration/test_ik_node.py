@@ -181,8 +181,7 @@ def test_each_refused_message_leaves_the_motion_going_on_and_a_reason_in_the_log
 
 def test_killed_and_restarted_it_resumes_from_the_measured_state_without_a_jump(machine, client):
     machine.start()
-    client.send_pose((0.05, 0.05, 0.35))
-    client.wait_for(lambda: max(map(abs, machine.commands[-1].velocity)) > 0.2, "full motion")
+    machine.get_going((0.05, 0.05, 0.35), 0.2)
     machine.ik.signal(signal.SIGKILL)
     # The drive keeps the last command that it got, and the sliders come to rest there.
     machine.wait_for_measured_rest()
@@ -190,7 +189,7 @@ def test_killed_and_restarted_it_resumes_from_the_measured_state_without_a_jump(
     now = client.now()
     machine.wait_for_new_state("idle", machine.start_ik)
     machine.catch_up()
-    resumed = [message for message in machine.commands if client.time_of(message) > now]
+    resumed = machine.commands_since(now)
     assert machine.heights(resumed[0]) == pytest.approx(resting, abs=1e-5)
     for message in resumed:
         assert machine.heights(message) == machine.heights(resumed[0])

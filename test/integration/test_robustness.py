@@ -20,20 +20,13 @@ from testing.scenarios import (
 FAR = (0.08, 0.03, 0.35)
 
 
-def get_going(machine):
-    machine.client.send_pose(FAR)
-    machine.client.wait_for(
-        lambda: max(map(abs, machine.commands[-1].velocity)) > 0.2, "full motion"
-    )
-
-
 def test_each_node_is_killed_and_started_again_in_motion(machine, client, nodes):
     machine.start()
     poses = client.record(PoseStamped, "platform_pose")
     fk = nodes.start("fk_node")
     client.wait_for(lambda: poses, "poses")
 
-    get_going(machine)
+    machine.get_going(FAR, 0.2)
     fk.signal(signal.SIGKILL)
     machine.wait_for_state("idle")
     machine.catch_up()
@@ -43,19 +36,19 @@ def test_each_node_is_killed_and_started_again_in_motion(machine, client, nodes)
     client.wait_for(lambda: poses, "poses again")
 
     machine.move(HOME)
-    get_going(machine)
+    machine.get_going(FAR, 0.2)
     machine.simulator.signal(signal.SIGKILL)
     machine.wait_for_state("fault")
     assert "silent" in machine.reason
     machine.start_simulator()
     assert_normal_target_is_reached(machine)
 
-    get_going(machine)
+    machine.get_going(FAR, 0.2)
     machine.ik.signal(signal.SIGKILL)
     now = client.now()
     machine.wait_for_new_state("idle", machine.start_ik)
     machine.catch_up()
-    resumed = [message for message in machine.commands if client.time_of(message) > now]
+    resumed = machine.commands_since(now)
     assert not any(resumed[0].velocity)
     machine.wait_until_connected()
     assert_normal_target_is_reached(machine)

@@ -68,8 +68,7 @@ def test_cable_is_cut_in_mid_motion(cable, machine, client):
     machine.wait_until_connected()
     machine.move(TARGET)
 
-    client.send_pose(FAR)
-    client.wait_for(lambda: max(map(abs, machine.commands[-1].velocity)) > 0.04, "full motion")
+    machine.get_going(FAR, 0.04)
     cable.cut()
     machine.wait_for_state("fault")
     assert "measured heights are silent" in machine.reason
@@ -85,7 +84,7 @@ def test_cable_is_cut_in_mid_motion(cable, machine, client):
     client.wait_for(lambda: client.enable().success, "the fault to be cleared")
     machine.wait_for_state("idle")
     machine.catch_up()
-    resumed = [message for message in machine.commands if client.time_of(message) > now]
+    resumed = machine.commands_since(now)
     assert max(map(abs, resumed[0].velocity)) < 0.01
     machine.move(TARGET)
     machine.wait_for_measured_rest()
