@@ -12,17 +12,15 @@ Run it as ``python -m benchmarks.soak_motion --steps 5000000``; it exits with 1 
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
-import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from benchmarks import edge_jogs, linear_moves
-from benchmarks.judge import SCENARIOS, Findings, Judge, Scenario
-from tri_glide_kinematics.errors import KinematicsError
+from benchmarks.judge import Findings, Judge, Scenario
+from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all
 from tri_glide_kinematics.motion.engine import MotionEngine, SliderLimits
 from tri_glide_kinematics.motion.limit_use import TOLERANCES
 from tri_glide_kinematics.motion.limits import QUANTITIES
@@ -44,7 +42,7 @@ class Adversary:
         self.workspace = Workspace(TriGlide(scenario.geometry), scenario.workspace)
         self.engine = MotionEngine(self.workspace, scenario.limits, kind=scenario.kind)
         self._twist = np.zeros(3)
-        self._actions: tuple[tuple[float, Callable[[], object]], ...] = (
+        actions: tuple[tuple[float, Callable[[], object]], ...] = (
             (0.30, self._move),
             (0.06, self._move_nearby),
             (0.14, self._jog),
@@ -56,35 +54,16 @@ class Adversary:
             (0.06, self._nonsense),
             (0.02, self._restart),
         )
-        self._chances = np.cumsum([chance for chance, _ in self._actions])
-        self._chances /= self._chances[-1]
+        self._random_actions = RandomActions(actions, rng, findings)
         self.restarted = True
         self._restart()
 
     def act(self) -> None:
         """Give one command."""
-        index = int(np.searchsorted(self._chances, self._rng.random()))
-        action = self._actions[index][1]
-        try:
-            action()
-        except KinematicsError as error:
-            self._findings.refusals[type(error).__name__] += 1
-        else:
-            self._findings.commands[action.__name__.strip("_")] += 1
-
-    def place(self) -> Sequence[float]:
-        """Return a random place inside the workspace."""
-        lower, upper = (-0.3, -0.3, -0.2), (0.3, 0.3, 0.8)
-        while True:
-            place = self._rng.uniform(lower, upper).tolist()
-            try:
-                self.workspace.check_position(place)
-            except KinematicsError:
-                continue
-            return [float(value) for value in place]
+        self._random_actions.act()
 
     def _move(self) -> None:
-        self.engine.move_to(self.place())
+        self.engine.move_to(random_place(self._rng, self.workspace))
 
     def _move_nearby(self) -> None:
         here = self._scenario_machine().forward(self.engine.state.heights)
@@ -147,7 +126,8 @@ class Adversary:
 
     def _restart(self) -> None:
         """Start anew at a random place: where the sliders came to rest without the engine."""
-        self.engine.start(self.workspace.check_position(self.place()))
+        place = random_place(self._rng, self.workspace)
+        self.engine.start(self.workspace.check_position(place))
         self.restarted = True
 
 
@@ -188,38 +168,9 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
         done += count
 
 
-def random_pauses(rng: np.random.Generator, count: int) -> list[int]:
-    """Return numbers of steps between commands: calm, busy, and now and then a flood."""
-    pauses: list[int] = []
-    while sum(pauses) <= count:
-        mood = rng.random()
-        if mood < 0.5:
-            pauses += rng.geometric(1.0 / 300.0, size=5).tolist()
-        elif mood < 0.9:
-            pauses += rng.geometric(1.0 / 30.0, size=15).tolist()
-        else:
-            pauses += [1] * int(rng.integers(5, 40))
-    return [*pauses, count]
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Soak all scenarios and print what was found."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--steps", type=int, default=5_000_000, help="setpoints to check in all")
-    parser.add_argument("--seed", type=int, default=1, help="of the random commands")
-    options = parser.parse_args(arguments)
-    findings = Findings()
-    began = time.monotonic()
-    for number, scenario in enumerate(SCENARIOS):
-        share = options.steps // len(SCENARIOS) + (number < options.steps % len(SCENARIOS))
-        soak(scenario, share, options.seed * 1000 + number, findings)
-        print(
-            f"{findings.steps:>9} steps, {sum(findings.commands.values())} commands, "
-            f"{time.monotonic() - began:.0f} s",
-            flush=True,
-        )
-    print("accepted:", dict(findings.commands.most_common()))
-    print("refused: ", dict(findings.refusals.most_common()))
+    findings = soak_all(soak, __doc__.splitlines()[0], 5_000_000, arguments)
     print(f"at rest in {findings.still / findings.steps:.1%} of the steps")
     for (quantity, _), peak, tolerance in zip(QUANTITIES, findings.peaks, TOLERANCES):
         print(f"largest {quantity:12} {peak:.9f} of its limit (tolerance {tolerance:g})")
