@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.judge import beyond_reach, beyond_travel
-from benchmarks.linear_moves import LIMITS, MACHINE, WORKSPACE
+from benchmarks.judge import LIMITS, beyond_reach, beyond_travel
+from benchmarks.linear_moves import MACHINE, WORKSPACE
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.errors import NoRoomError

@@ -26,7 +26,7 @@ from tri_glide_kinematics.workspace.workspace import Cylinder, WorkspaceLimits
 TRAVEL_TOLERANCE = 1e-8
 PLACE_TOLERANCE = 6e-5
 
-BASE_LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
+LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 UNEQUAL = TriGlideGeometry(
     ((0.01, 0.21), (-0.18, -0.09), (0.165, -0.11)),
     (0.40, 0.42, 0.385),
@@ -59,7 +59,7 @@ class Scenario:
     dt: float
     geometry: TriGlideGeometry = DEFAULT_GEOMETRY
     workspace: WorkspaceLimits = WIDE
-    limits: SliderLimits = BASE_LIMITS
+    limits: SliderLimits = LIMITS
 
 
 UNEQUAL_LIMITS = SliderLimits((1.0, 0.6, 0.8), (10.0, 12.0, 6.0), (200.0, 150.0, 300.0))

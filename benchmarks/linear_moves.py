@@ -22,6 +22,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from benchmarks.judge import LIMITS, WIDE
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.limit_use import LimitUse, are_within
@@ -31,11 +32,10 @@ from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.workspace.workspace import Workspace
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
-WORKSPACE = Workspace(MACHINE, WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 20.0))
-LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
+WORKSPACE = Workspace(MACHINE, WIDE)
 
 DT = 0.001
 LARGEST_RATIO = 1.5
