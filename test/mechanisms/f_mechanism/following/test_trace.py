@@ -19,11 +19,10 @@ from strategies import nudged
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.mechanisms.errors import NotAPoseError
+from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism
 from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve, Drive
 from tri_glide_kinematics.mechanisms.f_mechanism.following.trace import starting_point
 from tri_glide_kinematics.mechanisms.f_mechanism.following.tube import tube
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import EventKind
 
 START = math.radians(146.0)
 
