@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 
 # Source 001, example 2: phase shift of crank B [rad].
 PHASE_B = math.radians(243.0)
