@@ -14,10 +14,11 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profi
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
-from tri_glide_kinematics.control.controller import ControllerStatus, MotionController
+from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.loop_statistics import LoopStatistics
 from tri_glide_kinematics.control.operating_state import FAULT, JOGGING
 from tri_glide_kinematics.control.reason_log import ReasonLog
+from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderState
@@ -226,8 +227,8 @@ class IkNode(Node):
             self._status_publisher.publish(status_message(name, health))
 
     def _apply(self, values: Values) -> None:
-        self._controller.twist_timeout = values["twist_timeout"]
-        self._controller.in_position_bounds = in_position_bounds_of(values)
+        self._controller.twists.timeout = values["twist_timeout"]
+        self._controller.newest_target.bounds = in_position_bounds_of(values)
         self._supervisor.bounds = supervision_bounds_of(values)
         self._controller.set_limits(limits_of(values), values["speed_scale"])
 

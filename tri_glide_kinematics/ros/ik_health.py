@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.control.controller import ControllerStatus, MotionController
+from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.loop_statistics import LoopStatistics
 from tri_glide_kinematics.control.operating_state import DISABLED, FAULT, WAITING
 from tri_glide_kinematics.control.reason_log import ReasonLog
+from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.ros.diagnostics import ERROR, OK, WARN, Health
 
