@@ -15,6 +15,8 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from tri_glide_kinematics.control.controller import MotionController
+from tri_glide_kinematics.control.controller_health import health_of, status_of
+from tri_glide_kinematics.control.health import Health
 from tri_glide_kinematics.control.loop_statistics import LoopStatistics
 from tri_glide_kinematics.control.operating_state import FAULT, JOGGING
 from tri_glide_kinematics.control.reason_log import ReasonLog
@@ -23,16 +25,8 @@ from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderState
 from tri_glide_kinematics.ros.command_outputs import CommandOutputs
-from tri_glide_kinematics.ros.diagnostics import DiagnosticsPublisher, Health, status_message
-from tri_glide_kinematics.ros.ik_health import health_of, status_of
-from tri_glide_kinematics.ros.live_parameters import LiveParameters
-from tri_glide_kinematics.ros.messages import SliderReader, target_position, target_velocity
-from tri_glide_kinematics.ros.other_publishers import OtherPublishers
-from tri_glide_kinematics.ros.parameter_table import Values
-from tri_glide_kinematics.ros.parameters import IK_NODE
-from tri_glide_kinematics.ros.patient_services import PatientServices
-from tri_glide_kinematics.ros.run import FatalError
-from tri_glide_kinematics.ros.settings import (
+from tri_glide_kinematics.ros.diagnostics import DiagnosticsPublisher, status_message
+from tri_glide_kinematics.ros.from_parameters import (
     check_joint_names,
     in_position_bounds_of,
     limits_of,
@@ -40,6 +34,13 @@ from tri_glide_kinematics.ros.settings import (
     supervision_bounds_of,
     workspace_limits_of,
 )
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
+from tri_glide_kinematics.ros.messages import SliderReader, target_position, target_velocity
+from tri_glide_kinematics.ros.other_publishers import OtherPublishers
+from tri_glide_kinematics.ros.parameter_table import Values
+from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.run import FatalError
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 # Twists are renewed all the time: the latest one counts, and none is sent again after the
