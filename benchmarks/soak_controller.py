@@ -23,7 +23,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from benchmarks.soak_motion import SCENARIOS, Findings, Judge, Scenario, random_pauses
+from benchmarks.judge import SCENARIOS, Findings, Judge, Scenario
+from benchmarks.soak_motion import random_pauses
 from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.in_position import InPositionBounds
 from tri_glide_kinematics.control.operating_state import (
