@@ -71,7 +71,7 @@ class MotionController:
             start_disabled: whether ``enable`` has to be called first.
             travel: lower and upper ends of the sliders' travel, each of shape (3,) [m].
             on_change: gets the first status, and each one with another state or reason.
-            on_refusal: gets the reason why a command that had to wait is not carried out after all.
+            on_refusal: gets the reason why a command that had waited is refused.
         """
         self.twists = TwistStream(twist_timeout)
         self.newest_target = NewestTarget(in_position_bounds)

@@ -101,7 +101,9 @@ class IkNode(Node):
             start_disabled=values["start_disabled"],
             travel=(values["lower_heights"], values["upper_heights"]),
             on_change=self._changes.append,
-            on_refusal=lambda reason: self._refused.add(f"refused after all: {reason}"),
+            on_refusal=lambda reason: self._refused.add(
+                f"refused a command that had waited: {reason}"
+            ),
         )
         parameters.on_change(self._apply)
         self._others = OtherPublishers(self, self._outputs.publishers, self._on_others)
@@ -124,7 +126,7 @@ class IkNode(Node):
         now = time.monotonic()
         delay = self._loop.cycle(now)
         if delay is not None:
-            self._stalls.add(f"a cycle came {1000.0 * delay:.3g} ms late: the stream stood still")
+            self._stalls.add(f"a cycle came {1000.0 * delay:.3g} ms late: no setpoint in that time")
         try:
             setpoint = self._setpoint(now)
             if setpoint is not None:

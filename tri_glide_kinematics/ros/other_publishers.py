@@ -71,7 +71,8 @@ class OtherPublishers:
             }
         text = other_publishers(self._node.get_fully_qualified_name(), self._own, found)
         if text is None and now < self._settled:
-            return f"for {SETTLING:g} s, it looks for others who publish {', '.join(self._own)}"
+            topics = ", ".join(self._own)
+            return f"looks for other publishers of {topics}, for {SETTLING:g} s at the start"
         return text
 
 
