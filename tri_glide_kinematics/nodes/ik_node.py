@@ -243,6 +243,6 @@ class IkNode(Node):
 
 
 def _check(values: Values) -> None:
-    """Check what can be set live; the rest is checked by what is made of it at the start."""
+    """Check what can be set live; all else is checked by what is made of it at the start."""
     limits_of(values)
     in_position_bounds_of(values)

@@ -93,8 +93,8 @@ def other_publishers(
     """
     others = []
     for topic, names in found.items():
-        rest = Counter(names) - Counter({node: own[topic]})
-        for name in sorted(rest):
+        strangers = Counter(names) - Counter({node: own[topic]})
+        for name in sorted(strangers):
             who = f"another {name}" if name == node else name
             others.append(f"{who} publishes {topic}")
     if not others:
