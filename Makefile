@@ -21,8 +21,8 @@ test: env ## all tests: mathematics and motion on all cores, then nodes as real 
 test-processors: env ## all tests without nodes, as they run on five kinds of processors
 	@$(IN_ENV) exec scripts/test_processors.sh
 
-lint: env ## ruff and mypy
-	@$(IN_ENV) ruff check . && ruff format --check . && mypy
+lint: env ## ruff, mypy, and which room imports which
+	@$(IN_ENV) ruff check . && ruff format --check . && mypy && lint-imports
 
 soak: env ## millions of steps, processes that die beside nodes, then ten minutes of all nodes at 1 kHz
 	@$(IN_ENV) python -m benchmarks.soak_motion --steps 5000000 \

@@ -23,7 +23,7 @@ import numpy as np
 
 from benchmarks.judge import SCENARIOS, Findings, Judge, Scenario
 from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all
-from tri_glide_kinematics.control.controller import ControllerStatus, MotionController
+from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.in_position import InPositionBounds
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
@@ -32,6 +32,7 @@ from tri_glide_kinematics.control.operating_state import (
     IN_MOTION,
     WAITING,
 )
+from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState

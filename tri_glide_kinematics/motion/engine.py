@@ -237,8 +237,7 @@ class MotionEngine:
         Raises:
             KinematicsError: if it is no place in the workspace.
         """
-        x, y, z = finite_vector("position", position, 3)
-        self._workspace.check_position((x, y, z))
+        self._workspace.check_position(position)
 
     def distance_from_target(self, heights: Sequence[float]) -> float:
         """Return how far the platform at measured ``heights`` is from the target.

@@ -1,4 +1,4 @@
-"""From parameter values to the objects of the mathematics and the motion engine. No ROS in here."""
+"""Makes geometry, limits and bounds from the values of parameters. No ROS in here."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def workspace_limits_of(values: Values) -> WorkspaceLimits:
 
 
 def supervision_bounds_of(values: Values) -> SupervisionBounds:
-    """Return how far the measured heights may stray."""
+    """Return how far the measured heights may differ from what is expected."""
     return SupervisionBounds(
         values["measured_timeout"],
         values["jump_limit"],

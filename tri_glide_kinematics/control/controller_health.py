@@ -1,25 +1,26 @@
-"""What ``ik_node`` says about itself: levels as in REP 107, and the numbers behind them."""
+"""What the controller and its loop say about themselves."""
 
 from __future__ import annotations
 
-from tri_glide_kinematics.control.controller import ControllerStatus, MotionController
+from tri_glide_kinematics.control.controller import MotionController
+from tri_glide_kinematics.control.health import Health, Level
 from tri_glide_kinematics.control.loop_statistics import LoopStatistics
 from tri_glide_kinematics.control.operating_state import DISABLED, FAULT, WAITING
 from tri_glide_kinematics.control.reason_log import ReasonLog
+from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.supervision import Supervisor
-from tri_glide_kinematics.ros.diagnostics import ERROR, OK, WARN, Health
 
 # More late cycles than this part of all are worth a look.
 TOO_MANY_LATE = 0.05
 
-LEVELS = {WAITING: WARN, DISABLED: WARN, FAULT: ERROR}
+LEVELS = {WAITING: Level.WARN, DISABLED: Level.WARN, FAULT: Level.ERROR}
 
 
 def status_of(status: ControllerStatus, refused: ReasonLog) -> Health:
     """Return state, reason, newest target and last refusal, as they are latched on ``~/status``."""
-    level = LEVELS.get(status.state, OK)
+    level = LEVELS.get(status.state, Level.OK)
     if status.target_missed:
-        level = max(level, WARN)
+        level = max(level, Level.WARN)
     return Health(
         level,
         f"{status.state.value}: {status.reason}",
@@ -63,7 +64,7 @@ def health_of(
     if unusable:
         warnings.append(f"{unusable} unusable measurements")
     if warnings:
-        level = max(level, WARN)
+        level = max(level, Level.WARN)
         message = f"{message} ({', '.join(warnings)} in the last second)"
     return Health(
         level,
