@@ -31,6 +31,7 @@ def assert_inside(heights) -> None:
     assert overrun(heights) <= ROUNDING
 
 
+@pytest.mark.slow
 def test_jogs_from_rest_are_straight_and_stop_inside_at_the_edge():
     found = measure(JOGS, seed=7)
     assert is_met(found)
@@ -39,6 +40,7 @@ def test_jogs_from_rest_are_straight_and_stop_inside_at_the_edge():
     assert found.angle < math.radians(0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_jogs_in_mid_motion_turn_into_their_direction_and_stop_inside(kind):
     rng = np.random.default_rng(8)
@@ -94,6 +96,7 @@ def test_every_jog_that_has_ended_can_be_driven_back(kind):
         assert np.dot(place(moving) - edge, twist) < 0.0
 
 
+@pytest.mark.slow
 def test_jogs_at_the_edge_in_every_direction_move_or_are_refused_with_a_reason():
     """A stick held outwards and turned round at the edge."""
     moving = engine()

@@ -11,6 +11,7 @@ from benchmarks.soak_motion import SCENARIOS, Findings, Judge, soak
 STEPS = 40_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda s: f"{s.kind.value}-{s.dt}")
 def test_no_sequence_of_commands_breaks_a_limit(scenario):
     findings = Findings()

@@ -55,7 +55,7 @@ class HeldMotion:
         goal: what was commanded last; None for a stop.
         role: what the plan does for the goal. It leads there, unless there is no goal or limits
             are pending.
-        room: where the plan was checked to stay.
+        region: where the plan was checked to stay.
         limits: in force.
         pending: limits that wait until the motion can keep them; None if there are none.
     """
@@ -63,7 +63,7 @@ class HeldMotion:
     plan: Plan
     goal: Command | None
     role: PlanRole
-    room: Workspace
+    region: Workspace
     limits: DriveLimits
     pending: DriveLimits | None = None
 

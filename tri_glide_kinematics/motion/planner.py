@@ -62,7 +62,7 @@ class MotionPlanner:
         state: SliderState,
         position: Vector3,
         limits: SliderLimits,
-        room: Workspace,
+        region: Workspace,
         moving: bool,
         held: SequencePlan | None = None,
     ) -> Plan:
@@ -72,7 +72,7 @@ class MotionPlanner:
             state: of the sliders.
             position: inside the workspace.
             limits: of the sliders.
-            room: where the platform may be on its way.
+            region: where the platform may be on its way.
             moving: whether the sliders are in motion.
             held: plan that leads from ``state`` to rest, after which the move may begin.
 
@@ -80,15 +80,15 @@ class MotionPlanner:
             KinematicsError: if there is no way, with the reason.
         """
         if not moving:
-            return self._move_from_rest(state, position, limits, room)
+            return self._move_from_rest(state, position, limits, region)
 
         def candidates() -> Iterator[Candidate]:
             if self._kind is MotionKind.SLIDER:
-                yield partial(self._slider_move, state, position, limits, room)
+                yield partial(self._slider_move, state, position, limits, region)
             else:
-                builder = LineToPosition(room, position)
-                yield from self._line_moves(state, builder, limits, room)
-            for braking in self._brakings(state, limits, room):
+                builder = LineToPosition(region, position)
+                yield from self._line_moves(state, builder, limits, region)
+            for braking in self._brakings(state, limits, region):
                 yield partial(self._then_move, braking, position, limits)
             if held is not None:
                 yield partial(self._then_move, lambda: held, position, limits)
@@ -101,7 +101,7 @@ class MotionPlanner:
         direction: Vector3,
         speed: float,
         limits: SliderLimits,
-        room: Workspace,
+        region: Workspace,
         moving: bool,
     ) -> Plan:
         """Return a plan along ``direction`` up to the edge of the workspace.
@@ -111,75 +111,75 @@ class MotionPlanner:
             direction: of the platform, a unit vector.
             speed: of the platform at most [m/s].
             limits: of the sliders.
-            room: where the platform may be on its way.
+            region: where the platform may be on its way.
             moving: whether the sliders are in motion.
 
         Raises:
             KinematicsError: if there is no way, with the reason.
         """
-        builder = LineToEdge(room, direction, speed)
+        builder = LineToEdge(region, direction, speed)
         if not moving:
             return self._lines.jog(state, builder, limits, FROM_REST_BLEND_FRACTION, speed)
 
         def candidates() -> Iterator[Candidate]:
             for fraction in BLEND_FRACTIONS:
                 jog = partial(self._lines.jog, state, builder, limits, fraction, speed)
-                yield partial(self._blended, jog, limits, room)
-            for braking in self._brakings(state, limits, room):
+                yield partial(self._blended, jog, limits, region)
+            for braking in self._brakings(state, limits, region):
                 yield partial(self._then_jog, braking, direction, limits, speed)
 
         return _first(candidates())
 
     def stop(
-        self, state: SliderState, limits: SliderLimits, room: Workspace, on_line: bool
+        self, state: SliderState, limits: SliderLimits, region: Workspace, on_line: bool
     ) -> Plan:
         """Return a plan that comes to rest soon.
 
         Args:
             state: of the sliders, in motion.
             limits: of the sliders.
-            room: where the platform may be on its way.
+            region: where the platform may be on its way.
             on_line: whether the platform moves along a line, which then is not left.
 
         Raises:
             KinematicsError: if no braking keeps all limits now.
         """
-        return _first(self._brakings(state, limits, room, on_line))
+        return _first(self._brakings(state, limits, region, on_line))
 
-    def room(self, state: SliderState, room_of_motion: Workspace | None = None) -> Workspace:
+    def region(self, state: SliderState, region_of_motion: Workspace | None = None) -> Workspace:
         """Return where the platform may be on a way that begins at ``state``.
 
         That is the workspace. If the sliders are outside it, the way back must not be worse than
-        the place where it began: the room of the present motion stays, and a new motion gets a
+        the place where it began: the region of the present motion stays, and a new motion gets a
         workspace that is widened to its start.
 
         Args:
             state: of the sliders.
-            room_of_motion: room of the plan that is carried out, None at rest.
+            region_of_motion: region of the plan that is carried out, None at rest.
         """
         try:
             self._workspace.check_heights(state.heights)
         except OutsideWorkspaceError:
-            return room_of_motion or self._workspace.widened_to(state.heights)
+            return region_of_motion or self._workspace.widened_to(state.heights)
         return self._workspace
 
     def _move_from_rest(
-        self, state: SliderState, position: Vector3, limits: SliderLimits, room: Workspace
+        self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
     ) -> Plan:
         """Return the plan of the kind of motion, which has no alternatives from rest."""
         if self._kind is MotionKind.SLIDER:
-            return self._slider_move(state, position, limits, room)
+            return self._slider_move(state, position, limits, region)
         start = self._machine.forward(state.heights)
         if math.dist(start, position) < SAME_PLACE:
             return CubicPlan(state, ((), (), ()))
-        room.check_way(start, position)
+        region.check_way(start, position)
         return self._lines.from_rest(StraightLine.between(self._geometry, start, position), limits)
 
     def _then_move(self, braking: Candidate, position: Vector3, limits: SliderLimits) -> Plan:
         """Return a braking and then the move from where it rests."""
         first = braking()
         stopped = first.state(first.duration)
-        second = self._move_from_rest(stopped, position, limits, self.room(stopped))
+        second = self._move_from_rest(stopped, position, limits, self.region(stopped))
         return SequencePlan((first, second))
 
     def _then_jog(
@@ -189,18 +189,18 @@ class MotionPlanner:
         first = braking()
         stopped = first.state(first.duration)
         return SequencePlan(
-            (first, self.jog(stopped, direction, speed, limits, self.room(stopped), moving=False))
+            (first, self.jog(stopped, direction, speed, limits, self.region(stopped), moving=False))
         )
 
     def _slider_move(
-        self, state: SliderState, position: Vector3, limits: SliderLimits, room: Workspace
+        self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
     ) -> Plan:
         plan = self._sliders.move(state, self._machine.inverse(position), limits)
-        verification.check_slider_path(plan, self._workspace.limits, room)
+        verification.check_slider_path(plan, self._workspace.limits, region)
         return plan
 
     def _line_moves(
-        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, room: Workspace
+        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, region: Workspace
     ) -> Iterator[Candidate]:
         """Yield plans that go over to a line without a stop, the smoothest first."""
         small, large = (
@@ -209,30 +209,30 @@ class MotionPlanner:
         )
         overlapping = partial(self._lines.delayed, state, builder, limits)
         for candidate in (small, overlapping, large):
-            yield partial(self._blended, candidate, limits, room)
+            yield partial(self._blended, candidate, limits, region)
 
     def _blended(
-        self, candidate: Callable[[], LinePlan], limits: SliderLimits, room: Workspace
+        self, candidate: Callable[[], LinePlan], limits: SliderLimits, region: Workspace
     ) -> Plan:
         """Return the plan of ``candidate`` if its blend is inside the workspace."""
         plan = candidate()
-        verification.check_blend(plan, limits, self._workspace.limits, room)
+        verification.check_blend(plan, limits, self._workspace.limits, region)
         return plan
 
     def _brakings(
-        self, state: SliderState, limits: SliderLimits, room: Workspace, on_line: bool = True
+        self, state: SliderState, limits: SliderLimits, region: Workspace, on_line: bool = True
     ) -> Iterator[Candidate]:
         """Yield plans that come to rest, along the line or with each slider by itself."""
 
         def along(fraction: float) -> Plan:
             plan = self._lines.brake(state, limits, fraction)
-            room.check_segment(plan.line.start, plan.line.point(float(plan.scaling.ways[-1])))
-            verification.check_blend(plan, limits, self._workspace.limits, room)
+            region.check_segment(plan.line.start, plan.line.point(float(plan.scaling.ways[-1])))
+            verification.check_blend(plan, limits, self._workspace.limits, region)
             return plan
 
         def apart() -> Plan:
             plan = self._sliders.brake(state, limits)
-            verification.check_slider_path(plan, self._workspace.limits, room)
+            verification.check_slider_path(plan, self._workspace.limits, region)
             return plan
 
         if not on_line:

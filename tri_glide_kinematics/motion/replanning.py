@@ -115,31 +115,31 @@ class Replanning:
             KinematicsError: if there is none.
         """
         state, moving = held.plan.state(time), time < held.plan.duration
-        room = self._room(held, time)
+        region = self._region(held, time)
         plan: Plan
         if isinstance(goal, Jog):
             speed = goal.speed * limits.speed_scale
-            plan = self._planner.jog(state, goal.direction, speed, limits.effective, room, moving)
+            plan = self._planner.jog(state, goal.direction, speed, limits.effective, region, moving)
         else:
             after = SequencePlan((held.plan,), time) if or_after else None
-            plan = self._planner.move(state, goal.position, limits.effective, room, moving, after)
-        return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, room, limits)
+            plan = self._planner.move(state, goal.position, limits.effective, region, moving, after)
+        return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits)
 
     def _braked(self, held: HeldMotion, time: float) -> HeldMotion:
         """Return ``held`` with a plan that comes to rest as soon as possible, if there is one."""
         remaining = held.plan.duration - time
         if held.role is PlanRole.BRAKES or remaining <= 0.0:
             return replace(held, role=PlanRole.BRAKES)
-        state, room = held.plan.state(time), self._room(held, time)
+        state, region = held.plan.state(time), self._region(held, time)
         on_line = self._kind is MotionKind.LINEAR or not isinstance(held.plan, CubicPlan)
         try:
-            plan = self._planner.stop(state, held.limits.effective, room, on_line)
+            plan = self._planner.stop(state, held.limits.effective, region, on_line)
         except KinematicsError:
             return replace(held, role=PlanRole.EARLIER)
         sooner = plan if plan.duration < remaining else held.plan
         return replace(held, plan=sooner, role=PlanRole.BRAKES)
 
-    def _room(self, held: HeldMotion, time: float) -> Workspace:
+    def _region(self, held: HeldMotion, time: float) -> Workspace:
         """Return where the platform may be on a way that begins at a ``time``."""
         moving = time < held.plan.duration
-        return self._planner.room(held.plan.state(time), held.room if moving else None)
+        return self._planner.region(held.plan.state(time), held.region if moving else None)

@@ -127,43 +127,43 @@ def height_extremes(plan: CubicPlan, since: float = 0.0) -> tuple[FloatArray, Fl
     return heights.min(axis=0), heights.max(axis=0)
 
 
-def check_slider_path(plan: CubicPlan, travel: WorkspaceLimits, room: Workspace) -> None:
+def check_slider_path(plan: CubicPlan, travel: WorkspaceLimits, region: Workspace) -> None:
     """Check travel, by the exact extremes of the heights, and the path of the platform.
 
     Args:
         plan: to be checked.
-        travel: limits of the workspace without what ``room`` is widened by.
-        room: where the platform may be.
+        travel: limits of the workspace without what ``region`` is widened by.
+        region: where the platform may be.
 
     Raises:
         SliderTravelError: if a slider leaves its travel.
-        KinematicsError: if the platform leaves the ``room``.
+        KinematicsError: if the platform leaves the ``region``.
     """
     lowest, highest = height_extremes(plan)
     check_travel(lowest, highest, plan, travel)
     if isinstance(plan, StraightPlan):
         # Over the way there is no acceleration, whatever there is over time.
-        room.check_path(plan.at, plan.length, 0.0)
+        region.check_path(plan.at, plan.length, 0.0)
     else:
         # Accelerations are largest where pieces begin.
         peaks = np.abs(plan.pieces[2]).max(axis=0, initial=0.0)
-        room.check_path(plan.state, plan.duration, math.hypot(*peaks.tolist()))
+        region.check_path(plan.state, plan.duration, math.hypot(*peaks.tolist()))
 
 
 def check_blend(
-    plan: LinePlan, limits: SliderLimits, travel: WorkspaceLimits, room: Workspace
+    plan: LinePlan, limits: SliderLimits, travel: WorkspaceLimits, region: Workspace
 ) -> None:
     """Check travel and path for as long as the platform is beside the line of the plan.
 
     Args:
         plan: to be checked; without a blend there is nothing to check.
         limits: of the sliders, which the plan keeps.
-        travel: limits of the workspace without what ``room`` is widened by.
-        room: where the platform may be.
+        travel: limits of the workspace without what ``region`` is widened by.
+        region: where the platform may be.
 
     Raises:
         SliderTravelError: if a slider leaves its travel.
-        KinematicsError: if the platform leaves the ``room``.
+        KinematicsError: if the platform leaves the ``region``.
     """
     if plan.blend is None:
         return
@@ -171,9 +171,9 @@ def check_blend(
     times = plan.scaling.times[: np.searchsorted(plan.scaling.times, duration) + 1]
     heights = plan.sample(times).heights
     # What a slider can move beyond both ends of a piece under its largest acceleration.
-    bow = np.square(np.diff(times)).max() / 8.0 * np.array(limits.acceleration)
-    check_travel(heights.min(axis=0) - bow, heights.max(axis=0) + bow, plan, travel)
-    room.check_path(plan.state, duration, math.hypot(*limits.acceleration))
+    excess = np.square(np.diff(times)).max() / 8.0 * np.array(limits.acceleration)
+    check_travel(heights.min(axis=0) - excess, heights.max(axis=0) + excess, plan, travel)
+    region.check_path(plan.state, duration, math.hypot(*limits.acceleration))
 
 
 def check_travel(

@@ -68,6 +68,7 @@ def jerks(plan: LinePlan, times):
     return np.diff(accelerations, axis=0) / np.diff(times)[:, np.newaxis]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("blended", [False, True])
 def test_bounds_hold_between_the_knots_and_are_tight(blended):
     excesses = []

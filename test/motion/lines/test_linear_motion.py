@@ -48,16 +48,19 @@ def measured():
     return measure(MOVES, seed=11)
 
 
+@pytest.mark.slow
 def test_duration_is_near_its_lower_bound(measured):
     assert measured.ratios.min() >= 1.0 - 1e-6
     assert measured.ratios.max() <= LARGEST_RATIO
     assert np.median(measured.ratios) < LARGEST_MEDIAN
 
 
+@pytest.mark.slow
 def test_platform_stays_on_the_line(measured):
     assert measured.deviation < LARGEST_DEVIATION
 
 
+@pytest.mark.slow
 def test_sliders_keep_their_limits(measured):
     assert (measured.peaks <= 1.0 + np.array((1e-6, 1e-6, 1e-3))).all()
 

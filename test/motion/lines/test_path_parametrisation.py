@@ -41,7 +41,7 @@ def test_weight_is_the_p_norm_and_the_coordinate_its_integral(line, norm, speed)
     assert np.allclose(
         np.interp(parametrisation.ways, ways, weights), parametrisation.weights, rtol=1e-6
     )
-    assert parametrisation.bent == pytest.approx(
+    assert parametrisation.bend_fraction == pytest.approx(
         ((terms[:, 3:9] ** p).sum(axis=1) / sums).max(), abs=0.01
     )
     slopes = np.gradient(weights, ways)
@@ -107,5 +107,5 @@ def test_time_scaling_is_smooth_and_inverts_the_coordinate(norm):
 
 
 def test_upright_line_has_no_bends():
-    assert parametrise(UPRIGHT, LIMITS, SpeedNorm(6, 1.1)).bent == 0.0
-    assert parametrise(ACROSS, LIMITS, SpeedNorm(6, 1.1)).bent > 0.1
+    assert parametrise(UPRIGHT, LIMITS, SpeedNorm(6, 1.1)).bend_fraction == 0.0
+    assert parametrise(ACROSS, LIMITS, SpeedNorm(6, 1.1)).bend_fraction > 0.1

@@ -77,6 +77,7 @@ def ruckig_by_phases(start, target, limits: SliderLimits) -> tuple[float, float]
     return trajectory.duration, distance_from_line(heights, start, target)
 
 
+@pytest.mark.slow
 def test_moves_with_unequal_limits_are_straight_inside_them_and_as_fast_as_can_be():
     kept = 0
     for start, target, limits in random_moves(2000):

@@ -92,7 +92,7 @@ def derivative_bounds(
             + third * (speeds_squared * speeds),
         )
     ).reshape(3, 3, 2, -1)
-    drift = np.abs(ends[2, :, 1] - ends[2, :, 0])
+    change = np.abs(ends[2, :, 1] - ends[2, :, 0])
     if blend is not None:
         _add_blend(blend, times, ends)
     magnitudes = np.abs(ends)
@@ -114,11 +114,12 @@ def derivative_bounds(
         + g2 * (10.0 * d2 * d3 + 5.0 * d1 * d4)
         + (steepest + abs(line.slope)) * d5
     )
-    bulge = fifth * (0.125 * square)
-    bow = (0.125 * drift + bulge) * dt
-    velocity += (bow + 0.25 * weaker * turning) * dt
-    acceleration += bow
-    jerk += bulge
+    # How far acceleration and jerk may exceed their values at the ends.
+    of_jerk = fifth * (0.125 * square)
+    of_acceleration = (0.125 * change + of_jerk) * dt
+    velocity += (of_acceleration + 0.25 * weaker * turning) * dt
+    acceleration += of_acceleration
+    jerk += of_jerk
     return DerivativeBounds(velocity, acceleration, jerk, speed_points)
 
 

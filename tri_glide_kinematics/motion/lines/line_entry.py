@@ -125,19 +125,19 @@ def _divided(
     if speed <= NO_VELOCITY:
         speed = 0.0
     else:
-        bent = [a - speed * speed * b for a, b in zip(state.accelerations, bends)]
-        acceleration = sum(a * f for a, f in zip(bent, slopes)) / square
+        along = [a - speed * speed * b for a, b in zip(state.accelerations, bends)]
+        acceleration = sum(a * f for a, f in zip(along, slopes)) / square
         # Less than this could not be taken back before the platform goes backwards.
         jerk = min(j / max(abs(f), 1e-9) for j, f in zip(limits.jerk, slopes))
         acceleration = max(acceleration, -math.sqrt(2.0 * jerk * speed))
     (f1, f2, f3), (b1, b2, b3) = slopes, bends
     (v1, v2, v3), (a1, a2, a3) = state.velocities, state.accelerations
-    bow = speed * speed
+    squared = speed * speed
     velocities = (v1 - speed * f1, v2 - speed * f2, v3 - speed * f3)
     accelerations = (
-        a1 - acceleration * f1 - bow * b1,
-        a2 - acceleration * f2 - bow * b2,
-        a3 - acceleration * f3 - bow * b3,
+        a1 - acceleration * f1 - squared * b1,
+        a2 - acceleration * f2 - squared * b2,
+        a3 - acceleration * f3 - squared * b3,
     )
     if max(map(abs, velocities)) <= NO_VELOCITY and max(map(abs, accelerations)) <= NO_ACCELERATION:
         return speed, acceleration, None

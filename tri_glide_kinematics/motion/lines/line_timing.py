@@ -65,7 +65,7 @@ class LineTiming:
         # Each phase is to be long enough for knots of its own, however large the jerk may be.
         shortest = shortest_piece(target, acceleration)
         jerk = min(jerk, 0.5 * acceleration / shortest, 0.25 * rate / shortest**2)
-        jerks = jerk, (1.0 - JERK_OF_BENDS * parametrisation.bent) * jerk
+        jerks = jerk, (1.0 - JERK_OF_BENDS * parametrisation.bend_fraction) * jerk
         phases = rest_to_rest(target, rate, acceleration, jerks)
         times = np.array(knots(phases, PIECES, shortest))
         scaling = parametrisation.time_scaling(evaluate(phases, (0.0, 0.0, 0.0), times))

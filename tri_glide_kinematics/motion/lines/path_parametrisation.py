@@ -90,7 +90,7 @@ class PathParametrisation(NamedTuple):
             aside. Shape (n,).
         accelerations: likewise. Shape (n,) [1/s].
         jerks: likewise. Shape (n,) [1/s^2].
-        bent: largest fraction of $w^p$ that is due to the bends of the heights, in [0, 1].
+        bend_fraction: largest fraction of $w^p$ that is due to the bends of the heights, in [0, 1].
     """
 
     ways: FloatArray
@@ -100,7 +100,7 @@ class PathParametrisation(NamedTuple):
     rates: FloatArray
     accelerations: FloatArray
     jerks: FloatArray
-    bent: float
+    bend_fraction: float
 
     def start(self, speed: float, acceleration: float) -> tuple[float, float, float]:
         """Return the coordinate, its rate and acceleration at the start of the line.
