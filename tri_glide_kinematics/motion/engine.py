@@ -41,8 +41,9 @@ class MotionEngine(PlanHolder):
 
     Commands never touch the setpoint itself: they replace the plan of what comes next, from the
     next step on. Each raises a ``KinematicsError`` with the reason if it is refused; the engine
-    then goes on with what it did. Each is planned at once, which takes some milliseconds in
-    mid-motion: who is flooded with commands picks the newest, as the controller of the node does.
+    then goes on with what it did. Each is planned within its call, which takes some milliseconds in
+    mid-motion. A caller that receives commands faster than that should pass on the newest only, as
+    the controller of the node does.
     """
 
     def __init__(
@@ -59,8 +60,8 @@ class MotionEngine(PlanHolder):
             workspace: where the platform may be, and of which machine.
             limits: of the sliders.
             kind: of moves to a position. A jog is straight in both.
-            speed_scale: part of the velocity limits, and of the speed of jogs, that is used; in
-                (0, 1]. Accelerations and jerks are not scaled, so that a stop is never slower.
+            speed_scale: factor of the velocity limits and of the speed of jogs, in (0, 1].
+                Accelerations and jerks are not scaled, so that a stop is never slower.
 
         Raises:
             NotFiniteError: if the scale is NaN or infinite.
@@ -101,7 +102,7 @@ class MotionEngine(PlanHolder):
         """Move the platform to a position and rest there.
 
         The position that is being moved to, or was reached, changes nothing. While limits are
-        pending the motion is planned when they are in force; if that fails, ``take_refusal`` tells.
+        pending the motion is planned when they are in force; ``take_refusal`` says if that fails.
 
         Args:
             position: Shape (3,) [m].
@@ -188,7 +189,7 @@ class MotionEngine(PlanHolder):
         """Change the limits of the sliders, and the scale with them if one is given.
 
         They are in force at once if a plan inside them can be made. Otherwise the motion slows
-        down inside the old ones until that is so; ``limits_pending`` tells.
+        down inside the old ones until that is so; meanwhile ``limits_pending`` is true.
 
         Args:
             limits: already checked as a set by their class.
@@ -203,7 +204,7 @@ class MotionEngine(PlanHolder):
         self._change(DriveLimits(limits, speed_scale))
 
     def set_speed_scale(self, speed_scale: float) -> None:
-        """Change the part of the velocities that is used, as ``set_limits`` changes limits.
+        """Change the scale of the velocities, as ``set_limits`` changes limits.
 
         Args:
             speed_scale: in (0, 1].

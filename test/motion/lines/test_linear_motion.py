@@ -279,7 +279,7 @@ def test_target_too_near_to_stop_at_is_refused():
         motion.in_motion(state, builder, LIMITS, 0.3)
 
 
-def test_jog_aim_ends_short_of_the_edge_and_needs_room():
+def test_line_to_the_edge_ends_short_of_the_edge_and_needs_room():
     builder = LineToEdge(WORKSPACE, (1.0, 0.0, 0.0), 0.1)
     line = builder.limited(builder.line((0.0, 0.0, 0.3)))
     WORKSPACE.check_position(line.point(line.length))

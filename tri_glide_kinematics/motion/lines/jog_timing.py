@@ -87,7 +87,7 @@ def _excess(slowdowns: FloatArray) -> float:
 
 
 class JogTiming:
-    """Finds time scalings of jogs; holds ruckig and nothing else."""
+    """Finds time scalings of jogs; keeps nothing of a motion."""
 
     def __init__(self) -> None:
         """Prepare ruckig."""

@@ -37,7 +37,7 @@ BRAKING_PIECES = 24
 
 
 class LineTiming:
-    """Finds time scalings; holds ruckig and nothing else."""
+    """Finds time scalings of moves and brakings; keeps nothing of a motion."""
 
     def __init__(self) -> None:
         """Prepare ruckig."""

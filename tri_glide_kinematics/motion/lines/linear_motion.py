@@ -27,10 +27,11 @@ from tri_glide_kinematics.motion.plans import CubicPlan, SliderState
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
 # In mid-motion a time scaling cannot be stretched, as its first speed is given. It is made again,
-# slower: this many times at most, and not below this fraction of the speed.
+# slower: this many times at most, not below this fraction of the speed, and each time by this much
+# more than the exceeded limit asks for.
 ATTEMPTS = 3
 LEAST_SPEED_FACTOR = 0.5
-MORE_THAN_ENOUGH = 1.02
+MARGIN = 1.02
 
 # A blend may take this many times as long as a stop; less in a jog, which is to follow the hand.
 LONGEST_BLEND = 4.0
@@ -44,7 +45,7 @@ DELAYS = (0.5, 0.75)
 
 
 class LinearMotion:
-    """Finds plans on straight lines for one machine; holds ruckig and nothing of the motion."""
+    """Finds plans on straight lines for one machine; keeps nothing of a motion."""
 
     def __init__(self, machine: TriGlide) -> None:
         """Prepare ruckig for ``machine``."""
@@ -89,7 +90,7 @@ class LinearMotion:
             try:
                 verification.check_line_limits(plan, limits)
             except SliderLimitError as error:
-                speed_factor /= MORE_THAN_ENOUGH * error.slowdown
+                speed_factor /= MARGIN * error.slowdown
                 if attempt == ATTEMPTS - 1 or speed_factor < LEAST_SPEED_FACTOR:
                     raise
             else:
