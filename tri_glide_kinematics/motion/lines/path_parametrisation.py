@@ -1,4 +1,4 @@
-r"""How fast the platform may go at each place of a line: the coordinate in which speed is uniform.
+r"""Path parametrisation of a line: the coordinate in which the speed may be 1 everywhere.
 
 At steady speed $\dot s$ slider i moves at $|h_i'| \dot s$, and the bend of its height asks for
 $|h_i''| \dot s^2$ and $|h_i'''| \dot s^3$. The reciprocal $w$ of the largest speed at which all of
@@ -20,16 +20,17 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.motion import quintics
+from tri_glide_kinematics.motion.constant_jerk import CoordinateProfile
 from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.lines.line_plan import WayLaw
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
-from tri_glide_kinematics.motion.phases import CoordinateLaw
+from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
 from tri_glide_kinematics.vectors import FloatArray
 
-# Places along a line where the pace is worked out: Chebyshev points, which are closer at both
-# ends, where arms lie flattest. In between, the weight is the polynomial through its values there.
-# Lines to the edge of reach need many; of larger matrices OpenBLAS may make a matter of threads.
+# Places along a line where the weight w is calculated: Chebyshev points, which are closer at both
+# ends, where arms lie flattest. In between, w is the polynomial through its values there. Lines to
+# the edge of reach need many; for larger matrices OpenBLAS may start threads. The matrices are made
+# here: with numpy.polynomial.chebyshev the derivative has ten times the rounding errors.
 _ANGLES = np.linspace(0.0, np.pi, 95)
 PLACES = 0.5 * (1.0 - np.cos(_ANGLES))
 
@@ -65,20 +66,20 @@ DERIVATIVE = _derivative()
 INTEGRAL = _integral()
 
 
-class Shape(NamedTuple):
-    """The two numbers of the formula above that are free.
+class SpeedNorm(NamedTuple):
+    """The two numbers that are free in the p-norm of the module's text.
 
     Attributes:
         exponent: p, a multiple of 6.
-        bend: beta; 0 looks at velocities alone.
+        bend_weight: beta; 0 looks at velocities alone.
     """
 
     exponent: int
-    bend: float
+    bend_weight: float
 
 
-class Pace(NamedTuple):
-    """A coordinate along a line, by its values at places between which it is interpolated.
+class PathParametrisation(NamedTuple):
+    """A path parameter along a line, by its values at places between which it is interpolated.
 
     Attributes:
         ways: Shape (n,) [m].
@@ -89,7 +90,7 @@ class Pace(NamedTuple):
             aside. Shape (n,).
         accelerations: likewise. Shape (n,) [1/s].
         jerks: likewise. Shape (n,) [1/s^2].
-        bent: largest part that the bends of the heights have in the p-norm anywhere, in [0, 1].
+        bend_fraction: largest fraction of $w^p$ that is due to the bends of the heights, in [0, 1].
     """
 
     ways: FloatArray
@@ -99,17 +100,17 @@ class Pace(NamedTuple):
     rates: FloatArray
     accelerations: FloatArray
     jerks: FloatArray
-    bent: float
+    bend_fraction: float
 
-    def start(self, speed: float, gain: float) -> tuple[float, float, float]:
+    def start(self, speed: float, acceleration: float) -> tuple[float, float, float]:
         """Return the coordinate, its rate and acceleration at the start of the line.
 
         Args:
             speed: of the platform [m/s].
-            gain: acceleration of the platform [m/s^2].
+            acceleration: of the platform [m/s^2].
         """
         weight, slope = float(self.weights[0]), float(self.weight_slopes[0])
-        return 0.0, weight * speed, weight * gain + slope * speed * speed
+        return 0.0, weight * speed, weight * acceleration + slope * speed * speed
 
     def ramp_limits(self, rate: float, *, at_end: bool) -> tuple[float, float]:
         """Return acceleration and jerk for a ramp between rest and ``rate`` at one end of the line.
@@ -128,36 +129,38 @@ class Pace(NamedTuple):
             places = int(np.searchsorted(way, reach)) + 1
         return acceleration, jerk
 
-    def law(self, coordinate: CoordinateLaw) -> WayLaw:
-        """Return the way over time that belongs to a coordinate over time."""
+    def time_scaling(self, profile: CoordinateProfile) -> TimeScaling:
+        """Return the way over time that belongs to a ``profile`` of the coordinate over time."""
         # Derivatives of the inverse function: s' = 1 / w, s'' = -w_s / w^3.
         slopes = 1.0 / self.weights
         bends = -self.weight_slopes * slopes * slopes * slopes
         spans = self.coordinates[1:] - self.coordinates[:-1]
         table = quintics.coefficients(spans, self.ways, slopes, bends)
-        index = self.coordinates[1:-1].searchsorted(coordinate.values, side="right")
+        index = self.coordinates[1:-1].searchsorted(profile.values, side="right")
         span = spans[index]
-        x = (coordinate.values - self.coordinates[index]) / span
+        x = (profile.values - self.coordinates[index]) / span
         x = np.minimum(np.maximum(x, 0.0), 1.0)
         way, first, second = quintics.evaluate(table[:, index], x)
-        rate = coordinate.rates / span
-        gain = coordinate.accelerations / span
-        return WayLaw(coordinate.times, way, first * rate, second * rate * rate + first * gain)
+        rate = profile.rates / span
+        acceleration = profile.accelerations / span
+        return TimeScaling(
+            profile.times, way, first * rate, second * rate * rate + first * acceleration
+        )
 
 
-def line_pace(
-    line: StraightLine, limits: SliderLimits, shape: Shape, platform_speed: float = math.inf
-) -> Pace:
+def parametrise(
+    line: StraightLine, limits: SliderLimits, norm: SpeedNorm, platform_speed: float = math.inf
+) -> PathParametrisation:
     """Return the coordinate of ``line`` in which the speed may be 1 everywhere.
 
     Args:
         line: of positive length.
         limits: of the sliders.
-        shape: of the p-norm.
+        norm: exponent and weight of the p-norm.
         platform_speed: largest speed of the platform [m/s]; it is one more term of the norm.
 
     Raises:
-        PlanningError: if the need for speed changes too much between two places to be followed.
+        PlanningError: if the weight changes too much between two places to be interpolated.
     """
     ways = line.length * PLACES
     _, first, second, third = line.derivatives(ways)
@@ -167,11 +170,11 @@ def line_pace(
     powers = np.array(
         (squared * squared * squared, acceleration * acceleration * acceleration, jerk * jerk)
     )
-    if shape.exponent > 6:
-        powers **= shape.exponent // 6
+    if norm.exponent > 6:
+        powers **= norm.exponent // 6
     of_velocity, of_acceleration, of_jerk = powers.sum(axis=1)
-    p = float(shape.exponent)
-    of_bends = shape.bend**p * (of_acceleration + of_jerk)
+    p = float(norm.exponent)
+    of_bends = norm.bend_weight**p * (of_acceleration + of_jerk)
     sum_of_powers = of_velocity + of_bends + platform_speed**-p
     weights = sum_of_powers ** (1.0 / p)
     coordinates = line.length * (INTEGRAL @ weights)
@@ -179,7 +182,7 @@ def line_pace(
         raise PlanningError("the line comes too close to where an arm lies flat")
     # Height per way over each limit, of the slider for which it is largest.
     rates, accelerations, jerks = weights / np.abs(first / bounds).max(axis=1)
-    return Pace(
+    return PathParametrisation(
         ways,
         coordinates,
         weights,

@@ -1,4 +1,4 @@
-r"""What a plan on a straight line asks of the sliders at most, bounded without gaps.
+r"""Upper bounds of velocity, acceleration and jerk of the sliders along a straight line.
 
 Between two knots the way s(t) is a quintic, so its derivatives are bounded by their Bernstein
 control points, and those of the slider heights h(s) by their values at both ends of the piece
@@ -25,13 +25,13 @@ import numpy as np
 
 from tri_glide_kinematics.motion import quintics
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.lines.line_plan import WayLaw
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
+from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
 from tri_glide_kinematics.motion.plans import CubicPlan
 from tri_glide_kinematics.vectors import FloatArray
 
 
-class Demand(NamedTuple):
+class DerivativeBounds(NamedTuple):
     """Upper bounds of absolute values in each piece of a plan, for each slider.
 
     Attributes:
@@ -52,19 +52,21 @@ class Demand(NamedTuple):
         return -min(float(self.speeds.min()), 0.0)
 
 
-def line_demand(line: StraightLine, law: WayLaw, blend: CubicPlan | None = None) -> Demand:
-    """Bound what the sliders do while the platform follows ``law`` on ``line``.
+def derivative_bounds(
+    line: StraightLine, scaling: TimeScaling, blend: CubicPlan | None = None
+) -> DerivativeBounds:
+    """Return bounds for a platform that follows ``line`` with a time ``scaling``.
 
     Args:
         line: where the platform moves.
-        law: how it moves there.
+        scaling: how far along it is at each time.
         blend: offsets of the sliders that are added to them.
     """
-    times, ways, speeds, gains = law
+    times, ways, speeds, accelerations = scaling
     dt = times[1:] - times[:-1]
     square = dt * dt
     cube = square * dt
-    points = quintics.derivative_control_points(dt, ways, speeds, gains)
+    points = quintics.derivative_control_points(dt, ways, speeds, accelerations)
     speed_points = points[:5] / dt
     # Largest absolute values of the derivatives of s in each piece.
     d1 = np.abs(speed_points).max(axis=0)
@@ -74,21 +76,23 @@ def line_demand(line: StraightLine, law: WayLaw, blend: CubicPlan | None = None)
     d4 = largest[12:14].max(axis=0) / (square * square)
     d5 = largest[14] / (square * cube)
     # At both ends of each piece: first where all begin, then where all end.
-    ways, speeds, gains = np.array(
-        ((ways[:-1], ways[1:]), (speeds[:-1], speeds[1:]), (gains[:-1], gains[1:]))
+    ways, speeds, accelerations = np.array(
+        ((ways[:-1], ways[1:]), (speeds[:-1], speeds[1:]), (accelerations[:-1], accelerations[1:]))
     ).reshape(3, -1)
-    pushes = (points[9:12:2] / cube).ravel()
+    jerks_along = (points[9:12:2] / cube).ravel()
     rise, first, second, third = line.derivatives(ways)
     speeds_squared = speeds * speeds
     # Velocity, acceleration and jerk of the sliders.
     ends = np.array(
         (
             first * speeds,
-            first * gains + second * speeds_squared,
-            first * pushes + second * (3.0 * speeds * gains) + third * (speeds_squared * speeds),
+            first * accelerations + second * speeds_squared,
+            first * jerks_along
+            + second * (3.0 * speeds * accelerations)
+            + third * (speeds_squared * speeds),
         )
     ).reshape(3, 3, 2, -1)
-    drift = np.abs(ends[2, :, 1] - ends[2, :, 0])
+    change = np.abs(ends[2, :, 1] - ends[2, :, 0])
     if blend is not None:
         _add_blend(blend, times, ends)
     magnitudes = np.abs(ends)
@@ -110,21 +114,22 @@ def line_demand(line: StraightLine, law: WayLaw, blend: CubicPlan | None = None)
         + g2 * (10.0 * d2 * d3 + 5.0 * d1 * d4)
         + (steepest + abs(line.slope)) * d5
     )
-    bulge = fifth * (0.125 * square)
-    bow = (0.125 * drift + bulge) * dt
-    velocity += (bow + 0.25 * weaker * turning) * dt
-    acceleration += bow
-    jerk += bulge
-    return Demand(velocity, acceleration, jerk, speed_points)
+    # How far acceleration and jerk may exceed their values at the ends.
+    of_jerk = fifth * (0.125 * square)
+    of_acceleration = (0.125 * change + of_jerk) * dt
+    velocity += (of_acceleration + 0.25 * weaker * turning) * dt
+    acceleration += of_acceleration
+    jerk += of_jerk
+    return DerivativeBounds(velocity, acceleration, jerk, speed_points)
 
 
-def slowdown(demand: Demand, limits: SliderLimits) -> FloatArray:
-    """Return by which factor each piece has to be slower for all limits to hold.
+def slowdown(bounds: DerivativeBounds, limits: SliderLimits) -> FloatArray:
+    """Return by which factor each piece has to be slower for all limits to hold. Shape (k,).
 
-    It is exact for a whole plan from rest to rest: times scaled by k divide velocities by k,
-    accelerations by k^2 and jerks by k^3. Shape (k,).
+    It is exact for a whole plan from rest to rest: in n times the time, velocities are divided by
+    n, accelerations by n^2 and jerks by n^3.
     """
-    parts = np.array(demand[:3]) / limits.table[..., np.newaxis]
+    parts = np.array(bounds[:3]) / limits.table[..., np.newaxis]
     velocity, acceleration, jerk = parts.max(axis=1)
     return np.asarray(np.maximum(np.maximum(velocity, np.sqrt(acceleration)), np.cbrt(jerk)))
 
