@@ -15,14 +15,14 @@ env: ## everything that running and testing need (.venv, install/)
 demo: env ## drive a simulated tri-glide through real nodes; writes out/demo.png
 	@$(IN_ENV) exec install/tri_glide_kinematics/lib/tri_glide_kinematics/demo --output out
 
-test: env ## all tests: mathematics, motion, nodes as real processes
-	@$(IN_ENV) exec python -m pytest
+test: env ## all tests: mathematics and motion on all cores, then nodes as real processes
+	@$(IN_ENV) python -m pytest -n auto -m "not nodes" && exec python -m pytest -m nodes
 
 test-processors: env ## all tests without nodes, as they run on five kinds of processors
 	@$(IN_ENV) exec scripts/test_processors.sh
 
-lint: env ## ruff and mypy
-	@$(IN_ENV) ruff check . && ruff format --check . && mypy
+lint: env ## ruff, mypy, and which room imports which
+	@$(IN_ENV) ruff check . && ruff format --check . && mypy && lint-imports
 
 soak: env ## millions of steps, processes that die beside nodes, then ten minutes of all nodes at 1 kHz
 	@$(IN_ENV) python -m benchmarks.soak_motion --steps 5000000 \

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from benchmarks.harness import Figure, Missing, Work, compare, pinned_to_one_core
 from benchmarks.references import f_mechanism_sextic, four_bar_numpy, four_bar_pylinkage
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
-from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar, FourBarSweep
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismPose
+from tri_glide_kinematics.mechanisms.four_bar import FourBar, FourBarSweep
 
 LENGTHS = (2.0, 7.0, 9.0, 6.0)  # crank, coupler, rocker, ground [m]
 CRANK_VELOCITY = 10.0  # rad/s

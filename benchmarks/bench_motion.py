@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from ruckig import InputParameter, OutputParameter, Ruckig, Trajectory
 
 from benchmarks.harness import Figure, Work, compare, pinned_to_one_core
+from benchmarks.judge import LIMITS
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
@@ -17,7 +18,6 @@ from tri_glide_kinematics.workspace.workspace import Workspace
 
 START: Vector3 = (-0.06, -0.05, 0.22)  # m
 END: Vector3 = (0.07, 0.05, 0.28)  # m
-LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 # So slow that a motion outlasts the whole measurement: what is timed are steps under way.
 SLOW_LIMITS = SliderLimits.uniform(0.001, 10.0, 200.0)
 PERIOD = 2e-5  # s

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.linear_moves import LIMITS, MACHINE, WORKSPACE
+from benchmarks.judge import LIMITS, beyond_reach, beyond_travel
+from benchmarks.linear_moves import MACHINE, WORKSPACE
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.errors import NoRoomError
@@ -50,13 +51,9 @@ class Jogs:
 def overrun(heights: FloatArray) -> float:
     """Return by how much slider travel or reach is passed, negative if it is not [m]."""
     limits = WORKSPACE.limits
-    across = np.array(MACHINE.geometry.anchors) - MACHINE.forward_batch(heights)[:, np.newaxis, :2]
-    reach = np.array(MACHINE.geometry.arm_lengths) - limits.reach_margin
-    return max(
-        float((np.array(limits.lower_heights) - heights).max()),
-        float((heights - np.array(limits.upper_heights)).max()),
-        float((np.linalg.norm(across, axis=-1) - reach).max()),
-    )
+    positions = MACHINE.forward_batch(heights)
+    reach = beyond_reach(positions, MACHINE.geometry, limits)
+    return max(beyond_travel(heights, limits), reach)
 
 
 def random_heights(rng: np.random.Generator) -> tuple[float, float, float]:

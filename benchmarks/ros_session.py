@@ -2,62 +2,36 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import Any, NamedTuple
+from contextlib import contextmanager, suppress
+from typing import Any
 
-import domain_coordinator
-import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.context import Context
 
 from benchmarks.harness import NoAnswerError
-from benchmarks.machine import ROOT
-from tri_glide_kinematics.ros.processes import default_parameter_file, executable
-from tri_glide_kinematics.ros.transport import COMPUTER, Transport, choose_transport
+from testing.client import LATCHED, Probe
+from testing.domain import own_context, own_domain
+from testing.processes import Launcher, RunningNode
+from tri_glide_kinematics.ros.transport import COMPUTER, choose_transport
 
 TIMEOUT = 90.0  # s
 STATUS_TIMEOUT = 5.0  # s, for the latched status of a node, once something went wrong
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-class StartedProcess(NamedTuple):
-    """A process of a session.
-
-    Attributes:
-        name: of its node.
-        namespace: of its node.
-        process: itself.
-    """
-
-    name: str
-    namespace: str
-    process: subprocess.Popen[bytes]
+QUIET = ("--log-level", "ERROR")
 
 
 class Session:
     """Processes in one domain, and the node ``probe`` beside them."""
 
-    def __init__(self) -> None:
+    def __init__(self, context: Context) -> None:
         """Join the domain."""
-        self.probe = Node("probe")
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self.probe)
-        self._processes: list[StartedProcess] = []
+        self._probe = Probe(context, "/")
+        self._launcher = Launcher()
+        self.probe = self._probe.node
 
     def start_node(self, name: str, namespace: str, **parameters: object) -> int:
         """Start an installed executable of this project and return its process id."""
-        arguments = ["--params-file", str(default_parameter_file()), "--log-level", "ERROR"]
-        for key, value in parameters.items():
-            arguments += ["-p", f"{key}:={value}"]
-        return self._start(name, [str(executable(name))], namespace, arguments)
+        return self._launcher.start(name, parameters, namespace=namespace, arguments=QUIET).pid
 
     def start_bare(self, role: str, namespace: str, rate: float = 0.0) -> int:
         """Start a node of ``bare_nodes`` and return its process id."""
@@ -73,28 +47,10 @@ class Session:
         **parameters: object,
     ) -> int:
         """Start a Python module, which is the node ``name``, as a process and return its id."""
-        ros_arguments = ["--log-level", "ERROR"]
-        for remap in remaps:
-            ros_arguments += ["-r", remap]
-        if parameters:
-            ros_arguments += ["--params-file", str(default_parameter_file())]
-        for key, value in parameters.items():
-            ros_arguments += ["-p", f"{key}:={value}"]
-        command = [sys.executable, "-m", module, *arguments]
-        return self._start(name, command, namespace, ros_arguments)
-
-    def _start(
-        self, name: str, command: list[str], namespace: str, arguments: Sequence[str]
-    ) -> int:
-        # What is installed comes first; the folder above us is for the modules of this package.
-        paths = [*filter(None, [os.environ.get("PYTHONPATH")]), str(ROOT)]
-        process = subprocess.Popen(
-            [*command, "--ros-args", "-r", f"__ns:={namespace}", *arguments],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
-            stdin=subprocess.DEVNULL,
-        )
-        self._processes.append(StartedProcess(name, namespace, process))
-        return process.pid
+        ros_arguments = [*QUIET, *(word for remap in remaps for word in ("-r", remap))]
+        return self._launcher.start_module(
+            module, arguments, name, parameters, namespace=namespace, arguments=ros_arguments
+        ).pid
 
     def spin_until(self, condition: Callable[[], Any], what: str, longest_nap: float = 0.1) -> None:
         """Spin until ``condition`` holds.
@@ -107,72 +63,51 @@ class Session:
         Raises:
             NoAnswerError: if it does not; the text says how each process is.
         """
-        end = time.monotonic() + TIMEOUT
-        while not condition():
-            if time.monotonic() > end:
-                states = "; ".join(map(self._state_of, self._processes))
-                raise NoAnswerError(f"waited {TIMEOUT:g} s in vain for {what}: {states}")
-            self._executor.spin_once(longest_nap)
+        try:
+            self._probe.wait_for(condition, what, TIMEOUT, longest_nap)
+        except TimeoutError as error:
+            states = "; ".join(map(self._state_of, self._launcher.started))
+            raise NoAnswerError(f"{error}: {states}") from None
 
-    def _state_of(self, started: StartedProcess) -> str:
+    def _state_of(self, node: RunningNode) -> str:
         """Tell whether a process runs, and what ``ik_node`` says of itself."""
-        name, namespace, process = started
-        code = process.poll()
-        if code is not None:
-            return f"{name} in {namespace} ended with exit code {code}"
-        if name != "ik_node":
-            return f"{name} in {namespace} is running"
+        place = f"{node.name} in {node.namespace}"
+        if not node.is_running:
+            return f"{place} ended with exit code {node.process.returncode}"
+        if node.name != "ik_node":
+            return f"{place} is running"
         # It is latched, so it can be listened to when it is needed.
-        statuses: list[DiagnosticStatus] = []
-        topic = f"{namespace.rstrip('/')}/ik_node/status"
-        listener = self.probe.create_subscription(DiagnosticStatus, topic, statuses.append, LATCHED)
-        end = time.monotonic() + STATUS_TIMEOUT
-        while not statuses and time.monotonic() < end:
-            self._executor.spin_once(0.1)
-        self.probe.destroy_subscription(listener)
-        status = statuses[-1].message if statuses else "without a status"
-        return f"{name} in {namespace} is running, {status}"
+        topic = f"{node.namespace.rstrip('/')}/ik_node/status"
+        statuses = self._probe.record(DiagnosticStatus, topic, LATCHED)
+        with suppress(TimeoutError):
+            self._probe.wait_for(lambda: statuses, "a status", STATUS_TIMEOUT)
+        return f"{place} is running, {statuses[-1].message if statuses else 'without a status'}"
 
     def spin_for(self, duration: float) -> None:
         """Spin for ``duration`` seconds."""
-        end = time.monotonic() + duration
-        while (left := end - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
+        self._probe.spin_for(duration)
 
     def stop(self) -> None:
         """End all processes that were started and not yet ended."""
-        processes = [started.process for started in self._processes]
-        for process in processes:
-            if process.poll() is None:
-                process.send_signal(signal.SIGINT)
-        for process in processes:
-            try:
-                process.wait(10.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
-        self._processes.clear()
+        self._launcher.stop()
 
-
-@contextmanager
-def own_domain() -> Iterator[Transport]:
-    """Choose a domain that nobody else on this computer uses, and a transport.
-
-    By default the loopback address alone; what is set in the environment is used instead.
-    """
-    with domain_coordinator.domain_id() as domain:
-        os.environ["ROS_DOMAIN_ID"] = str(domain)
-        yield choose_transport(COMPUTER)
+    def close(self) -> None:
+        """End all processes, and the probe."""
+        self.stop()
+        self._probe.close()
 
 
 @contextmanager
 def session() -> Iterator[Session]:
-    """Give a session in a domain of its own."""
+    """Give a session in a domain of its own.
+
+    By default on the loopback address alone; what is set in the environment is used instead.
+    """
     with own_domain():
-        rclpy.init()
-        running = Session()
-        try:
-            yield running
-        finally:
-            running.stop()
-            rclpy.try_shutdown()
+        choose_transport(COMPUTER)
+        with own_context() as context:
+            running = Session(context)
+            try:
+                yield running
+            finally:
+                running.close()

@@ -15,16 +15,15 @@ violation.
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
-import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from benchmarks.soak_motion import SCENARIOS, Findings, Judge, Scenario, random_pauses
-from tri_glide_kinematics.control.controller import ControllerStatus, MotionController
+from benchmarks.judge import SCENARIOS, Findings, Judge, Scenario
+from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all
+from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.in_position import InPositionBounds
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
@@ -33,6 +32,7 @@ from tri_glide_kinematics.control.operating_state import (
     IN_MOTION,
     WAITING,
 )
+from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
@@ -74,7 +74,7 @@ class Adversary:
             on_refusal=self._count_refusal,
         )
         self._now = 1000.0
-        self._heights: Vector3 = self._workspace.check_position(self._place())
+        self._heights: Vector3 = self._workspace.check_position(random_place(rng, self._workspace))
         self._offset = 0.0
         self._silent_until = 0.0
         self._last: SliderState | None = None
@@ -86,7 +86,7 @@ class Adversary:
         self._acted = True
         self._was_idle = False
         self._plan_number = self.engine.plan_number
-        self._actions: tuple[tuple[float, Callable[[], object]], ...] = (
+        actions: tuple[tuple[float, Callable[[], object]], ...] = (
             (0.22, self._move),
             (0.10, self._move_nearby),
             (0.14, self._jog),
@@ -100,25 +100,15 @@ class Adversary:
             (0.01, self._fall_silent),
             (0.01, self._jump),
         )
-        self._chances = np.cumsum([chance for chance, _ in self._actions])
-        self._chances /= self._chances[-1]
+        self._random_actions = RandomActions(actions, rng, findings)
 
     def act(self) -> None:
         """Do something; a machine that is not led is mostly enabled again."""
         self._acted = True
         if self.controller.state in (FAULT, DISABLED) and self._rng.random() < 0.4:
-            self._try(self._enable)
-            return
-        index = int(np.searchsorted(self._chances, self._rng.random() * self._chances[-1]))
-        self._try(self._actions[index][1])
-
-    def _try(self, action: Callable[[], object]) -> None:
-        try:
-            action()
-        except KinematicsError as error:
-            self._findings.refusals[type(error).__name__] += 1
+            self._random_actions.attempt(self._enable)
         else:
-            self._findings.commands[action.__name__.strip("_")] += 1
+            self._random_actions.act()
 
     def step(self) -> tuple[Vector3, bool]:
         """Advance by one cycle; return the commanded heights and whether the stream goes on."""
@@ -191,20 +181,10 @@ class Adversary:
     def _count_refusal(self, _: str) -> None:
         self._findings.refusals["when it was its turn"] += 1
 
-    def _place(self) -> Sequence[float]:
-        lower, upper = (-0.3, -0.3, -0.2), (0.3, 0.3, 0.8)
-        while True:
-            place = self._rng.uniform(lower, upper).tolist()
-            try:
-                self._workspace.check_position(place)
-            except KinematicsError:
-                continue
-            return [float(value) for value in place]
-
     def _move(self) -> None:
-        x, y, z = self._place()
+        place = random_place(self._rng, self._workspace)
         self._allowed_plans += 1
-        self.controller.move_to((x, y, z))
+        self.controller.move_to(place)
 
     def _move_nearby(self) -> None:
         here = np.array(self._workspace.machine.forward(self._heights))
@@ -310,22 +290,7 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Soak all scenarios and print what was found."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--steps", type=int, default=1_000_000, help="cycles to check in all")
-    parser.add_argument("--seed", type=int, default=1, help="of the random commands")
-    options = parser.parse_args(arguments)
-    findings = Findings()
-    began = time.monotonic()
-    for number, scenario in enumerate(SCENARIOS):
-        share = options.steps // len(SCENARIOS) + (number < options.steps % len(SCENARIOS))
-        soak(scenario, share, options.seed * 1000 + number, findings)
-        print(
-            f"{findings.steps:>9} cycles, {sum(findings.commands.values())} commands, "
-            f"{findings.plans} plans, {time.monotonic() - began:.0f} s",
-            flush=True,
-        )
-    print("accepted:", dict(findings.commands.most_common()))
-    print("refused: ", dict(findings.refusals.most_common()))
+    findings = soak_all(soak, __doc__.splitlines()[0], 1_000_000, arguments)
     print(f"largest parts of the limits: {findings.peaks}")
     for violation in findings.violations:
         print("VIOLATION:", violation)

@@ -13,11 +13,9 @@ import time
 
 from rclpy.context import Context
 
-from benchmarks.soak_nodes import own_context, say, session
-
-# Only after the import above, which knows where it is.
-from ends import Stream, gaps_alone, gaps_beside_ends, run_in_real_time  # isort: skip
-from node_harness import Machine  # isort: skip
+from benchmarks.soak_nodes import context_in_own_domain, say, session
+from testing.ends import Stream, gaps_alone, gaps_beside_ends, run_in_real_time
+from testing.machine import Machine
 
 TIME_PER_CLIENT = 0.75  # s, about what a client takes; so long the machine runs alone before
 ALLOWED = 0.020  # s more than alone
@@ -63,8 +61,7 @@ def starts(context: Context, count: int) -> bool:
             # With its defaults: the machines of tests are more patient.
             machine.ik = launcher.start("ik_node")
             machine.wait_for_state("idle")
-            end = time.monotonic() + WATCHED
-            client.wait_for(lambda end=end: time.monotonic() > end, "the end")
+            client.spin_for(WATCHED)
             if "fault" in machine.ik.output:
                 faults += 1
                 say(f"start {number}: {machine.reason}")
@@ -79,7 +76,7 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=200, help="clients that are killed")
     parser.add_argument("--starts", type=int, default=100, help="of simulator_node and ik_node")
     arguments = parser.parse_args()
-    with own_context() as context:
+    with context_in_own_domain() as context:
         passed = True
         if arguments.exits or arguments.kills:
             passed = ends(context, {"exit": arguments.exits, "kill": arguments.kills})

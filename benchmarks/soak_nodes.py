@@ -14,29 +14,28 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 
 from benchmarks.processor_time import processor_time
-from benchmarks.ros_session import own_domain
-from tri_glide_interfaces.msg import FourBar
-from tri_glide_interfaces.srv import SolveFourBar
-
-# The tests do the same for seconds.
-sys.path.insert(0, str(Path(__file__).parents[1] / "test" / "integration"))
-
-from node_harness import Client, Launcher, Machine, RunningNode
-from node_scenarios import (
+from testing.client import Client
+from testing.commands import assert_stretches_within_limits
+from testing.domain import own_context, own_domain
+from testing.machine import Machine
+from testing.processes import Launcher, RunningNode, launched
+from testing.scenarios import (
     NORMAL_VALUES,
-    assert_commands_within_limits,
     assert_normal_target_is_reached,
     flood,
     hostility,
     parameter_storm,
 )
+from tri_glide_interfaces.msg import FourBar
+from tri_glide_interfaces.srv import SolveFourBar
+from tri_glide_kinematics.ros.transport import COMPUTER, choose_transport
 
 TARGETS = ((0.08, 0.03, 0.35), (-0.06, 0.05, 0.22), (0.0, 0.0, 0.25))
 ALL_NODES = ("simulator_node", "ik_node", "fk_node", "mechanism_node")
@@ -50,16 +49,12 @@ def say(text: str) -> None:
 
 
 @contextmanager
-def own_context() -> Iterator[Context]:
+def context_in_own_domain() -> Iterator[Context]:
     """Give a context in a domain of its own."""
-    with own_domain() as transport:
-        say(transport.text)
-        context = Context()
-        rclpy.init(context=context, args=[])
-        try:
+    with own_domain():
+        say(choose_transport(COMPUTER).text)
+        with own_context() as context:
             yield context
-        finally:
-            context.try_shutdown()
 
 
 @contextmanager
@@ -67,14 +62,11 @@ def session(context: Context, name: str) -> Iterator[tuple[Client, Launcher]]:
     """Give a client and a launcher in a namespace of their own."""
     with tempfile.TemporaryDirectory() as folder:
         client = Client(context, f"/soak_{name}")
-        launcher = Launcher(Path(folder), client.namespace)
         try:
-            yield client, launcher
+            with launched(Path(folder), client.namespace) as launcher:
+                yield client, launcher
         finally:
-            launcher.stop()
             client.close()
-        for node in launcher.started:
-            assert "Traceback" not in node.output, node.output
 
 
 def rough_treatment(context: Context, minutes: float) -> None:
@@ -94,7 +86,7 @@ def rough_treatment(context: Context, minutes: float) -> None:
             assert machine.simulator.is_running
             assert client.set_parameters("ik_node", NORMAL_VALUES).successful
             assert_normal_target_is_reached(machine)
-            assert_commands_within_limits(machine)
+            assert_stretches_within_limits(machine)
             say(f"{len(machine.commands)} commands, none outside the limits")
 
 
@@ -126,7 +118,7 @@ def endurance(context: Context, minutes: float, rate: float) -> bool:
         moves = 0
         while (elapsed := time.monotonic() - begin) < 60.0 * minutes:
             target = TARGETS[moves % len(TARGETS)]
-            machine.wait_for_new_state("idle", lambda target=target: client.send_pose(target))
+            machine.wait_for_new_state("idle", partial(client.send_pose, target))
             moves += 1
             assert client.call(SolveFourBar, "mechanism_node/solve_four_bar", request).success
             assert all(node.is_running for node in launcher.started)
@@ -166,7 +158,7 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=10.0, help="of endurance")
     parser.add_argument("--rate", type=float, default=1000.0, help="cycles a second")
     arguments = parser.parse_args()
-    with own_context() as context:
+    with context_in_own_domain() as context:
         if arguments.rough_minutes > 0.0:
             rough_treatment(context, arguments.rough_minutes)
         flat = endurance(context, arguments.minutes, arguments.rate)

@@ -40,7 +40,7 @@ def main(output: Path, name: str) -> None:
     if name == "ik_node":
         from tri_glide_kinematics.ros.run import run
 
-        run("ik_node", "IkNode")
+        run("tri_glide_kinematics.nodes.ik_node", "IkNode")
     else:
         from benchmarks import bare_nodes
 

@@ -88,11 +88,14 @@ make_venv_beside_jazzy() {
     say "using the ROS 2 Jazzy that is sourced; .venv adds what it lacks"
     python3 -m venv --system-site-packages .venv >/dev/null 2>&1 ||
         fail "python3 cannot make a venv (on Debian and Ubuntu: sudo apt install python3-venv)"
-    for module in numpy ruckig matplotlib yaml pytest hypothesis scipy domain_coordinator ruff mypy; do
+    for module in numpy ruckig matplotlib yaml pytest xdist hypothesis scipy domain_coordinator ruff \
+        mypy importlinter; do
         .venv/bin/python -c "import $module" >/dev/null 2>&1 || missing+=("$module")
     done
     missing=("${missing[@]/#yaml/PyYAML}")
+    missing=("${missing[@]/#xdist/pytest-xdist}")
     missing=("${missing[@]/#domain_coordinator/ros-jazzy-domain-coordinator}")
+    missing=("${missing[@]/#importlinter/import-linter}")
     # The messages of Jazzy are compiled against its own numpy: that one has to stay.
     .venv/bin/python -c 'import numpy; print("numpy==" + numpy.__version__)' >.venv/numpy.txt 2>/dev/null || true
     if [ ${#missing[@]} -gt 0 ]; then

@@ -22,7 +22,7 @@ run() { # run NAME VARIABLE=VALUE... -- PYTEST-ARGUMENTS...
     done
     shift
     printf '\n== %s\n' "$name"
-    env "${settings[@]}" python -m pytest --quiet --ignore=test/integration "$@" || failed+=("$name")
+    env "${settings[@]}" python -m pytest --quiet -n auto -m "not nodes" "$@" || failed+=("$name")
 }
 
 for kind in Haswell SkylakeX Zen Prescott; do

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from strategies import DEFAULT_LIMITS
 
+from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderLimits
+from tri_glide_kinematics.motion.limit_use import LimitUse
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
@@ -49,19 +51,19 @@ def run_to_rest(moving: MotionEngine, longest: float = 60.0) -> FloatArray:
     return np.array(rows)
 
 
+def limit_use(heights: FloatArray, limits: SliderLimits = LIMITS) -> LimitUse:
+    """Compare the differences of ``heights`` with ``limits``."""
+    return LimitUse.of(CommandStream.from_heights(heights, DT), limits)
+
+
 def peaks(heights: FloatArray) -> FloatArray:
     """Return the largest velocity, acceleration and jerk of any slider, by differences."""
-    found = []
-    for order in (1, 2, 3):
-        differences = np.abs(np.diff(heights, order, axis=0)) / DT**order
-        found.append(float(differences.max(initial=0.0)))
-    return np.array(found)
+    return limit_use(heights, SliderLimits.uniform(1.0, 1.0, 1.0)).largest
 
 
 def within(heights: FloatArray, limits: SliderLimits = LIMITS) -> bool:
-    """Return whether all sliders keep uniform ``limits``."""
-    bounds = (limits.velocity[0], limits.acceleration[0], limits.jerk[0])
-    return bool((peaks(heights) <= np.array(bounds) * (1.0 + np.array((1e-6, 1e-6, 1e-3)))).all())
+    """Return whether all sliders keep their limits, by differences."""
+    return limit_use(heights, limits).is_within
 
 
 def place(moving: MotionEngine) -> FloatArray:

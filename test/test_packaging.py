@@ -11,6 +11,7 @@ from catkin_pkg.package import Package, parse_package
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = "tri_glide_kinematics"
+TESTS = ("test", "testing")
 
 # Modules that a package of another name brings along: the key of rosdep, and the name for pip.
 ROSDEP_KEYS = {
@@ -47,7 +48,7 @@ def imported(*folders: str) -> set[str]:
                 found |= {alias.name.split(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and not node.level:
                 found.add(str(node.module).split(".")[0])
-    return found - helpers - {PACKAGE, "benchmarks"} - set(sys.stdlib_module_names)
+    return found - helpers - {PACKAGE, "benchmarks", "testing"} - set(sys.stdlib_module_names)
 
 
 def keys(modules: set[str]) -> set[str]:
@@ -66,8 +67,8 @@ def test_the_manifest_names_what_the_package_imports_and_nothing_else(manifest: 
 
 def test_the_manifest_names_what_the_tests_import_and_nothing_else(manifest: Package):
     declared = {dependency.name for dependency in manifest.test_depends}
-    needed = keys(imported("test")) - {dependency.name for dependency in manifest.exec_depends}
-    assert declared == needed
+    exec_depends = {dependency.name for dependency in manifest.exec_depends}
+    assert declared == keys(imported(*TESTS)) - exec_depends
 
 
 def test_the_python_package_names_what_it_imports_without_ros(monkeypatch: pytest.MonkeyPatch):
@@ -80,7 +81,7 @@ def test_the_python_package_names_what_it_imports_without_ros(monkeypatch: pytes
     without_ros = set(ROSDEP_KEYS) | {"ruckig"}
     for folders, declared in (
         ((PACKAGE,), [*arguments["install_requires"], *extras["figures"]]),
-        ((PACKAGE, "test"), [*arguments["install_requires"], *extras["figures"], *extras["test"]]),
+        ((PACKAGE, *TESTS), [*arguments["install_requires"], *extras["figures"], *extras["test"]]),
     ):
         needed = {PIP_NAMES.get(module, module) for module in imported(*folders) & without_ros}
         assert sorted(declared) == sorted(needed)

@@ -26,6 +26,7 @@ def running(monkeypatch):
         yield started
 
 
+@pytest.mark.nodes
 def test_it_says_which_node_is_in_which_state(running, monkeypatch):
     monkeypatch.setattr(ros_session, "STATUS_TIMEOUT", 30.0)
     running.start_node("ik_node", "/ours")

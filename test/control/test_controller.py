@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control.controller import CommandRefusedError, MotionController
+from tri_glide_kinematics.control.controller import MotionController
+from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.in_position import InPositionBounds
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.soak_controller import SCENARIOS, Findings, soak
+from benchmarks.judge import SCENARIOS, Findings
+from benchmarks.soak_controller import soak
 
 STEPS = 40_000
 

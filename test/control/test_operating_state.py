@@ -4,7 +4,9 @@ from itertools import product
 
 import pytest
 
+from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.operating_state import (
+    DISABLED,
     FAULT,
     FOLLOWERS,
     IDLE,
@@ -49,3 +51,27 @@ def test_only_listed_states_follow(state, following):
 def test_no_motion_follows_a_fault_without_somebody_who_clears_it():
     assert not FOLLOWERS[FAULT] & {MOVING, WAITING}
     assert FOLLOWERS.keys() == set(OperatingState)
+
+
+def accepts(machine):
+    try:
+        machine.check_accepting()
+    except CommandRefusedError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("state", OperatingState)
+def test_motion_is_accepted_where_the_machine_is_led_and_no_fault(state):
+    machine = StateMachine(state, "because", lambda: None)
+    assert accepts(machine) == (state not in (WAITING, FAULT, DISABLED))
+
+
+@pytest.mark.parametrize("asked_for", [True, False])
+@pytest.mark.parametrize("then", [IDLE, DISABLED])
+def test_a_stop_that_was_asked_for_is_not_cut_short_and_ends_where_it_should(asked_for, then):
+    machine = StateMachine(MOVING, "target", lambda: None)
+    machine.stop("because", asked_for=asked_for, then=then)
+    assert accepts(machine) != asked_for
+    machine.stopped()
+    assert (machine.state, machine.reason) == (then, "at rest: because")

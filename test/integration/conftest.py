@@ -1,13 +1,74 @@
-"""The fixtures of all integration tests."""
+"""A ROS domain of our own, the installed executables as processes, and a client node."""
 
-from node_harness import client, machine, namespace, nodes, other_machine, ros_context, ros_domain
+from __future__ import annotations
 
-__all__ = [
-    "client",
-    "machine",
-    "namespace",
-    "nodes",
-    "other_machine",
-    "ros_context",
-    "ros_domain",
-]
+import itertools
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from rclpy.context import Context
+
+from testing.client import Client
+from testing.domain import own_context, own_domain, set_transport
+from testing.machine import Machine
+from testing.processes import Launcher, launched
+from tri_glide_kinematics.ros.transport import COMPUTER
+
+_COUNTER = itertools.count()
+
+
+HERE = Path(__file__).parent
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """All tests of this folder start nodes."""
+    for item in items:
+        if HERE in item.path.parents:
+            item.add_marker(pytest.mark.nodes)
+
+
+@pytest.fixture(scope="session")
+def ros_domain() -> Iterator[int]:
+    """Reserve a domain that no other test run on this computer uses; nodes and client join it."""
+    with own_domain() as domain, pytest.MonkeyPatch.context() as patch:
+        set_transport(patch, COMPUTER)
+        yield domain
+
+
+@pytest.fixture(scope="session")
+def ros_context(ros_domain: int) -> Iterator[Context]:
+    with own_context() as context:
+        yield context
+
+
+@pytest.fixture
+def namespace(request: pytest.FixtureRequest) -> str:
+    """Return a namespace that no other test has used."""
+    return f"/{request.node.originalname}_{os.getpid()}_{next(_COUNTER)}"
+
+
+@pytest.fixture
+def client(ros_context: Context, namespace: str) -> Iterator[Client]:
+    node = Client(ros_context, namespace)
+    yield node
+    node.close()
+
+
+@pytest.fixture
+def machine(client: Client, nodes: Launcher) -> Machine:
+    """Return a machine that is not started yet."""
+    return Machine(client, nodes)
+
+
+@pytest.fixture
+def other_machine(client: Client, nodes: Launcher, namespace: str) -> Machine:
+    """Return a second machine in a namespace of its own."""
+    return Machine(client, nodes, f"{namespace}_other")
+
+
+@pytest.fixture
+def nodes(ros_domain: int, tmp_path: Path, namespace: str) -> Iterator[Launcher]:
+    with launched(tmp_path, namespace) as launcher:
+        yield launcher

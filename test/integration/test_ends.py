@@ -6,7 +6,8 @@
 from __future__ import annotations
 
 import pytest
-from ends import WAYS, Stream, gaps_alone, gaps_beside_ends, run_in_real_time
+
+from testing.ends import WAYS, Stream, gaps_alone, gaps_beside_ends, run_in_real_time
 
 COUNT = 16  # by shared memory, about one end of four makes a gap of 0.2 s and longer
 TIME_ALONE = 10.0  # s

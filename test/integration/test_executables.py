@@ -13,10 +13,9 @@ from ament_index_python.packages import get_package_prefix
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters, GetParameters
 
+from testing.processes import TIMEOUT
 from tri_glide_kinematics.ros.parameters import NODES
 from tri_glide_kinematics.ros.processes import executable
-
-TIMEOUT = 60.0
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

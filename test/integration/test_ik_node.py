@@ -10,25 +10,16 @@ import pytest
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.motion.command_stream import CommandStream
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
-
-JOINTS = ("slider_1", "slider_2", "slider_3")
-PERIOD = 0.002
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-VELOCITY, ACCELERATION, JERK = 1.0, 10.0, 200.0
+from testing.commands import KINEMATICS, LIMITS, PERIOD, assert_within_limits, stream_of
+from testing.machine import JOINTS
 
 
-def assert_within_limits(machine, speed_scale=1.0):
-    stream = CommandStream.from_heights([machine.heights(m) for m in machine.commands], PERIOD)
-    assert np.abs(stream.velocities).max() <= VELOCITY * speed_scale * (1.0 + 1e-6)
-    assert np.abs(stream.accelerations).max() <= ACCELERATION * (1.0 + 1e-6)
-    assert np.abs(stream.jerks).max() <= JERK * (1.0 + 1e-3)
+def assert_velocities_fit(machine):
+    """Within a period, the mean of both ends and the difference of heights differ by jerk only."""
     published = np.array([message.velocity for message in machine.commands])
     mean = (published[1:] + published[:-1]) / 2.0
-    # Within a period, the mean of both ends and the difference of heights differ by jerk only.
-    assert np.allclose(stream.velocities[1:], mean, rtol=0.0, atol=JERK * PERIOD**2)
+    bound = max(LIMITS.jerk) * PERIOD**2
+    assert np.allclose(stream_of(machine).velocities[1:], mean, rtol=0.0, atol=bound)
 
 
 @pytest.mark.parametrize("motion", ["linear", "slider"])
@@ -40,8 +31,9 @@ def test_target_is_reached_from_where_the_machine_is(machine, motion):
     assert machine.commands[0].header.frame_id == "tri_glide_base"
     for target in ((0.05, -0.03, 0.28), (-0.06, 0.04, 0.22)):
         machine.move(target)
-        assert machine.heights() == pytest.approx(MACHINE.inverse(target), abs=1e-5)
+        assert machine.heights() == pytest.approx(KINEMATICS.inverse(target), abs=1e-5)
     assert_within_limits(machine)
+    assert_velocities_fit(machine)
     machine.client.wait_for(
         lambda: math.dist(machine.heights(machine.measured[-1]), machine.heights()) < 1e-5,
         "the simulated sliders to arrive",
@@ -90,7 +82,7 @@ def test_stale_twist_ends_in_a_jerk_limited_stop(machine, client):
     def jogging():
         client.send_twist(velocity)
         message = machine.commands[-1]
-        moving = MACHINE.forward_velocity(machine.heights(message), message.velocity)[1]
+        moving = KINEMATICS.forward_velocity(machine.heights(message), message.velocity)[1]
         speed, wanted = np.linalg.norm(moving), np.linalg.norm(velocity)
         return (
             0.8 * wanted < speed <= wanted * (1.0 + 1e-6)
@@ -108,6 +100,7 @@ def test_stale_twist_ends_in_a_jerk_limited_stop(machine, client):
     assert list(machine.commands[-1].velocity) == [0.0, 0.0, 0.0]
     assert machine.heights() == machine.heights(machine.commands[count])
     assert_within_limits(machine)
+    assert_velocities_fit(machine)
 
 
 def test_stamps_of_another_clock_change_nothing(machine, client):
@@ -181,14 +174,14 @@ def test_each_refused_message_leaves_the_motion_going_on_and_a_reason_in_the_log
         assert machine.state == "moving"
     client.wait_for(lambda: machine.state == "idle", "the target", 60.0)
     machine.catch_up()
-    assert machine.heights() == pytest.approx(MACHINE.inverse(target), abs=1e-5)
-    assert_within_limits(machine, 0.05)
+    assert machine.heights() == pytest.approx(KINEMATICS.inverse(target), abs=1e-5)
+    assert_within_limits(machine, speed_scale=0.05)
+    assert_velocities_fit(machine)
 
 
 def test_killed_and_restarted_it_resumes_from_the_measured_state_without_a_jump(machine, client):
     machine.start()
-    client.send_pose((0.05, 0.05, 0.35))
-    client.wait_for(lambda: max(map(abs, machine.commands[-1].velocity)) > 0.2, "full motion")
+    machine.get_going((0.05, 0.05, 0.35), 0.2)
     machine.ik.signal(signal.SIGKILL)
     # The drive keeps the last command that it got, and the sliders come to rest there.
     machine.wait_for_measured_rest()
@@ -196,14 +189,14 @@ def test_killed_and_restarted_it_resumes_from_the_measured_state_without_a_jump(
     now = client.now()
     machine.wait_for_new_state("idle", machine.start_ik)
     machine.catch_up()
-    resumed = [message for message in machine.commands if client.time_of(message) > now]
+    resumed = machine.commands_since(now)
     assert machine.heights(resumed[0]) == pytest.approx(resting, abs=1e-5)
     for message in resumed:
         assert machine.heights(message) == machine.heights(resumed[0])
         assert list(message.velocity) == [0.0, 0.0, 0.0]
     target = (0.0, -0.05, 0.25)
     machine.move(target)
-    assert machine.heights() == pytest.approx(MACHINE.inverse(target), abs=1e-5)
+    assert machine.heights() == pytest.approx(KINEMATICS.inverse(target), abs=1e-5)
 
 
 def test_two_machines_in_one_domain_do_not_disturb_each_other(machine, other_machine, client):
@@ -213,7 +206,7 @@ def test_two_machines_in_one_domain_do_not_disturb_each_other(machine, other_mac
     first = len(other_machine.commands)
     target = (0.05, 0.0, 0.3)
     machine.move(target)
-    assert machine.heights() == pytest.approx(MACHINE.inverse(target), abs=1e-5)
+    assert machine.heights() == pytest.approx(KINEMATICS.inverse(target), abs=1e-5)
     assert len(other_machine.commands) > first
     assert {other_machine.heights(message) for message in other_machine.commands} == {resting}
     publisher = client.publisher(PoseStamped, f"{other_machine.namespace}/target_pose")
@@ -223,6 +216,6 @@ def test_two_machines_in_one_domain_do_not_disturb_each_other(machine, other_mac
     second = (0.0, 0.06, 0.4)
     other_machine.wait_for_new_state("idle", lambda: publisher.publish(pose(second)))
     other_machine.catch_up()
-    assert other_machine.heights() == pytest.approx(MACHINE.inverse(second), abs=1e-5)
+    assert other_machine.heights() == pytest.approx(KINEMATICS.inverse(second), abs=1e-5)
     machine.catch_up()
     assert machine.heights() == there

@@ -8,61 +8,32 @@ import signal
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from node_scenarios import HEALTHY
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.motion.command_stream import CommandStream
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from testing.commands import KINEMATICS, assert_within_limits, stream_of
+from testing.machine import JOINTS
+from testing.scenarios import HEALTHY
 
-JOINTS = ("slider_1", "slider_2", "slider_3")
-PERIOD = 0.002
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-VELOCITY, ACCELERATION, JERK = 1.0, 10.0, 200.0
 FAR, NEAR = (0.08, 0.03, 0.35), (0.0, 0.0, 0.25)
 # Slow enough to be in motion still when a fault is noticed, or a service is called.
 SLOW = {"speed_scale": 0.05, "jump_limit": 0.02, "tracking_error_limit": 0.05}
 
 
-def stream_of(machine, first=0):
-    heights = [machine.heights(message) for message in machine.commands[first:]]
-    return CommandStream.from_heights(heights, PERIOD)
-
-
-def assert_within_limits(machine, first=0):
-    stream = stream_of(machine, first)
-    assert np.abs(stream.velocities).max() <= VELOCITY * (1.0 + 1e-6)
-    assert np.abs(stream.accelerations).max() <= ACCELERATION * (1.0 + 1e-6)
-    assert np.abs(stream.jerks).max() <= JERK * (1.0 + 1e-3)
-
-
-def get_going(machine, speed=0.2):
-    """Send the machine far away and wait until it moves fast."""
-    machine.client.send_pose(FAR)
-    machine.client.wait_for(
-        lambda: max(map(abs, machine.commands[-1].velocity)) > speed, "full motion"
-    )
-
-
 def reach_a_target(machine):
     machine.move(NEAR)
-    assert machine.heights() == pytest.approx(MACHINE.inverse(NEAR), abs=1e-5)
+    assert machine.heights() == pytest.approx(KINEMATICS.inverse(NEAR), abs=1e-5)
 
 
 def ramped_down(machine):
     """Wait for the end of the ramp that a fault begins, and check that it was one."""
     machine.client.wait_for(lambda: not any(machine.commands[-1].velocity), "the end of the ramp")
-    assert machine.heights() != pytest.approx(MACHINE.inverse(FAR), abs=1e-3)
+    assert machine.heights() != pytest.approx(KINEMATICS.inverse(FAR), abs=1e-3)
     assert_within_limits(machine)
-
-
-def commands_since(machine, time):
-    return [message for message in machine.commands if machine.client.time_of(message) > time]
 
 
 def test_stop_is_a_ramp_and_holds_against_a_stream_of_twists(machine, client):
     machine.start({**SLOW, "twist_timeout": 1.0})
-    get_going(machine, speed=0.04)
+    machine.get_going(FAR, 0.04)
     count = len(machine.states)
     response = client.stop()
     assert response.success
@@ -70,7 +41,7 @@ def test_stop_is_a_ramp_and_holds_against_a_stream_of_twists(machine, client):
     machine.wait_for_state("idle")
     assert machine.states_since(count) == ["stopping", "idle"]
     machine.catch_up()
-    assert machine.heights() != pytest.approx(MACHINE.inverse(FAR), abs=1e-3)
+    assert machine.heights() != pytest.approx(KINEMATICS.inverse(FAR), abs=1e-3)
 
     # A stick that is held, as a joystick node publishes it.
     stick = client.node.create_timer(0.02, lambda: client.send_twist((0.0, 0.0, 0.05)))
@@ -100,7 +71,7 @@ def test_disabled_machine_is_silent_may_be_moved_by_hand_and_is_enabled_where_it
     machine, client
 ):
     machine.start(SLOW)
-    get_going(machine, speed=0.04)
+    machine.get_going(FAR, 0.04)
     count = len(machine.states)
     assert client.enable(False).message == "ramping to a stop, then disabled"
     machine.wait_for_state("disabled")
@@ -118,12 +89,12 @@ def test_disabled_machine_is_silent_may_be_moved_by_hand_and_is_enabled_where_it
     )
     count = len(machine.measured)
     client.wait_for(lambda: len(machine.measured) > count + 100, "ik_node to have seen it too")
-    assert not commands_since(machine, now)
+    assert not machine.commands_since(now)
     response = client.enable()
     assert (response.success, response.message) == (True, "enabled")
-    client.wait_for(lambda: commands_since(machine, now), "commands")
+    client.wait_for(lambda: machine.commands_since(now), "commands")
     expected = [height + offset for height, offset in zip(before, moved["encoder_offsets"])]
-    begin = machine.heights(commands_since(machine, now)[0])
+    begin = machine.heights(machine.commands_since(now)[0])
     assert begin == pytest.approx(expected, abs=1e-5)
 
 
@@ -155,7 +126,7 @@ def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(machine, cli
     fault, reason = FAULTS[name]
     machine.start(SLOW)
     diagnostics = client.record(DiagnosticArray, "/diagnostics")
-    get_going(machine, speed=0.04)
+    machine.get_going(FAR, 0.04)
     assert client.set_parameters("simulator_node", fault).successful
     machine.wait_for_state("fault")
     assert reason in machine.reason
@@ -175,7 +146,7 @@ def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(machine, cli
     now = client.now()
     client.send_pose(NEAR)
     client.wait_for(lambda: "no motion while fault" in machine.ik.output, "a refusal")
-    assert not commands_since(machine, now)
+    assert not machine.commands_since(now)
     if name == "silent":
         response = client.enable()
         assert not response.success
@@ -187,8 +158,8 @@ def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(machine, cli
     machine.wait_for_state("idle")
     reach_a_target(machine)
     # A target that comes before the first cycle makes the first setpoint one of motion.
-    assert max(map(abs, commands_since(machine, now)[0].velocity)) < 0.01
-    assert_within_limits(machine, len(machine.commands) - len(commands_since(machine, now)))
+    assert max(map(abs, machine.commands_since(now)[0].velocity)) < 0.01
+    assert_within_limits(machine, len(machine.commands) - len(machine.commands_since(now)))
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
@@ -196,7 +167,7 @@ def test_not_finite_measurement_is_a_fault(machine, client, value):
     machine.start(SLOW)
     publisher = client.publisher(JointState, "joint_states")
     client.wait_for(lambda: publisher.get_subscription_count() >= 1, "ik_node")
-    get_going(machine, speed=0.04)
+    machine.get_going(FAR, 0.04)
     message = JointState(name=JOINTS, position=[0.6, value, 0.6])
 
     def faulty():
@@ -212,7 +183,7 @@ def test_not_finite_measurement_is_a_fault(machine, client, value):
 
 def test_a_frozen_simulator_process_is_a_fault_by_the_bounds_that_are_shipped(machine, client):
     machine.start({**SLOW, "measured_timeout": 0.2})
-    get_going(machine, speed=0.04)
+    machine.get_going(FAR, 0.04)
     machine.simulator.process.send_signal(signal.SIGSTOP)
     machine.wait_for_state("fault")
     assert "silent" in machine.reason
@@ -267,7 +238,7 @@ def test_diagnostics_tell_of_loop_and_refusals(machine, client):
 
 def test_live_parameters_are_checked_as_a_set_and_hold_in_motion(machine, client):
     machine.start()
-    get_going(machine, speed=0.05)
+    machine.get_going(FAR, 0.05)
     refused = [
         ({"speed_scale": 0.0}, "speed_scale"),
         ({"speed_scale": 1.5}, "speed_scale"),
@@ -287,7 +258,7 @@ def test_live_parameters_are_checked_as_a_set_and_hold_in_motion(machine, client
     ).successful
     machine.wait_for_state("idle")
     machine.catch_up()
-    assert machine.heights() == pytest.approx(MACHINE.inverse(FAR), abs=1e-5)
+    assert machine.heights() == pytest.approx(KINEMATICS.inverse(FAR), abs=1e-5)
     assert_within_limits(machine)
     first = len(machine.commands)
     reach_a_target(machine)

@@ -6,11 +6,11 @@ import signal
 
 import pytest
 from geometry_msgs.msg import PoseStamped
-from node_scenarios import (
+
+from testing.commands import KINEMATICS, assert_stretches_within_limits
+from testing.scenarios import (
     HOME,
-    MACHINE,
     NORMAL_VALUES,
-    assert_commands_within_limits,
     assert_normal_target_is_reached,
     flood,
     hostility,
@@ -20,51 +20,44 @@ from node_scenarios import (
 FAR = (0.08, 0.03, 0.35)
 
 
-def get_going(machine):
-    machine.client.send_pose(FAR)
-    machine.client.wait_for(
-        lambda: max(map(abs, machine.commands[-1].velocity)) > 0.2, "full motion"
-    )
-
-
 def test_each_node_is_killed_and_started_again_in_motion(machine, client, nodes):
     machine.start()
     poses = client.record(PoseStamped, "platform_pose")
     fk = nodes.start("fk_node")
     client.wait_for(lambda: poses, "poses")
 
-    get_going(machine)
+    machine.get_going(FAR, 0.2)
     fk.signal(signal.SIGKILL)
     machine.wait_for_state("idle")
     machine.catch_up()
-    assert machine.heights() == pytest.approx(MACHINE.inverse(FAR), abs=1e-5)
+    assert machine.heights() == pytest.approx(KINEMATICS.inverse(FAR), abs=1e-5)
     poses.clear()
     nodes.start("fk_node")
     client.wait_for(lambda: poses, "poses again")
 
     machine.move(HOME)
-    get_going(machine)
+    machine.get_going(FAR, 0.2)
     machine.simulator.signal(signal.SIGKILL)
     machine.wait_for_state("fault")
     assert "silent" in machine.reason
     machine.start_simulator()
     assert_normal_target_is_reached(machine)
 
-    get_going(machine)
+    machine.get_going(FAR, 0.2)
     machine.ik.signal(signal.SIGKILL)
     now = client.now()
     machine.wait_for_new_state("idle", machine.start_ik)
     machine.catch_up()
-    resumed = [message for message in machine.commands if client.time_of(message) > now]
+    resumed = machine.commands_since(now)
     assert not any(resumed[0].velocity)
     machine.wait_until_connected()
     assert_normal_target_is_reached(machine)
-    final = MACHINE.inverse(HOME)
+    final = KINEMATICS.inverse(HOME)
     client.wait_for(
         lambda: abs(poses[-1].pose.position.z - HOME[2]) < 1e-4, "the pose measured back"
     )
     assert machine.heights() == pytest.approx(final, abs=1e-5)
-    assert_commands_within_limits(machine)
+    assert_stretches_within_limits(machine)
 
 
 def test_a_stream_of_twists_stops_and_resumes(machine, client):
@@ -84,7 +77,7 @@ def test_a_stream_of_twists_stops_and_resumes(machine, client):
         client.wait_for(lambda first=first: len(machine.commands) > first + 100, "commands at rest")
         # What was sent before the pause is not executed after it.
         assert machine.heights() == resting
-    assert_commands_within_limits(machine)
+    assert_stretches_within_limits(machine)
 
 
 def test_flood_of_targets(machine):
@@ -95,7 +88,7 @@ def test_flood_of_targets(machine):
     assert machine.ik.output.count("refused a target pose") < 200
     assert "fault" not in [status.message.split(":")[0] for status in machine.states]
     assert_normal_target_is_reached(machine)
-    assert_commands_within_limits(machine)
+    assert_stretches_within_limits(machine)
 
 
 def test_hostile_messages_on_every_input(machine):
@@ -104,7 +97,7 @@ def test_hostile_messages_on_every_input(machine):
     assert machine.ik.is_running
     assert machine.simulator.is_running
     assert_normal_target_is_reached(machine)
-    assert_commands_within_limits(machine)
+    assert_stretches_within_limits(machine)
 
 
 def test_parameter_storm(machine, client):
@@ -112,4 +105,4 @@ def test_parameter_storm(machine, client):
     assert parameter_storm(machine, duration=4.0) > 20
     assert client.set_parameters("ik_node", NORMAL_VALUES).successful
     assert_normal_target_is_reached(machine)
-    assert_commands_within_limits(machine)
+    assert_stretches_within_limits(machine)

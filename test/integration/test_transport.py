@@ -10,8 +10,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from node_harness import TIMEOUT, Machine, launched, set_transport
 
+from testing.domain import set_transport
+from testing.machine import Machine
+from testing.processes import TIMEOUT, launched
 from tri_glide_kinematics.ros.processes import executable
 from tri_glide_kinematics.ros.transport import CELL, COMPUTER, MIDDLEWARE_VARIABLES, VARIABLE
 

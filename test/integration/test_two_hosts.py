@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -31,6 +32,8 @@ def test_cable_between_two_hosts_is_cut_in_mid_motion():
         capture_output=True,
         text=True,
         timeout=300.0,
+        # Arguments for this run of pytest are not for that one.
+        env={key: value for key, value in os.environ.items() if key != "PYTEST_ADDOPTS"},
         cwd=Path(__file__).parents[2],
     )
     assert run.returncode == 0, run.stdout + run.stderr

@@ -6,8 +6,10 @@ import signal
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from node_harness import LATCHED, PATIENCE
 from sensor_msgs.msg import JointState
+
+from testing.client import LATCHED
+from testing.machine import PATIENCE
 
 FAR = (0.08, 0.03, 0.4)
 

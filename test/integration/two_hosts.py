@@ -8,17 +8,12 @@ from __future__ import annotations
 
 import subprocess
 
-import numpy as np
 import pytest
-from node_harness import set_transport
 
-from tri_glide_kinematics.motion.command_stream import CommandStream
+from testing.commands import KINEMATICS, assert_within_limits
+from testing.domain import set_transport
 from tri_glide_kinematics.ros.transport import CELL
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-PERIOD = 0.002
 TARGET, FAR = (0.0, 0.0, 0.25), (0.08, 0.03, 0.35)
 OTHER_HOST = ("ip", "netns", "exec", "machine")
 
@@ -73,29 +68,26 @@ def test_cable_is_cut_in_mid_motion(cable, machine, client):
     machine.wait_until_connected()
     machine.move(TARGET)
 
-    client.send_pose(FAR)
-    client.wait_for(lambda: max(map(abs, machine.commands[-1].velocity)) > 0.04, "full motion")
+    machine.get_going(FAR, 0.04)
     cable.cut()
     machine.wait_for_state("fault")
     assert "measured heights are silent" in machine.reason
     client.wait_for(lambda: not any(machine.commands[-1].velocity), "the end of the ramp")
-    assert machine.heights() != pytest.approx(MACHINE.inverse(FAR), abs=1e-3)
+    assert machine.heights() != pytest.approx(KINEMATICS.inverse(FAR), abs=1e-3)
     response = client.enable()
     assert not response.success
     assert response.message == "there are no measured slider heights to start from"
     now = client.now()
-    stream = CommandStream.from_heights(
-        [machine.heights(message) for message in machine.commands], PERIOD
-    )
-    assert np.abs(stream.accelerations).max() <= 10.0 * (1.0 + 1e-6)
-    assert np.abs(stream.jerks).max() <= 200.0 * (1.0 + 1e-3)
+    assert_within_limits(machine)
 
     cable.plug_in()
     client.wait_for(lambda: client.enable().success, "the fault to be cleared")
     machine.wait_for_state("idle")
     machine.catch_up()
-    resumed = [message for message in machine.commands if client.time_of(message) > now]
+    resumed = machine.commands_since(now)
     assert max(map(abs, resumed[0].velocity)) < 0.01
     machine.move(TARGET)
     machine.wait_for_measured_rest()
-    assert machine.heights(machine.measured[-1]) == pytest.approx(MACHINE.inverse(TARGET), abs=1e-5)
+    assert machine.heights(machine.measured[-1]) == pytest.approx(
+        KINEMATICS.inverse(TARGET), abs=1e-5
+    )

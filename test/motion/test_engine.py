@@ -1,4 +1,4 @@
-"""The motion engine as its users see it; what it never does is in test_motion_soak.py."""
+"""The motion engine as its users see it; what it never does is in test_soak.py."""
 
 from __future__ import annotations
 
@@ -254,6 +254,7 @@ def test_twist_of_zero_is_a_stop(kind):
     assert within(run_to_rest(moving))
 
 
+@pytest.mark.slow
 @each_kind
 @pytest.mark.parametrize("change", [1e-6, 1e-3, 0.02])
 def test_flood_of_differing_twists_still_makes_progress(kind, change):
@@ -268,6 +269,7 @@ def test_flood_of_differing_twists_still_makes_progress(kind, change):
     assert place(moving)[0] > 0.02
 
 
+@pytest.mark.slow
 @each_kind
 def test_flood_of_differing_targets_still_makes_progress(kind):
     rng = np.random.default_rng(4)

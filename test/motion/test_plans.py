@@ -1,42 +1,20 @@
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from motion_plans import HOME, LIMITS, dense, heights, moving_plan
 from ruckig import InputParameter, Ruckig, Trajectory
 from strategies import reproducible
 
 from tri_glide_kinematics.motion import ruckig_planner
-from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
+from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SequencePlan, SliderState
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
-from tri_glide_kinematics.motion.sliders.slider_motion import (
-    SliderMotion,
-    check_limits,
-    height_extremes,
-)
-
-LIMITS = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))
-HOME = SliderState((0.6, 0.55, 0.5), AT_REST, AT_REST)
-
-
-def heights() -> st.SearchStrategy[tuple[float, float, float]]:
-    return st.tuples(*(st.floats(0.3, 0.9) for _ in range(3)))
-
-
-def moving_plan(first, second, part: float) -> CubicPlan:
-    """A move that begins in the middle of another one."""
-    motion = SliderMotion()
-    one = motion.move(HOME, first, LIMITS)
-    return motion.move(one.state(part * one.duration), second, LIMITS)
-
-
-def dense(plan, count: int = 4001):
-    return plan.sample(np.linspace(0.0, plan.duration, count))
+from tri_glide_kinematics.motion.sliders.slider_motion import SliderMotion
+from tri_glide_kinematics.motion.verification import check_slider_limits, height_extremes
 
 
 def assert_same(state: SliderState, other: SliderState, tolerance: float) -> None:
@@ -114,50 +92,7 @@ def test_rest_is_a_plan_of_no_duration():
     assert np.array_equal(plan.sample(np.arange(3.0)).heights, [HOME.heights] * 3)
     lowest, highest = height_extremes(plan)
     assert tuple(lowest) == tuple(highest) == HOME.heights
-    check_limits(plan, LIMITS)
-
-
-@reproducible
-@given(heights(), heights(), st.floats(0.0, 0.95), st.floats(0.0, 1.0))
-def test_extremes_are_those_of_dense_samples(first, second, part, since):
-    plan = moving_plan(first, second, part)
-    sampled = dense(plan)
-    lowest, highest = height_extremes(plan)
-    assert (lowest <= sampled.heights.min(axis=0) + 1e-12).all()
-    assert (highest >= sampled.heights.max(axis=0) - 1e-12).all()
-    slack = 12.0 / 8.0 * sampled.times[1] ** 2 + 1e-12
-    assert (lowest >= sampled.heights.min(axis=0) - slack).all()
-    assert (highest <= sampled.heights.max(axis=0) + slack).all()
-    # What is left of the plan has the extremes of what is left of the samples.
-    rest = sampled.times >= since * plan.duration
-    lowest, highest = height_extremes(plan, since * plan.duration)
-    assert (highest >= sampled.heights[rest].max(axis=0) - 1e-12).all()
-    assert (highest <= sampled.heights[rest].max(axis=0) + sampled.times[1] * 1.1).all()
-
-
-@reproducible
-@given(heights(), st.integers(0, 2), st.sampled_from(("velocity", "acceleration", "jerk")))
-def test_limits_are_compared_with_exact_peaks(target, slider, quantity):
-    plan = moving_plan((0.45, 0.75, 0.4), target, 0.5)
-    check_limits(plan, LIMITS)
-    sampled = dense(plan)
-    order = ("velocity", "acceleration", "jerk").index(quantity)
-    peaks = (
-        np.abs(sampled.velocities).max(axis=0),
-        np.abs(sampled.accelerations).max(axis=0),
-        np.abs(plan.pieces[3]).max(axis=0),
-    )[order]
-    values = list(getattr(LIMITS, quantity))
-    values[slider] = peaks[slider] * 0.999 + 1e-9
-    lower = replace(LIMITS, **{quantity: tuple(values)})
-    if peaks[slider] > 1e-3:
-        with pytest.raises(SliderLimitError) as caught:
-            check_limits(plan, lower)
-        assert (caught.value.slider, caught.value.quantity) == (slider, quantity)
-        assert caught.value.limit == values[slider]
-    between_samples = 400.0 * sampled.times[1]
-    values[slider] = max(peaks[slider] * 1.001 + between_samples, 1e-3)
-    check_limits(plan, replace(LIMITS, **{quantity: tuple(values)}))
+    check_slider_limits(plan, LIMITS)
 
 
 def test_sequence_runs_one_plan_after_the_other():

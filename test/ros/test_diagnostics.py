@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 
-from tri_glide_kinematics.ros.diagnostics import OK, Health, status_message
+from tri_glide_kinematics.control.health import Health, Level
+from tri_glide_kinematics.ros.diagnostics import status_message
 
 
 @pytest.mark.parametrize(
@@ -17,9 +19,17 @@ from tri_glide_kinematics.ros.diagnostics import OK, Health, status_message
     ],
 )
 def test_machines_in_different_namespaces_have_different_hardware(name, hardware_id):
-    assert status_message(name, Health(OK, "", {})).hardware_id == hardware_id
+    assert status_message(name, Health(Level.OK, "", {})).hardware_id == hardware_id
 
 
 def test_values_are_written_as_in_messages():
-    status = status_message("ik_node", Health(OK, "", {"speed": -0.0, "count": 3, "way": 1e-17}))
+    status = status_message(
+        "ik_node", Health(Level.OK, "", {"speed": -0.0, "count": 3, "way": 1e-17})
+    )
     assert [entry.value for entry in status.values] == ["0", "3", "0"]
+
+
+@pytest.mark.parametrize("level", Level)
+def test_a_level_has_the_same_name_in_messages(level):
+    status = status_message("ik_node", Health(level, "", {}))
+    assert status.level == getattr(DiagnosticStatus, level.name)

@@ -13,7 +13,7 @@ from tri_glide_interfaces.msg import CrankSweep, FMechanism, Point2, TraceEvent
 from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.mechanisms.errors import DegenerateLinkageError, SelfMotionError
-from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import EventKind
+from tri_glide_kinematics.mechanisms.f_mechanism import EventKind
 from tri_glide_kinematics.ros import f_mechanism_messages
 from tri_glide_kinematics.ros.mechanism_messages import RefusedRequestError
 

@@ -19,10 +19,9 @@ from tri_glide_interfaces.msg import (
 )
 from tri_glide_interfaces.srv import SolveFourBar, TraceFourBar
 from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.mechanisms import four_bar
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError, NotAssemblableError
-from tri_glide_kinematics.mechanisms.four_bar import linkage as four_bar
-from tri_glide_kinematics.mechanisms.four_bar.analysis import DeadCentreKind
-from tri_glide_kinematics.mechanisms.four_bar.linkage import GrashofClass
+from tri_glide_kinematics.mechanisms.four_bar import DeadCentreKind, GrashofClass
 from tri_glide_kinematics.ros import four_bar_messages
 from tri_glide_kinematics.ros.mechanism_messages import RefusedRequestError
 

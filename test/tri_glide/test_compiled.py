@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.tri_glide import compiled as tri_glide_compiled
+from tri_glide_kinematics.tri_glide import compiled as compiled_loops
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
 ONE_MODE = TriGlideGeometry.symmetric(0.25, 0.05, 0.4)
@@ -38,8 +38,8 @@ def test_same_results_to_the_last_bit(geometry):
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
 def test_the_loops_themselves(geometry, monkeypatch):
     """What numba compiles, run as plain Python: so this holds where there is no numba."""
-    monkeypatch.setattr(tri_glide_compiled, "is_available", lambda: True)
-    monkeypatch.setattr(tri_glide_compiled, "_compiled", lambda loop: loop)
+    monkeypatch.setattr(compiled_loops, "is_available", lambda: True)
+    monkeypatch.setattr(compiled_loops, "compile_loop", lambda loop: loop)
     plain, compiled = TriGlide(geometry), TriGlide(geometry, compiled=True)
     for seed, name in enumerate(("inverse_batch", "forward_batch")):
         given = rows(seed, 2000)
@@ -48,8 +48,8 @@ def test_the_loops_themselves(geometry, monkeypatch):
 
 
 def test_without_numba_the_loops_are_not_used(monkeypatch):
-    monkeypatch.setattr(tri_glide_compiled, "is_available", lambda: False)
-    monkeypatch.setattr(tri_glide_compiled, "_compiled", None)
+    monkeypatch.setattr(compiled_loops, "is_available", lambda: False)
+    monkeypatch.setattr(compiled_loops, "compile_loop", None)
     machine = TriGlide(ONE_MODE, compiled=True)
     np.testing.assert_array_equal(
         machine.inverse_batch(rows(0, 100)), TriGlide(ONE_MODE).inverse_batch(rows(0, 100))
@@ -58,6 +58,6 @@ def test_without_numba_the_loops_are_not_used(monkeypatch):
 
 
 def test_nothing_is_compiled_unless_asked_for(monkeypatch):
-    monkeypatch.setattr(tri_glide_compiled, "is_available", lambda: True)
-    monkeypatch.setattr(tri_glide_compiled, "_compiled", None)
+    monkeypatch.setattr(compiled_loops, "is_available", lambda: True)
+    monkeypatch.setattr(compiled_loops, "compile_loop", None)
     assert TriGlide(ONE_MODE).inverse_batch([(0.0, 0.0, 0.2)]).shape == (1, 3)

@@ -261,7 +261,7 @@ def test_condition_field_vouches_for_its_surroundings():
             for place in nearby.tolist():
                 other = np.array(machine.jacobian(place))
                 singular = np.linalg.svd(other, compute_uv=False)
-                assert singular[2] >= around.gain * (1.0 - 1e-12)
+                assert singular[2] >= around.singular_value * (1.0 - 1e-12)
                 change = np.linalg.norm(other - jacobian, 2)
                 assert change <= around.slope * math.dist(place, position) * (1.0 + 1e-9) + 1e-12
 

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from tri_glide_kinematics.wording import number_text
+
 
 @dataclass(frozen=True)
 class InPositionBounds:
@@ -65,3 +67,15 @@ class InPosition:
         if settles or math.isnan(self.distance):
             return Arrival.SETTLING
         return Arrival.TOO_FAR if self.distance > bounds.error_limit else Arrival.NOT_REACHED
+
+    def text(self, arrival: Arrival, target: str) -> str:
+        """Return an ``arrival`` at a ``target`` in words; not for one that still settles."""
+        away = f"measured {number_text(self.distance, 2)} m away"
+        if arrival is Arrival.REACHED:
+            return f"{target} is reached, {away}"
+        far = arrival is Arrival.TOO_FAR
+        limit = self.bounds.error_limit if far else self.bounds.tolerance
+        return (
+            f"{target} is {'not' if far else 'NOT'} reached, {away}, "
+            f"more than {number_text(limit, 3)} m"
+        )

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 # A cycle is late if it starts later than this part of a period after it should have.
 LATE = 0.5
-# After more than this many periods the loop has stood still.
+# A cycle that is later than this many periods is a stall.
 STALL = 5.0
 
 

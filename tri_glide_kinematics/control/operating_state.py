@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum
 
+from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.errors import KinematicsError
 
 
@@ -22,7 +23,7 @@ class OperatingState(Enum):
 
 WAITING, IDLE, MOVING, JOGGING, STOPPING, FAULT, DISABLED = OperatingState
 
-# In the rest the sliders are not led by commands, and nothing is published.
+# In all other states nothing moves by command.
 IN_MOTION = frozenset((MOVING, JOGGING, STOPPING))
 
 FOLLOWERS: dict[OperatingState, frozenset[OperatingState]] = {
@@ -52,6 +53,9 @@ class StateMachine:
     Attributes:
         state: what the controller is doing.
         reason: why it is doing that.
+        after_stop: the state that follows a stop, idle or disabled.
+        stop_was_asked_for: whether a stop that goes on was asked for, so that it must not be cut
+            short.
     """
 
     def __init__(
@@ -63,6 +67,8 @@ class StateMachine:
         """Start in ``state``; ``on_change`` is called after each change."""
         self.state = state
         self.reason = reason
+        self.after_stop = IDLE
+        self.stop_was_asked_for = False
         self._on_change = on_change
 
     def change(self, state: OperatingState, reason: str) -> None:
@@ -77,3 +83,27 @@ class StateMachine:
             raise ForbiddenTransitionError(self.state, state)
         self.state, self.reason = state, reason
         self._on_change()
+
+    def stop(self, reason: str, *, asked_for: bool, then: OperatingState = IDLE) -> None:
+        """Go to the state of stopping; ``stopped`` ends it.
+
+        Raises:
+            ForbiddenTransitionError: if nothing moves.
+        """
+        self.after_stop, self.stop_was_asked_for = then, asked_for
+        self.change(STOPPING, reason)
+
+    def stopped(self) -> None:
+        """Go to the state that follows the stop."""
+        self.change(self.after_stop, f"at rest: {self.reason}")
+
+    def check_accepting(self) -> None:
+        """Check that a motion may begin, or change, in this state.
+
+        Raises:
+            CommandRefusedError: if it may not.
+        """
+        if self.state in (WAITING, FAULT, DISABLED):
+            raise CommandRefusedError(f"no motion while {self.state.value}: {self.reason}")
+        if self.state is STOPPING and self.stop_was_asked_for:
+            raise CommandRefusedError(f"no motion before the stop is over: {self.reason}")

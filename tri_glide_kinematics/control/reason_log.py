@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 
 class ReasonLog:
-    """Counts reasons and passes on the first ones of each second; the rest become one line.
+    """Counts reasons and passes on the first ones of each second; all others become one line.
 
     A reason that is given again and again is passed on once a second.
 

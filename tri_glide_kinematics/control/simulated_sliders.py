@@ -37,7 +37,7 @@ class SimulatedSliders:
     """
 
     def __init__(self, heights: Sequence[float], lower: Sequence[float], upper: Sequence[float]):
-        """Let the sliders rest at ``heights`` between the stops ``lower`` and ``upper`` [m]."""
+        """Begin at ``heights``, standing still, between the stops ``lower`` and ``upper`` [m]."""
         self.lag = 0.0
         self.encoder_resolution = 0.0
         self.faults = SliderFaults()

@@ -15,11 +15,12 @@ SILENT_CYCLES = 3
 
 @dataclass(frozen=True)
 class SupervisionBounds:
-    """How far measured heights may stray.
+    """How far measured heights may differ from what is expected.
 
     Attributes:
         timeout: longest time between two measurements [s].
-        jump: largest change between two measurements, beyond what the velocity limit explains [m].
+        jump: largest change between two measurements, beyond the velocity limit times the time
+            between them [m].
         tracking_error: largest distance between measured and commanded height [m].
         velocity: largest velocity of each slider. Shape (3,) [m/s].
     """
@@ -34,7 +35,7 @@ class Supervisor:
     """Watches the measured heights; each method returns the reason of a fault, or None.
 
     Attributes:
-        bounds: how far the heights may stray.
+        bounds: how far the heights may differ from what is expected.
         tracking_error: largest distance of a slider from its command, latest measurement [m].
     """
 

@@ -1,1 +1,1 @@
-"""Demo: a simulated machine is driven over the topics, measured and judged."""
+"""Demonstration: a simulated machine is driven over the topics, measured, judged and drawn."""

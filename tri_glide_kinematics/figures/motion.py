@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from mpl_toolkits.mplot3d import Axes3D
+from matplotlib.transforms import Bbox
+from mpl_toolkits.mplot3d import Axes3D, proj3d
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.figures.labels import label_centres
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.limits import SliderLimits
 
@@ -18,12 +20,35 @@ LIMIT_STYLE: dict[str, Any] = {"color": "0.35", "linestyle": "--", "linewidth": 
 MILLIMETRES = 1000.0
 
 
+class Mark(NamedTuple):
+    """A place on the path that is marked and named.
+
+    Attributes:
+        name: its label.
+        position: Shape (3,) [m].
+        style: as matplotlib takes it.
+    """
+
+    name: str
+    position: Sequence[float]
+    style: Mapping[str, Any]
+
+
+class Span(NamedTuple):
+    """A part of the motion that is shaded and named, from a time to another [s]."""
+
+    name: str
+    begin: float
+    end: float
+
+
 def motion_figure(
     stream: CommandStream,
     path: NDArray[np.float64],
     limits: SliderLimits,
     travel: tuple[Sequence[float], Sequence[float]],
-    stops: Sequence[tuple[str, Sequence[float]]] = (),
+    marks: Sequence[Mark] = (),
+    spans: Sequence[Span] = (),
 ) -> Figure:
     """Draw what the sliders were told and what the platform did.
 
@@ -32,14 +57,16 @@ def motion_figure(
         path: measured positions of the platform. Shape (m, 3) [m].
         limits: of the sliders; drawn as dashed lines.
         travel: lowest and highest heights of the three sliders, each of shape (3,) [m].
-        stops: names and positions [m] of the targets, marked on the path.
+        marks: places on the path.
+        spans: parts of the motion.
 
     Returns:
         A figure that has no window; save it with ``savefig``.
     """
     figure = Figure(figsize=(13.0, 8.0), layout="constrained")
     grid = figure.add_gridspec(4, 2, width_ratios=(1.0, 1.25))
-    _draw_path(figure.add_subplot(grid[:, 0], projection="3d"), path, stops)
+    space = figure.add_subplot(grid[:, 0], projection="3d")
+    _draw_path(space, path, marks)
     courses = (
         ("height [m]", stream.heights, travel),
         ("velocity [m/s]", stream.velocities, _both_signs(limits.velocity)),
@@ -54,13 +81,21 @@ def motion_figure(
             axes.plot(stream.times, values[:, slider], linewidth=0.9, label=f"slider {slider + 1}")
         for bound in sorted({*bounds[0], *bounds[1]}):
             axes.axhline(bound, **LIMIT_STYLE)
+        for span in spans:
+            axes.axvspan(span.begin, span.end, color="tab:green", alpha=0.12, linewidth=0.0)
         axes.set_ylabel(label)
         axes.grid(alpha=0.3)
         axes.tick_params(labelbottom=row == len(courses) - 1)
         if row == 0:
             axes.plot([], [], label="limit", **LIMIT_STYLE)
+            for span in spans:
+                middle = (span.begin + span.end) / 2.0
+                where = axes.get_xaxis_transform()
+                axes.text(middle, 0.82, span.name, transform=where, ha="center", fontsize=9)
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.32), ncols=4, frameon=False)
     axes.set_xlabel("time [s]")
+    figure.draw_without_rendering()  # only then all places on the page are known
+    _label(space, path, marks)
     return figure
 
 
@@ -68,16 +103,37 @@ def _both_signs(bounds: Sequence[float]) -> tuple[list[float], list[float]]:
     return [-bound for bound in bounds], list(bounds)
 
 
-def _draw_path(
-    axes: Axes3D, path: NDArray[np.float64], stops: Sequence[tuple[str, Sequence[float]]]
-) -> None:
+def _draw_path(axes: Axes3D, path: NDArray[np.float64], marks: Sequence[Mark]) -> None:
     x, y, z = (path * MILLIMETRES).T
     axes.plot(x, y, z, linewidth=1.0)
-    for name, position in stops:
-        px, py, pz = (coordinate * MILLIMETRES for coordinate in position)
-        axes.plot([px], [py], [pz], marker="o", color="tab:red", markersize=4)
-        axes.text(px, py, pz, f" {name}", fontsize=9)
+    for mark in marks:
+        px, py, pz = (coordinate * MILLIMETRES for coordinate in mark.position)
+        axes.plot([px], [py], [pz], linestyle="none", **mark.style)
     axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", title="platform path")
     axes.set_aspect("equal")
-    axes.set_box_aspect(None, zoom=0.85)  # the labels of the last axis would be cut off
+    axes.view_init(elev=28.0, azim=-72.0)  # no axis of the machine is seen end on
+    axes.set_box_aspect(None, zoom=0.92)  # the labels of the last axis would be cut off
     axes.locator_params(nbins=5)
+
+
+def _label(axes: Axes3D, path: NDArray[np.float64], marks: Sequence[Mark]) -> None:
+    """Write the names of ``marks`` beside them, where they cover nothing."""
+    if not marks:
+        return
+    places = np.array([mark.position for mark in marks])
+    to_page = axes.transData.inverted()
+    texts = [
+        axes.annotate(mark.name, (0.0, 0.0), fontsize=9, ha="center", va="center") for mark in marks
+    ]
+    boxes: list[Bbox] = [text.get_window_extent() for text in texts]
+    sizes = np.array([(box.width, box.height) for box in boxes])
+    points = _on_page(axes, places)
+    centres = label_centres(points, sizes, _on_page(axes, path), margin=2.0)
+    for text, centre in zip(texts, to_page.transform(centres)):
+        text.set_position(centre)
+
+
+def _on_page(axes: Axes3D, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return positions [m] as pixels of the page. Shape (n, 2)."""
+    x, y, _ = proj3d.proj_transform(*(positions * MILLIMETRES).T, axes.get_proj())
+    return np.asarray(axes.transData.transform(np.column_stack((x, y))))

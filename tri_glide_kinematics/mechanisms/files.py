@@ -16,8 +16,8 @@ import yaml
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.errors import MechanismFileError
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.four_bar import FourBar
 from tri_glide_kinematics.mechanisms.landing_gear import LandingGear
 from tri_glide_kinematics.vectors import Point
 

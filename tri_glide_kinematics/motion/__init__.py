@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.errors import SliderLimitError as SliderLimitError
     from tri_glide_kinematics.motion.errors import SliderTravelError as SliderTravelError
     from tri_glide_kinematics.motion.held_motion import MotionPhase as MotionPhase
+    from tri_glide_kinematics.motion.limit_use import LimitUse as LimitUse
     from tri_glide_kinematics.motion.limits import SliderLimits as SliderLimits
     from tri_glide_kinematics.motion.planner import MotionKind as MotionKind
     from tri_glide_kinematics.motion.plans import SampledPlan as SampledPlan
@@ -29,6 +30,7 @@ __all__, __getattr__ = when_first_used(
             "SliderTravelError"
         ),
         "held_motion": "MotionPhase",
+        "limit_use": "LimitUse",
         "limits": "SliderLimits",
         "planner": "MotionKind",
         "plans": "SampledPlan SliderState",

@@ -15,7 +15,8 @@ from tri_glide_kinematics.vectors import Vector3
 # A jog that is slower than this is none [m/s].
 SLOWEST_JOG = 1e-7
 
-# Jogs whose directions differ by less than this [rad], and speeds by less than this part, are one.
+# Jogs are the same if their directions differ by less than this [rad], and their speeds by less
+# than this fraction.
 SAME_JOG = 1e-9
 
 

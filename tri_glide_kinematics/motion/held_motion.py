@@ -1,11 +1,11 @@
-"""What the engine holds: a plan, what it is for, and limits that wait. One value, never half done.
+"""What the engine holds: a plan, what it is for, and its limits. One value, never half done.
 
-The engine replaces it as a whole, in one of these ways:
+``Replanning`` replaces it as a whole, in one of these ways:
 
 ============================  =======================  ========  ==============================
 what happens                  plan                     goal      pending limits
 ============================  =======================  ========  ==============================
-start at measured heights     rest                     none      none, in force from now on
+start at measured heights     no motion                none      none, in force from now on
 a goal                        leads to it              new       none
 a goal while limits wait      as it was                new       as they were
 stop                          brakes                   none      as they were
@@ -48,21 +48,23 @@ class PlanRole(Enum):
 
 @dataclass(frozen=True)
 class HeldMotion:
-    """A verified plan to rest, and what it is for.
+    """A verified plan to rest, what it is for, and the limits.
 
     Attributes:
         plan: that is carried out.
         goal: what was commanded last; None for a stop.
         role: what the plan does for the goal. It leads there, unless there is no goal or limits
             are pending.
-        room: where the plan was checked to stay.
+        region: where the plan was checked to stay.
+        limits: in force.
         pending: limits that wait until the motion can keep them; None if there are none.
     """
 
     plan: Plan
     goal: Command | None
     role: PlanRole
-    room: Workspace
+    region: Workspace
+    limits: DriveLimits
     pending: DriveLimits | None = None
 
     def phase(self, time: float) -> MotionPhase:

@@ -14,7 +14,7 @@ from tri_glide_kinematics.vectors import Vector3
 
 QUANTITIES = (("velocity", "m/s"), ("acceleration", "m/s^2"), ("jerk", "m/s^3"))
 
-# A bound may be exceeded by this part of it: rounding.
+# A bound may be exceeded by this fraction of it: rounding.
 RELATIVE_ROUNDING = 1e-8
 
 

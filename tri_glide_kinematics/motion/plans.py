@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from tri_glide_kinematics.motion.constant_jerk import Phases, after
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # Breakpoints of two sliders closer than this are one: a jerk this long is below rounding [s].
@@ -77,9 +78,7 @@ class CubicPlan:
 
     __slots__ = ("_final", "_row", "_rows", "_starts", "duration", "lengths", "pieces", "starts")
 
-    def __init__(
-        self, initial: SliderState, jerks: Sequence[Sequence[tuple[float, float]]]
-    ) -> None:
+    def __init__(self, initial: SliderState, jerks: Sequence[Phases]) -> None:
         """Integrate the jerks.
 
         Args:
@@ -87,14 +86,14 @@ class CubicPlan:
             jerks: for each slider (duration [s], jerk [m/s^3]), one phase after the other. The
                 last of them leaves the slider at rest.
         """
-        courses = [_Course(*values) for values in zip(*initial, jerks)]
+        sliders = [_SliderProfile(*values) for values in zip(*initial, jerks)]
         starts = [0.0]
-        for time in sorted(time for course in courses for time in course.starts):
+        for time in sorted(time for slider in sliders for time in slider.starts):
             if time - starts[-1] > SAME_TIME:
                 starts.append(time)
         rows = []
         for start, end in pairwise(starts):
-            first, second, third = (course.at(start, 0.5 * (start + end)) for course in courses)
+            first, second, third = (slider.at(start, 0.5 * (start + end)) for slider in sliders)
             rows.append((*first, *second, *third))
         self._rows: list[tuple[float, ...]] = [
             (start, end, *row) for (start, end), row in zip(pairwise(starts), rows)
@@ -103,7 +102,7 @@ class CubicPlan:
         self._row = self._rows[0] if rows else (0.0,) * 14
         self.duration = starts.pop()
         self._starts = starts if rows else []
-        h1, h2, h3 = (course.final_height for course in courses)
+        h1, h2, h3 = (slider.final_height for slider in sliders)
         self._final = SliderState((h1, h2, h3), AT_REST, AT_REST)
         self.starts = np.array(self._starts)
         self.lengths = np.diff(self.starts, append=self.duration)
@@ -117,6 +116,7 @@ class CubicPlan:
                 return self._final
             row = self._row = self._rows[bisect_right(self._starts, time) - 1]
             start, end, h1, v1, a1, j1, h2, v2, a2, j2, h3, v3, a3, j3 = row
+        # The cubic of ``constant_jerk.after``, unrolled: calls for each slider take twice as long.
         t = time - start
         half, sixth = 0.5 * t, t / 6.0
         b1, b2, b3 = a1 + j1 * t, a2 + j2 * t, a3 + j3 * t
@@ -140,17 +140,11 @@ class CubicPlan:
             return SampledPlan(times, *(np.tile(values, (len(times), 1)) for values in self._final))
         index = np.searchsorted(self.starts, times, side="right") - 1
         t = np.minimum(times - self.starts[index], self.lengths[index])[:, np.newaxis]
-        height, velocity, acceleration, jerk = self.pieces[:, index]
+        sampled = SampledPlan(times, *after(t, *self.pieces[:, index]))
         ended = times >= self.duration
-        final = SampledPlan(
-            times,
-            height + t * (velocity + t * (acceleration / 2.0 + t * jerk / 6.0)),
-            velocity + t * (acceleration + t * jerk / 2.0),
-            acceleration + t * jerk,
-        )
-        for values, rest in zip(final[1:], self._final):
-            values[ended] = rest
-        return final
+        for values, final in zip(sampled[1:], self._final):
+            values[ended] = final
+        return sampled
 
     def pieces_since(self, time: float) -> tuple[FloatArray, FloatArray]:
         """Return ``lengths`` and ``pieces`` of what is left of the plan at ``time`` [s]."""
@@ -216,42 +210,29 @@ class SequencePlan:
         ]
 
 
-class _Course:
-    """One slider under piecewise constant jerk."""
+class _SliderProfile:
+    """One slider in phases of constant jerk."""
 
-    def __init__(
-        self,
-        height: float,
-        velocity: float,
-        acceleration: float,
-        jerks: Sequence[tuple[float, float]],
-    ) -> None:
+    def __init__(self, height: float, velocity: float, acceleration: float, phases: Phases) -> None:
         time = 0.0
+        state = height, velocity, acceleration
         self.starts: list[float] = []
         self._pieces: list[tuple[float, float, float, float]] = []
-        for duration, jerk in jerks:
+        for duration, jerk in phases:
             if duration <= 0.0:
                 continue
             self.starts.append(time)
-            self._pieces.append((height, velocity, acceleration, jerk))
+            self._pieces.append((*state, jerk))
             time += duration
-            height += duration * (velocity + duration * (acceleration / 2 + duration * jerk / 6))
-            velocity += duration * (acceleration + duration * jerk / 2.0)
-            acceleration += duration * jerk
+            state = after(duration, *state, jerk)
         self.starts.append(time)
         # The residual velocity and acceleration of ruckig's last phase are below 1e-10; they end
         # here. Its residual height is kept: correcting it would be a step.
-        self._pieces.append((height, 0.0, 0.0, 0.0))
-        self.final_height = height
+        self.final_height = state[0]
+        self._pieces.append((self.final_height, 0.0, 0.0, 0.0))
 
     def at(self, time: float, inside: float) -> tuple[float, float, float, float]:
         """Return the state at ``time`` in the phase to which the instant ``inside`` belongs."""
         index = bisect_right(self.starts, inside) - 1
-        t = time - self.starts[index]
         height, velocity, acceleration, jerk = self._pieces[index]
-        return (
-            height + t * (velocity + t * (acceleration / 2.0 + t * jerk / 6.0)),
-            velocity + t * (acceleration + t * jerk / 2.0),
-            acceleration + t * jerk,
-            jerk,
-        )
+        return (*after(time - self.starts[index], height, velocity, acceleration, jerk), jerk)

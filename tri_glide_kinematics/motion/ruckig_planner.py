@@ -13,10 +13,8 @@ from ruckig import (
     Trajectory,
 )
 
+from tri_glide_kinematics.motion.constant_jerk import Phases
 from tri_glide_kinematics.motion.errors import PlanningError
-
-# (duration [s], jerk) of one phase after the other.
-Phases = list[tuple[float, float]]
 
 # Ruckig fails on round numbers where two kinds of profile meet: 0.05 m from rest to rest at
 # 10 m/s^2 and 200 m/s^3 is such a case. A jerk that is smaller by this leads past it.

@@ -1,1 +1,1 @@
-"""Nodes: one module each."""
+"""Nodes: one module each, which turns messages into calls and results into messages."""

@@ -7,21 +7,15 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
+from tri_glide_kinematics.control.health import Health, Level
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.diagnostics import (
-    ERROR,
-    OK,
-    STALE,
-    WARN,
-    DiagnosticsPublisher,
-    Health,
-)
+from tri_glide_kinematics.ros.diagnostics import DiagnosticsPublisher
+from tri_glide_kinematics.ros.from_parameters import check_joint_names, machine_of
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.messages import SliderReader
 from tri_glide_kinematics.ros.parameters import FK_NODE
 from tri_glide_kinematics.ros.patient_services import PatientServices
-from tri_glide_kinematics.ros.settings import check_joint_names, machine_of
 
 
 class FkNode(Node):
@@ -97,7 +91,7 @@ class FkNode(Node):
             "last reason": self._reasons.last,
         }
         if refused:
-            return Health(WARN if poses else ERROR, self._reasons.last, values)
+            return Health(Level.WARN if poses else Level.ERROR, self._reasons.last, values)
         if not poses:
-            return Health(STALE, "no measured slider heights", values)
-        return Health(OK, "platform pose is published", values)
+            return Health(Level.STALE, "no measured slider heights", values)
+        return Health(Level.OK, "platform pose is published", values)

@@ -14,24 +14,19 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profi
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
-from tri_glide_kinematics.control.controller import ControllerStatus, MotionController
+from tri_glide_kinematics.control.controller import MotionController
+from tri_glide_kinematics.control.controller_health import health_of, status_of
+from tri_glide_kinematics.control.health import Health
 from tri_glide_kinematics.control.loop_statistics import LoopStatistics
 from tri_glide_kinematics.control.operating_state import FAULT, JOGGING
 from tri_glide_kinematics.control.reason_log import ReasonLog
+from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderState
 from tri_glide_kinematics.ros.command_outputs import CommandOutputs
-from tri_glide_kinematics.ros.diagnostics import DiagnosticsPublisher, Health, status_message
-from tri_glide_kinematics.ros.ik_health import health_of, status_of
-from tri_glide_kinematics.ros.live_parameters import LiveParameters
-from tri_glide_kinematics.ros.messages import SliderReader, target_position, target_velocity
-from tri_glide_kinematics.ros.other_publishers import OtherPublishers
-from tri_glide_kinematics.ros.parameter_table import Values
-from tri_glide_kinematics.ros.parameters import IK_NODE
-from tri_glide_kinematics.ros.patient_services import PatientServices
-from tri_glide_kinematics.ros.run import FatalError
-from tri_glide_kinematics.ros.settings import (
+from tri_glide_kinematics.ros.diagnostics import DiagnosticsPublisher, status_message
+from tri_glide_kinematics.ros.from_parameters import (
     check_joint_names,
     in_position_bounds_of,
     limits_of,
@@ -39,6 +34,13 @@ from tri_glide_kinematics.ros.settings import (
     supervision_bounds_of,
     workspace_limits_of,
 )
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
+from tri_glide_kinematics.ros.messages import SliderReader, target_position, target_velocity
+from tri_glide_kinematics.ros.other_publishers import OtherPublishers
+from tri_glide_kinematics.ros.parameter_table import Values
+from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.run import FatalError
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 # Twists are renewed all the time: the latest one counts, and none is sent again after the
@@ -99,7 +101,9 @@ class IkNode(Node):
             start_disabled=values["start_disabled"],
             travel=(values["lower_heights"], values["upper_heights"]),
             on_change=self._changes.append,
-            on_refusal=lambda reason: self._refused.add(f"refused after all: {reason}"),
+            on_refusal=lambda reason: self._refused.add(
+                f"refused a command that had waited: {reason}"
+            ),
         )
         parameters.on_change(self._apply)
         self._others = OtherPublishers(self, self._outputs.publishers, self._on_others)
@@ -122,7 +126,7 @@ class IkNode(Node):
         now = time.monotonic()
         delay = self._loop.cycle(now)
         if delay is not None:
-            self._stalls.add(f"a cycle came {1000.0 * delay:.3g} ms late: the stream stood still")
+            self._stalls.add(f"a cycle came {1000.0 * delay:.3g} ms late: no setpoint in that time")
         try:
             setpoint = self._setpoint(now)
             if setpoint is not None:
@@ -226,8 +230,8 @@ class IkNode(Node):
             self._status_publisher.publish(status_message(name, health))
 
     def _apply(self, values: Values) -> None:
-        self._controller.twist_timeout = values["twist_timeout"]
-        self._controller.in_position_bounds = in_position_bounds_of(values)
+        self._controller.twists.timeout = values["twist_timeout"]
+        self._controller.newest_target.bounds = in_position_bounds_of(values)
         self._supervisor.bounds = supervision_bounds_of(values)
         self._controller.set_limits(limits_of(values), values["speed_scale"])
 
@@ -239,6 +243,6 @@ class IkNode(Node):
 
 
 def _check(values: Values) -> None:
-    """Check what can be set live; the rest is checked by what is made of it at the start."""
+    """Check what can be set live; all else is checked by what is made of it at the start."""
     limits_of(values)
     in_position_bounds_of(values)

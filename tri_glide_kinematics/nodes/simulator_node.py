@@ -14,12 +14,12 @@ from sensor_msgs.msg import JointState
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders, SliderFaults
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.from_parameters import check_joint_names, check_travel
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.messages import SliderReader, set_stamp
 from tri_glide_kinematics.ros.parameter_table import ParameterError, Values
 from tri_glide_kinematics.ros.parameters import SIMULATOR_NODE
 from tri_glide_kinematics.ros.patient_services import PatientServices
-from tri_glide_kinematics.ros.settings import check_joint_names, check_travel
 from tri_glide_kinematics.wording import number_text, vector_text
 
 

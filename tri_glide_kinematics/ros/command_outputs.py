@@ -84,7 +84,7 @@ class CommandOutputs:
                 self._trajectories.publish(self._trajectory(engine))
 
     def _trajectory(self, engine: MotionEngine) -> JointTrajectory:
-        """Return the whole way to rest.
+        """Return all of the plan, until the sliders stand still.
 
         Its stamp is 0, which tells the receiver to begin at once: no clock has to be shared.
         """

@@ -1,4 +1,4 @@
-"""Spins a node that does the same many times a second, and does not look at the rest each time."""
+"""Spins a node with a fast cycle, in which it looks only at what is urgent."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LONGEST_WAIT = 0.01
 
 
 class CycleExecutor(SingleThreadedExecutor):
-    """Looks at what is urgent always, and at the rest every now and then.
+    """Looks at what is urgent always, and at all else every now and then.
 
     Each time that rclpy waits, it builds a list of all that it waits for, anew and in Python; at
     1 kHz each timer, service or event handler in it takes about 3 % of a core. A node has some
@@ -34,7 +34,7 @@ class CycleExecutor(SingleThreadedExecutor):
         self._is_looking = True
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Run one callback, or none if it is time to look at the rest."""
+        """Run one callback, or none if it is time to look at all else."""
         self._is_looking = time.monotonic() >= self._next_look
         # With another timeout than the time before, rclpy forgets what else was ready.
         super().spin_once(self._timeout if timeout_sec is None else timeout_sec)

@@ -2,38 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
+from tri_glide_kinematics.control.health import Health
 from tri_glide_kinematics.ros.messages import set_stamp
 from tri_glide_kinematics.wording import number_text
 
-OK, WARN, ERROR, STALE = (
-    DiagnosticStatus.OK,
-    DiagnosticStatus.WARN,
-    DiagnosticStatus.ERROR,
-    DiagnosticStatus.STALE,
-)
 HARDWARE_ID = "tri_glide"
-
-
-class Health(NamedTuple):
-    """What a node says about itself.
-
-    Attributes:
-        level: OK, WARN (works, but look), ERROR (does not do its work) or STALE (no data yet).
-        message: one line.
-        values: numbers behind it.
-    """
-
-    level: bytes
-    message: str
-    values: Mapping[str, object]
 
 
 def status_message(name: str, health: Health) -> DiagnosticStatus:
@@ -46,7 +26,7 @@ def status_message(name: str, health: Health) -> DiagnosticStatus:
     """
     namespace, slash, _ = name.rpartition("/")
     return DiagnosticStatus(
-        level=health.level,
+        level=bytes([health.level]),
         name=name,
         message=health.message,
         hardware_id=f"{namespace}{slash}{HARDWARE_ID}",

@@ -12,11 +12,11 @@ from tri_glide_interfaces.msg import FMechanismPose as PoseMessage
 from tri_glide_interfaces.msg import TraceEvent
 from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
 from tri_glide_kinematics.errors import OutOfBoundsError
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
-from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import (
+from tri_glide_kinematics.mechanisms.f_mechanism import (
     EventKind,
+    FMechanism,
     FMechanismEvent,
+    FMechanismPose,
     FMechanismTrace,
 )
 from tri_glide_kinematics.ros.mechanism_messages import (
@@ -189,13 +189,10 @@ def _fill_columns(
     response.velocity_x, response.velocity_y = _columns(branch.velocity)
     response.residual = column(branch.residual)
     response.singularity = column(branch.singularity)
-    x, y = platform_point
-    cosine, sine = np.cos(branch.angle), np.sin(branch.angle)
-    arm_x, arm_y = cosine * x - sine * y, sine * x + cosine * y
-    response.point_x = column(branch.position[:, 0] + arm_x)
-    response.point_y = column(branch.position[:, 1] + arm_y)
-    response.point_velocity_x = column(branch.velocity[:, 0] - branch.angular_velocity * arm_y)
-    response.point_velocity_y = column(branch.velocity[:, 1] + branch.angular_velocity * arm_x)
+    response.point_x, response.point_y = _columns(branch.point(platform_point))
+    response.point_velocity_x, response.point_velocity_y = _columns(
+        branch.point_velocity(platform_point)
+    )
 
 
 def _columns(points: NDArray[np.float64]) -> tuple[object, object]:

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from tri_glide_interfaces.msg import FourBar as FourBarMessage
 from tri_glide_interfaces.msg import FourBarDeadCentre, FourBarProperties, TraceEvent
 from tri_glide_interfaces.msg import FourBarPose as PoseMessage
 from tri_glide_interfaces.srv import SolveFourBar, TraceFourBar
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError
-from tri_glide_kinematics.mechanisms.four_bar.analysis import DeadCentreKind
-from tri_glide_kinematics.mechanisms.four_bar.linkage import (
+from tri_glide_kinematics.mechanisms.four_bar import (
     AssembledFourBar,
     Branch,
     BranchSweep,
     DeadCentre,
     FourBar,
     FourBarPose,
+    SweepEvent,
+    SweepEventKind,
+    sweep_events,
 )
 from tri_glide_kinematics.ros.mechanism_messages import (
     RefusedRequestError,
@@ -42,6 +41,10 @@ _BRANCH_NUMBERS = {
     Branch.OPEN: PoseMessage.OPEN,
     Branch.CROSSED: PoseMessage.CROSSED,
     None: PoseMessage.BOTH,
+}
+_EVENT_KINDS = {
+    SweepEventKind.LIMIT: TraceEvent.LIMIT,
+    SweepEventKind.CHANGE_POINT: TraceEvent.BIFURCATION,
 }
 
 
@@ -79,7 +82,7 @@ def trace(request: TraceFourBar.Request, response: TraceFourBar.Response) -> Non
             f"{number_text(angles[-1])} rad is within the crank's limits: it reaches {reach} rad"
         )
     _fill_columns(response, sweep, point(request.coupler_point))
-    response.events = trace_events(linkage, angles)
+    response.events = [_event_message(event) for event in sweep_events(linkage, angles)]
 
 
 def linkage_of(message: FourBarMessage) -> FourBar:
@@ -164,51 +167,6 @@ def properties_message(linkage: FourBar) -> FourBarProperties:
     return message
 
 
-def trace_events(linkage: FourBar, angles: NDArray[np.float64]) -> list[TraceEvent]:
-    """Return the limits and change points that a trace meets, in its order.
-
-    Both are the positions in which coupler and rocker are in line.
-
-    Args:
-        linkage: that is traced.
-        angles: crank angles, rising or falling. Shape (n,) [rad].
-    """
-    lengths = linkage.lengths
-    bifurcations = {
-        DeadCentreKind.COUPLER_ROCKER_STRETCHED: lengths.stretches,
-        DeadCentreKind.COUPLER_ROCKER_FOLDED: lengths.folds,
-    }
-    sense = -1.0 if angles[-1] < angles[0] else 1.0
-    lower, upper = sorted((float(angles[0]), float(angles[-1])))
-    pivot_x, pivot_y = linkage.rocker_pivot
-    events = []
-    for centre in linkage.dead_centres:
-        if centre.kind not in bifurcations:
-            continue
-        kind = TraceEvent.BIFURCATION if bifurcations[centre.kind] else TraceEvent.LIMIT
-        rocker_pin = point_message(
-            (
-                pivot_x + linkage.rocker * math.cos(centre.rocker_angle),
-                pivot_y + linkage.rocker * math.sin(centre.rocker_angle),
-            )
-        )
-        first = math.ceil((lower - centre.crank_angle) / math.tau)
-        last = math.floor((upper - centre.crank_angle) / math.tau)
-        for turn in range(first, last + 1):
-            angle = centre.crank_angle + turn * math.tau
-            row = int(np.searchsorted(sense * angles, sense * angle, side="right")) - 1
-            events.append(
-                TraceEvent(
-                    kind=kind,
-                    row=row,
-                    crank_angle=angle,
-                    angle=centre.rocker_angle,
-                    position=rocker_pin,
-                )
-            )
-    return sorted(events, key=lambda event: sense * event.crank_angle)
-
-
 def _fill_columns(
     response: TraceFourBar.Response, sweep: BranchSweep, coupler_point: tuple[float, float]
 ) -> None:
@@ -238,4 +196,14 @@ def _dead_centre_message(centre: DeadCentre) -> FourBarDeadCentre:
         crank_angle=centre.crank_angle,
         rocker_angle=centre.rocker_angle,
         branch=_BRANCH_NUMBERS[centre.branch],
+    )
+
+
+def _event_message(event: SweepEvent) -> TraceEvent:
+    return TraceEvent(
+        kind=_EVENT_KINDS[event.kind],
+        row=event.row,
+        crank_angle=event.crank_angle,
+        angle=event.rocker_angle,
+        position=point_message(event.rocker_pin),
     )

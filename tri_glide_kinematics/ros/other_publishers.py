@@ -71,7 +71,8 @@ class OtherPublishers:
             }
         text = other_publishers(self._node.get_fully_qualified_name(), self._own, found)
         if text is None and now < self._settled:
-            return f"for {SETTLING:g} s, it looks for others who publish {', '.join(self._own)}"
+            topics = ", ".join(self._own)
+            return f"looks for other publishers of {topics}, for {SETTLING:g} s at the start"
         return text
 
 
@@ -92,8 +93,8 @@ def other_publishers(
     """
     others = []
     for topic, names in found.items():
-        rest = Counter(names) - Counter({node: own[topic]})
-        for name in sorted(rest):
+        strangers = Counter(names) - Counter({node: own[topic]})
+        for name in sorted(strangers):
             who = f"another {name}" if name == node else name
             others.append(f"{who} publishes {topic}")
     if not others:

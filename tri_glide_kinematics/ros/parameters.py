@@ -23,7 +23,7 @@ GEOMETRY = (
     Parameter(
         "geometry",
         "symmetric",
-        "`symmetric` takes the next four parameters, `calibrated` the two after them",
+        "`symmetric`: the next four parameters hold; `calibrated`: the two after them",
         choices=("symmetric", "calibrated"),
         told=True,
     ),
@@ -80,7 +80,7 @@ LIMITS = (
     Parameter(
         "speed_scale",
         1.0,
-        "part of the velocity limits to use",
+        "factor by which the velocity limits are reduced",
         "",
         0.001,
         1.0,
@@ -92,7 +92,7 @@ WORKSPACE = (
     Parameter(
         "reach_margin",
         0.005,
-        "how much shorter than the arm its horizontal part has to be",
+        "least difference between the length of an arm and that of its horizontal part",
         "m",
         0.0,
         1.0,
@@ -108,7 +108,7 @@ WORKSPACE = (
     Parameter(
         "space",
         "unlimited",
-        "further limit for the platform centre, given by the parameters below",
+        "shape that the platform centre must not leave; the parameters below give it",
         choices=("unlimited", "box", "cylinder"),
     ),
     Parameter("box_lower", (-0.1, -0.1, 0.0), "lower corner of the box", "m", -10.0, 10.0),
@@ -121,7 +121,7 @@ SUPERVISION = (
     Parameter(
         "measured_timeout",
         0.2,
-        "fault if no measured heights come in for longer",
+        "fault if no measured heights arrive for longer than this",
         "s",
         0.005,
         10.0,
@@ -130,7 +130,7 @@ SUPERVISION = (
     Parameter(
         "jump_limit",
         0.02,
-        "fault if a measured height changes by more than this and what the velocity limit explains",
+        "fault if a measured height changes by more than `velocity_limits` allow, plus this",
         "m",
         0.0001,
         10.0,
@@ -139,7 +139,7 @@ SUPERVISION = (
     Parameter(
         "tracking_error_limit",
         0.05,
-        "fault if a measured height is farther from the commanded one",
+        "fault if a measured height is farther than this from the commanded one",
         "m",
         0.0001,
         10.0,
@@ -151,25 +151,19 @@ IN_POSITION = (
     Parameter(
         "position_tolerance",
         0.0005,
-        "a target is reached if the platform is measured no farther away",
+        "a target is reached if the platform is measured within this distance of it",
         "m",
         0.000001,
         1.0,
         live=True,
     ),
     Parameter(
-        "settling_time",
-        0.02,
-        "how long it has to stay within the tolerance",
-        "s",
-        0.0,
-        10.0,
-        live=True,
+        "settling_time", 0.02, "time for which it has to stay there", "s", 0.0, 10.0, live=True
     ),
     Parameter(
         "settling_timeout",
         1.0,
-        "time after the last setpoint of a motion in which the target has to be reached",
+        "longest time from the last setpoint of a motion until the target is reached",
         "s",
         0.01,
         60.0,
@@ -178,7 +172,7 @@ IN_POSITION = (
     Parameter(
         "position_error_limit",
         0.005,
-        "fault if the platform is measured farther from the target after that time",
+        "fault if the platform is farther than this from the target after that time",
         "m",
         0.000001,
         1.0,
@@ -193,7 +187,7 @@ IK_NODE = (
     Parameter(
         "platform_frame",
         "tri_glide_platform",
-        "frame on the platform; twists may be given in it, as its axes are those of the base",
+        "frame of the platform, with the axes of the base frame; twists may be given in it",
     ),
     Parameter("rate", 500.0, "setpoints per second", "1/s", 10.0, 2000.0, told=True),
     *TRAVEL,
@@ -201,14 +195,14 @@ IK_NODE = (
     Parameter(
         "motion",
         "linear",
-        "path of the platform to a pose: a straight line, or whatever the sliders make of it",
+        "`linear`: the platform moves in a straight line; `slider`: shorter time, the path bends",
         choices=("linear", "slider"),
         told=True,
     ),
     Parameter(
         "twist_timeout",
         0.1,
-        "stop a jog if its twist is not renewed for longer, by time of receipt",
+        "a jog stops if no twist arrives for longer than this",
         "s",
         0.01,
         10.0,
@@ -221,7 +215,7 @@ IK_NODE = (
     Parameter(
         "command_outputs",
         ("joint_state",),
-        "as what the setpoints are published",
+        "forms in which the setpoints are published",
         choices=("joint_state", "forward_command", "joint_trajectory"),
         any_size=True,
     ),
@@ -264,7 +258,7 @@ SIMULATOR_NODE = (
     Parameter(
         "drop_out",
         0.0,
-        "fault: part of the measurements that is not published",
+        "fault: fraction of the measurements that is not published",
         "",
         0.0,
         1.0,
@@ -273,13 +267,13 @@ SIMULATOR_NODE = (
     Parameter(
         "frozen_encoders",
         (False, False, False),
-        "fault: these sliders are measured where they were",
+        "fault: the measured heights of these sliders stay as they are",
         live=True,
     ),
     Parameter(
         "encoder_offsets",
         (0.0, 0.0, 0.0),
-        "fault: added to the measured heights; a change is a jump",
+        "fault: added to the measured heights; a change of it is a jump",
         "m",
         -10.0,
         10.0,

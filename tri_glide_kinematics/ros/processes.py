@@ -53,6 +53,12 @@ class NodeProcesses:
             FileNotFoundError: if the executable is not installed.
         """
         command = [*prefix, str(executable(name)), "--ros-args", *ros_arguments]
+        return self.start_command(command, log)
+
+    def start_command(
+        self, command: Sequence[str], log: Path | None = None
+    ) -> subprocess.Popen[bytes]:
+        """Start a node by its whole ``command``; ``log`` as for ``start``."""
         with ExitStack() as stack:
             output = stack.enter_context(log.open("ab")) if log else None
             # In a session of its own a node is spared the Ctrl-C of our terminal: ``stop`` ends it.

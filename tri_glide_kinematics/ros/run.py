@@ -23,12 +23,12 @@ class FatalError(Exception):
     """An error in a node's own cycle: it cannot go on."""
 
 
-def run(module: str, node: str) -> int:
+def run(module: str, class_name: str) -> int:
     """Run a node until SIGINT or SIGTERM.
 
     Args:
-        module: of this folder, that holds the node.
-        node: name of its class, called without arguments.
+        module: full name of the module that holds the node; the node has its last part for a name.
+        class_name: of the node, called without arguments.
 
     Returns:
         Exit code: 0 after a signal, 1 if the node could not start or go on.
@@ -36,8 +36,8 @@ def run(module: str, node: str) -> int:
     # Until rclpy handles them, both signals just end the process.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
-        code = import_module(f"tri_glide_kinematics.nodes.{module}")
-        node_class = getattr(code, node)
+        code = import_module(module)
+        node_class = getattr(code, class_name)
     except ModuleNotFoundError as error:
         return _fail(_missing(error.name or str(error)))
     except ImportError as error:
@@ -52,22 +52,23 @@ def run(module: str, node: str) -> int:
     from tri_glide_kinematics.ros.parameters import NODES
     from tri_glide_kinematics.ros.transport import choose_transport
 
+    name = module.rpartition(".")[2]
     arguments = sys.argv[1:]
     if command_line.help_wanted(arguments):
-        print(command_line.help_text(module, code.__doc__ or "", NODES.get(module, ())))
+        print(command_line.help_text(name, code.__doc__ or "", NODES.get(name, ())))
         return 0
     try:
-        command_line.check_arguments(module, arguments)
+        command_line.check_arguments(name, arguments)
         sources_of(arguments)
         transport = choose_transport()
     except KinematicsError as error:
-        return _fail(f"{module}: {error}")
+        return _fail(f"{name}: {error}")
     # rclpy calls the handler that it finds beside its own; this one keeps KeyboardInterrupt away.
     signal.signal(signal.SIGINT, lambda *_: None)
     try:
         rclpy.init()
     except RuntimeError as error:
-        return _fail(f"{module}: {command_line.in_words(error)}")
+        return _fail(f"{name}: {command_line.in_words(error)}")
     try:
         instance = node_class()
     except Exception as error:
@@ -76,7 +77,7 @@ def run(module: str, node: str) -> int:
         if stopped:
             return 0
         if isinstance(error, (KinematicsError, ParameterException)):
-            return _fail(f"{module}: {error}")
+            return _fail(f"{name}: {error}")
         raise
     if transport.can_stall:
         instance.get_logger().warning(transport.text)

@@ -1,4 +1,4 @@
-"""The closed forms of ``tri_glide.py`` over arrays, for a million poses at a time.
+"""The closed forms of ``kinematics.py`` over arrays, for a million poses at a time.
 
 The arithmetic is that of the functions for one pose, operation for operation, so that the results
 are the same. The poses are worked through in blocks, whose intermediate results stay in the

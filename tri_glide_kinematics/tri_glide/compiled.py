@@ -1,6 +1,6 @@
-"""The closed forms of ``tri_glide.py`` as loops over poses, compiled by numba if it is installed.
+"""The closed forms of ``kinematics.py`` as loops over poses, compiled by numba if it is installed.
 
-One pass over the memory instead of the dozens of ``tri_glide_batch.py``, with the same arithmetic
+One pass over the memory instead of the dozens of ``batch.py``, with the same arithmetic
 and so the same results. Compiling takes seconds when a loop is first used in a process, which pays
 for itself after some hundred million poses: so it is done only on request.
 """
@@ -25,16 +25,16 @@ def is_available() -> bool:
 def inverse_batch(
     constants: tuple[float, ...], positions: FloatArray, *, single_mode: bool
 ) -> FloatArray:
-    """Return slider heights; arguments as in ``tri_glide_batch``, the result in C order."""
+    """Return slider heights; arguments as in ``batch``, the result in C order."""
     heights = np.empty(positions.shape)
-    _compiled(inverse_loop)(constants, single_mode, positions, heights)
+    compile_loop(inverse_loop)(constants, single_mode, positions, heights)
     return heights
 
 
 def forward_batch(constants: tuple[float, ...], heights: FloatArray) -> FloatArray:
-    """Return platform positions; arguments as in ``tri_glide_batch``, the result in C order."""
+    """Return platform positions; arguments as in ``batch``, the result in C order."""
     positions = np.empty(heights.shape)
-    _compiled(forward_loop)(constants, heights, positions)
+    compile_loop(forward_loop)(constants, heights, positions)
     return positions
 
 
@@ -78,7 +78,7 @@ def forward_loop(constants: tuple[float, ...], heights: FloatArray, positions: F
 
 
 @cache
-def _compiled(loop: Callable[..., None]) -> Callable[..., None]:
+def compile_loop(loop: Callable[..., None]) -> Callable[..., None]:
     """Compile a loop so that it follows numpy in what a division by zero gives."""
     import numba
 

@@ -20,8 +20,8 @@ from numpy.typing import ArrayLike, NDArray
 from tri_glide_kinematics.checks import array_of_shape
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, WrongShapeError
 from tri_glide_kinematics.rounding import first_smallest
-from tri_glide_kinematics.tri_glide import batch as tri_glide_batch
-from tri_glide_kinematics.tri_glide import compiled as tri_glide_compiled
+from tri_glide_kinematics.tri_glide import batch
+from tri_glide_kinematics.tri_glide import compiled as compiled_loops
 from tri_glide_kinematics.tri_glide.conditioning import (
     Matrix3,
     extreme_singular_values,
@@ -68,12 +68,12 @@ class TriGlide:
                 installed, they work as without this.
         """
         self.geometry = geometry
-        if compiled and tri_glide_compiled.is_available():
-            self._inverse_batch = tri_glide_compiled.inverse_batch
-            self._forward_batch = tri_glide_compiled.forward_batch
+        if compiled and compiled_loops.is_available():
+            self._inverse_batch = compiled_loops.inverse_batch
+            self._forward_batch = compiled_loops.forward_batch
         else:
-            self._inverse_batch = tri_glide_batch.inverse_batch
-            self._forward_batch = tri_glide_batch.forward_batch
+            self._inverse_batch = batch.inverse_batch
+            self._forward_batch = batch.forward_batch
         (x1, y1), (x2, y2), (x3, y3) = geometry.anchors
         length1, length2, length3 = geometry.arm_lengths
         area = geometry.doubled_area

@@ -36,13 +36,13 @@ class Surroundings(NamedTuple):
 
     Attributes:
         radius: no place within this distance breaks the condition number [m].
-        gain: within it the platform moves at most the way of the sliders (Euclidean norm over
-            the three) divided by this.
+        singular_value: least one of the Jacobian within it, or less. The platform moves at most
+            the way of the sliders (Euclidean norm over the three) divided by this.
         slope: within it the Jacobian changes by at most this per metre [1/m].
     """
 
     radius: float
-    gain: float
+    singular_value: float
     slope: float
 
 
@@ -96,9 +96,9 @@ class ConditionField:
         factor = 1.0 + 1.0 / self._max_condition
         # A first guess of the radius, with some rise of every arm left, bounds the slope; that
         # bounds the radius.
-        rest = min([arm[2] - distance for arm, distance in zip(self._arms, distances)])
+        room = min([arm[2] - distance for arm, distance in zip(self._arms, distances)])
         radius = margin / (factor * self._steepest(distances, 0.0))
-        radius = min(max(radius, TOLERANCE), 0.5 * rest)
+        radius = min(max(radius, TOLERANCE), 0.5 * room)
         slope = self._steepest(distances, radius)
         granted = min(TOLERANCE, 0.5 * smallest / slope)
         radius = min(radius, max(margin / (factor * slope), granted))
@@ -153,19 +153,19 @@ def _is_inside_between(first: Sample, second: Sample, acceleration: float) -> bo
     Of the second one, if it is outside, nothing is asked but that it is near.
     """
     step = second.time - first.time
-    radius, gain, slope = first.surroundings
+    radius, singular_value, slope = first.surroundings
     if not second.inside:
-        return step * (first.speed + 0.5 * acceleration * step) <= TOLERANCE * gain
-    second_radius, second_gain, second_slope = second.surroundings
+        return step * (first.speed + 0.5 * acceleration * step) <= TOLERANCE * singular_value
+    second_radius, second_value, second_slope = second.surroundings
     way = step * (0.5 * (first.speed + second.speed) + 0.25 * acceleration * step)
-    if way > radius * gain + second_radius * second_gain:
+    if way > radius * singular_value + second_radius * second_value:
         return False
     if acceleration * step * step > 8.0 * (min(first.travel, second.travel) + TOLERANCE):
         return False
-    gain = min(gain, second_gain)
+    singular_value = min(singular_value, second_value)
     allowed = min(first.slack, second.slack) + TOLERANCE
-    if way <= 2.0 * gain * allowed:
+    if way <= 2.0 * singular_value * allowed:
         return True
-    speed = (max(first.speed, second.speed) + 0.5 * acceleration * step) / gain
-    bend = (acceleration + max(slope, second_slope) * speed * speed) / gain
+    speed = (max(first.speed, second.speed) + 0.5 * acceleration * step) / singular_value
+    bend = (acceleration + max(slope, second_slope) * speed * speed) / singular_value
     return bend * step * step <= 8.0 * allowed

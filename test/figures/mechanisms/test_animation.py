@@ -14,8 +14,8 @@ from tri_glide_kinematics.figures.mechanisms.animation import (
 )
 from tri_glide_kinematics.figures.mechanisms.f_mechanism_branches import detailed_overview
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.four_bar.linkage import Branch, FourBar
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
 
 EXAMPLE = FMechanism(
     base=[[0.0, 0.0], [0.0525, 0.008], [0.040, 0.099]],

@@ -15,7 +15,7 @@ from tri_glide_kinematics.figures.errors import DrawingError
 from tri_glide_kinematics.figures.mechanisms import animation, pictures
 from tri_glide_kinematics.figures.mechanisms.command import find_file, main
 from tri_glide_kinematics.figures.mechanisms.pictures import Wish, pictures_of
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.files import load_mechanism
 
 ROOT = Path(__file__).parents[3]

@@ -30,8 +30,7 @@ from tri_glide_kinematics.figures.mechanisms.f_mechanism_branches import (
     evenly,
     telling_crank_angle,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import EventKind
+from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism
 
 LENGTHS = {
     "base": [[0.0, 0.0], [0.0525, 0.008], [0.040, 0.099]],

@@ -15,7 +15,7 @@ from tri_glide_kinematics.figures.mechanisms.four_bar import (
     telling_crank_angle,
 )
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError
-from tri_glide_kinematics.mechanisms.four_bar.linkage import Branch, FourBar
+from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
 
 TEXTBOOK = FourBar(0.02, 0.07, 0.09, 0.06)
 ONE_INTERVAL = FourBar(0.10, 0.07, 0.08, 0.12)

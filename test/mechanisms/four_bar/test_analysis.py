@@ -4,8 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.mechanisms.four_bar.analysis import DeadCentreKind
-from tri_glide_kinematics.mechanisms.four_bar.linkage import Branch, FourBar, GrashofClass
+from tri_glide_kinematics.mechanisms.four_bar import Branch, DeadCentreKind, FourBar, GrashofClass
 
 ANGLES = np.linspace(-math.pi, math.pi, 20_001)
 

@@ -10,7 +10,7 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar
+from tri_glide_kinematics.mechanisms.four_bar import FourBar
 
 A, B, C, D = 2.0, 7.0, 9.0, 6.0
 PHI = math.radians(30.0)

@@ -9,9 +9,9 @@ from strategies import nudged
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError, NotAssemblableError
-from tri_glide_kinematics.mechanisms.four_bar.lengths import LinkLengths
-from tri_glide_kinematics.mechanisms.four_bar.linkage import Branch, FourBar
-from tri_glide_kinematics.mechanisms.four_bar.loop import LoopConstants, close_loop
+from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar, LinkLengths
+from tri_glide_kinematics.mechanisms.four_bar.loop import close_loop
+from tri_glide_kinematics.mechanisms.four_bar.loop_constants import LoopConstants
 
 TEXTBOOK = FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0)
 

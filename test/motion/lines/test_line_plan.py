@@ -20,7 +20,7 @@ MOTION = LinearMotion(TriGlide(DEFAULT_GEOMETRY))
 def assert_states_are_samples(plan: LinePlan) -> None:
     """Compare at instants in random order, within the plan and after it."""
     times = np.random.default_rng(7).uniform(0.0, 1.1 * plan.duration, 500)
-    times = np.concatenate((times, plan.law.times, plan.law.times[::-1], [plan.duration]))
+    times = np.concatenate((times, plan.scaling.times, plan.scaling.times[::-1], [plan.duration]))
     sampled = plan.sample(times)
     states = np.array([plan.state(time) for time in times.tolist()])
     for values, expected, peak in zip(states.transpose(1, 0, 2), sampled[1:], (1.0, 1.0, 10.0)):
@@ -41,4 +41,4 @@ def test_level_and_slanted_lines_with_and_without_a_blend(end):
     assert_states_are_samples(plan)
     phases = [(0.05, jerk) for jerk in (4.0, -8.0, 4.0)]
     blend = CubicPlan(SliderState((0.0, 1e-4, 0.0), AT_REST, AT_REST), (phases, phases, phases))
-    assert_states_are_samples(LinePlan(line, plan.law, blend))
+    assert_states_are_samples(LinePlan(line, plan.scaling, blend))

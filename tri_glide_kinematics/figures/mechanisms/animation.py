@@ -21,8 +21,8 @@ from tri_glide_kinematics.figures.mechanisms.drawing import (
     degrees_text,
     plane_figure,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import FMechanismTrace
-from tri_glide_kinematics.mechanisms.four_bar.linkage import Branch, FourBar
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanismTrace
+from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
 from tri_glide_kinematics.rounding import within_turn
 from tri_glide_kinematics.vectors import FloatArray
 

@@ -35,9 +35,7 @@ from tri_glide_kinematics.figures.mechanisms.f_mechanism_branches import (
     skeleton_points,
 )
 from tri_glide_kinematics.figures.motion import LIMIT_STYLE
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.f_mechanism.overview.overview import FMechanismOverview
-from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import EventKind
+from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism, FMechanismOverview
 from tri_glide_kinematics.rounding import within_turn, wrapped
 from tri_glide_kinematics.vectors import FloatArray
 

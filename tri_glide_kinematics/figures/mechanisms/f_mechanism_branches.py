@@ -16,10 +16,13 @@ from tri_glide_kinematics.figures.mechanisms.drawing import (
     Link,
     Skeleton,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.f_mechanism.overview.overview import FMechanismOverview
-from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
-from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import EventKind, FMechanismTrace
+from tri_glide_kinematics.mechanisms.f_mechanism import (
+    EventKind,
+    FMechanism,
+    FMechanismOverview,
+    FMechanismPose,
+    FMechanismTrace,
+)
 from tri_glide_kinematics.rounding import SAME_PART, directions, first_largest
 from tri_glide_kinematics.vectors import FloatArray
 

@@ -28,7 +28,7 @@ from tri_glide_kinematics.figures.mechanisms.drawing import (
 )
 from tri_glide_kinematics.figures.motion import LIMIT_STYLE
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError
-from tri_glide_kinematics.mechanisms.four_bar.linkage import (
+from tri_glide_kinematics.mechanisms.four_bar import (
     AssembledFourBar,
     Branch,
     BranchSweep,

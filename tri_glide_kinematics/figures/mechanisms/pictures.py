@@ -21,10 +21,9 @@ from tri_glide_kinematics.figures.mechanisms.animation import (
 )
 from tri_glide_kinematics.figures.mechanisms.drawing import degrees_text
 from tri_glide_kinematics.figures.mechanisms.progress import ProgressBar
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.f_mechanism.overview.overview import FMechanismOverview
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismOverview
 from tri_glide_kinematics.mechanisms.files import MechanismFile, load_mechanism
-from tri_glide_kinematics.mechanisms.four_bar.linkage import AssembledFourBar, Branch, FourBar
+from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
 from tri_glide_kinematics.rounding import first_largest
 
 RESOLUTION = 110.0  # dots per inch

@@ -24,7 +24,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.overview.overview import FMecha
 from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose, FMechanismPoses
 from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import FMechanismTrace
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.batch import solve_batch
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import Linkage
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import Linkage
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import poses_at
 from tri_glide_kinematics.rounding import SAME_ANGLE
 from tri_glide_kinematics.wording import number_text
@@ -238,7 +238,7 @@ class FMechanism:
             period=2.0 * math.pi if turning_only else math.inf,
             largest_step=largest_step,
         )
-        return trace_branch(curve, starting_point(curve, pose), plan)
+        return trace_branch(curve, starting_point(curve, pose.angle, complex(*pose.position)), plan)
 
     def overview(self, samples: int = 360) -> FMechanismOverview:
         """All branches as connected curves, and the number of positions over one turn.

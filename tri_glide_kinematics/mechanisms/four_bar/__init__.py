@@ -12,12 +12,15 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.four_bar.analysis import (
         TransmissionExtremes as TransmissionExtremes,
     )
+    from tri_glide_kinematics.mechanisms.four_bar.events import SweepEvent as SweepEvent
+    from tri_glide_kinematics.mechanisms.four_bar.events import SweepEventKind as SweepEventKind
+    from tri_glide_kinematics.mechanisms.four_bar.events import sweep_events as sweep_events
     from tri_glide_kinematics.mechanisms.four_bar.lengths import LinkLengths as LinkLengths
     from tri_glide_kinematics.mechanisms.four_bar.linkage import (
         AssembledFourBar as AssembledFourBar,
     )
     from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar as FourBar
-    from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBarPose as FourBarPose
+    from tri_glide_kinematics.mechanisms.four_bar.pose import FourBarPose as FourBarPose
     from tri_glide_kinematics.mechanisms.four_bar.sweep import BranchSweep as BranchSweep
     from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarSweep as FourBarSweep
     from tri_glide_kinematics.mechanisms.four_bar.sweep import PointMotion as PointMotion
@@ -26,8 +29,10 @@ __all__, __getattr__ = when_first_used(
     __name__,
     {
         "analysis": "Branch DeadCentre DeadCentreKind GrashofClass TransmissionExtremes",
+        "events": "SweepEvent SweepEventKind sweep_events",
         "lengths": "LinkLengths",
-        "linkage": "AssembledFourBar FourBar FourBarPose",
+        "linkage": "AssembledFourBar FourBar",
+        "pose": "FourBarPose",
         "sweep": "BranchSweep FourBarSweep PointMotion",
     },
 )

@@ -22,14 +22,12 @@ smoothly, and the quotients that would be 0/0 there cancel before they are forme
 
 from __future__ import annotations
 
-import math
 from contextlib import nullcontext
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.mechanisms.four_bar.lengths import LinkLengths
+from tri_glide_kinematics.mechanisms.four_bar.loop_constants import LoopConstants, constant
 from tri_glide_kinematics.vectors import FloatArray
 
 _CHUNK = 8192
@@ -44,85 +42,7 @@ _MOST_SLACK = 8.0 * _ANGLE_SLACK
 _WORK_ROWS = 28
 
 
-def _constant(value: float) -> FloatArray:
-    """Return ``value`` as an array without axes: numpy takes that faster than a float."""
-    return np.array(value, dtype=np.float64)
-
-
-_HALF = _constant(0.5)
-
-
-@dataclass(frozen=True)
-class LoopConstants:
-    """What the loop needs to know of a linkage.
-
-    Letters are those of source 004, with the longest link as unit; attributes in [m] say so.
-
-    Attributes:
-        trig_scale: 2 sqrt(ad).
-        stretched_gap: (b + c)^2 - (a + d)^2.
-        folded_gap: (a - d)^2 - (b - c)^2.
-        stretched_half_gap: half of the former.
-        folded_half_gap: half of the latter.
-        least_diagonal: (a - d)^2, which is g^2 at crank angle 0.
-        coupler_share: b^2 - c^2.
-        turn_share: d^2 - a^2.
-        offset_x: d - a, in [m].
-        scale_x: from 4 a d sin^2(phi/2) to 2 a sin^2(phi/2), in [m].
-        scale_y: from 2 a d sin(phi) to a sin(phi), in [m].
-        ground: d, in [m].
-        coupler: b.
-        kite_scale: from 4 a^2 to half the longest link, in [m]; of meaning only for a kite.
-        stretches: whether there is a change point at half a turn.
-        folds: whether there is a change point at zero.
-        is_limited: whether there is a crank angle that cannot be reached.
-        is_kite: whether a = d and b = c, so that crank pin and rocker pivot can meet.
-    """
-
-    trig_scale: FloatArray
-    stretched_gap: FloatArray
-    folded_gap: FloatArray
-    stretched_half_gap: FloatArray
-    folded_half_gap: FloatArray
-    least_diagonal: FloatArray
-    coupler_share: FloatArray
-    turn_share: FloatArray
-    offset_x: FloatArray
-    scale_x: FloatArray
-    scale_y: FloatArray
-    ground: FloatArray
-    coupler: float
-    kite_scale: float
-    stretches: bool
-    folds: bool
-    is_limited: bool
-    is_kite: bool
-
-    @classmethod
-    def of(cls, lengths: LinkLengths) -> LoopConstants:
-        """Work out the constants of a linkage."""
-        a, b, c, d = lengths.scaled
-        size = lengths.longest
-        return cls(
-            trig_scale=_constant(2.0 * math.sqrt(a * d)),
-            stretched_gap=_constant(lengths.stretched_gap),
-            folded_gap=_constant(lengths.folded_gap),
-            stretched_half_gap=_constant(0.5 * lengths.stretched_gap),
-            folded_half_gap=_constant(0.5 * lengths.folded_gap),
-            least_diagonal=_constant((d - a) ** 2),
-            coupler_share=_constant((b - c) * (b + c)),
-            turn_share=_constant((d - a) * (d + a)),
-            offset_x=_constant(size * (d - a)),
-            scale_x=_constant(0.5 * size / d),
-            scale_y=_constant(0.5 * size / d),
-            ground=_constant(size * d),
-            coupler=b,
-            kite_scale=0.25 * size / a,
-            stretches=lengths.stretches,
-            folds=lengths.folds,
-            is_limited=lengths.stretched_gap < 0.0 or lengths.folded_gap < 0.0,
-            is_kite=a == d and b == c,
-        )
+_HALF = constant(0.5)
 
 
 def close_loop(
@@ -186,7 +106,7 @@ def _close_chunk(
         mean_x, mean_y, mean_coupler, mean_rocker, mean_coupler_slope, mean_rocker_slope,
         split_x, split_y, split_coupler, split_rocker, split_coupler_slope, split_rocker_slope,
         cos, sin, cos2, sin2, to_stretched, to_folded,
-        slope, inverse, root, root3, gain, gain_slope, share, rest, gx, pin_y,
+        slope, inverse, root, root3, gain, gain_slope, foot, beyond, gx, pin_y,
     ) = work
     # fmt: on
     trig, squares, gaps = work[12:14], work[14:16], work[16:18]
@@ -233,7 +153,7 @@ def _close_chunk(
     multiply(gain, omega, gain)
 
     # The diagonal turns with 1/2 - (d^2 - a^2)/(2 g^2).
-    multiply(inverse, k.turn_share, mean_rocker)
+    multiply(inverse, k.ground_less_crank, mean_rocker)
     multiply(mean_rocker, slope, mean_coupler_slope)
     multiply(mean_coupler_slope, omega, mean_coupler_slope)
     subtract(_HALF, mean_rocker, mean_rocker)
@@ -244,25 +164,25 @@ def _close_chunk(
     mean_rocker_slope[:] = mean_coupler_slope
 
     # Against the diagonal, the rocker turns with p M and the coupler with (p - 1) M.
-    multiply(inverse, k.coupler_share, share)
-    multiply(share, slope, slope)  # -p'
-    subtract(_HALF, share, rest)  # 1 - p
-    add(share, _HALF, share)  # p
+    multiply(inverse, k.coupler_less_rocker, foot)
+    multiply(foot, slope, slope)  # -p'
+    subtract(_HALF, foot, beyond)  # 1 - p
+    add(foot, _HALF, foot)  # p
     if on_limit is not None:
         gain[on_limit] = np.nan
-        share[on_limit] = np.copysign(k.coupler * np.sqrt(2.0 * inverse[on_limit]), share[on_limit])
-        rest[on_limit] = 1.0 - share[on_limit]
-    multiply(share, gain, split_rocker)
+        foot[on_limit] = np.copysign(k.coupler * np.sqrt(2.0 * inverse[on_limit]), foot[on_limit])
+        beyond[on_limit] = 1.0 - foot[on_limit]
+    multiply(foot, gain, split_rocker)
     subtract(split_rocker, gain, split_coupler)
-    multiply(share, gain_slope, split_rocker_slope)
+    multiply(foot, gain_slope, split_rocker_slope)
     multiply(slope, gain, slope)
     subtract(split_rocker_slope, slope, split_rocker_slope)
     subtract(split_rocker_slope, gain_slope, split_coupler_slope)
 
     # The rocker pin is at ground - (1 - p) g, and h times the perpendicular of g to either side.
-    multiply(rest, gx, gain)
+    multiply(beyond, gx, gain)
     subtract(k.ground, gain, mean_x)
-    multiply(rest, pin_y, mean_y)
+    multiply(beyond, pin_y, mean_y)
     if k.is_kite:
         half_height = cos if k.stretches else np.sqrt(to_stretched)
         np.multiply(trig, k.kite_scale * half_height, work[6:8])

@@ -1,8 +1,8 @@
 """How a straight line takes over a motion that is under way, so that no slider jumps.
 
-The motion of the sliders is divided into one along the line, which the way law continues, and a
-rest, which a blend wears off: offsets of the sliders that brake to zero. The line begins where the
-platform would be without them.
+The motion of the sliders is divided. The time scaling continues the part along the line. What is
+left becomes a blend: offsets of the sliders, which decay to zero. The line begins where the
+platform would be without these offsets.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from ruckig import Synchronization
 
-from tri_glide_kinematics.motion.aims import Aim
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.lines.line_builders import LineBuilder
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
@@ -32,13 +32,13 @@ class Entry(NamedTuple):
     Attributes:
         line: begins where the platform would be if the blend were over.
         speed: part of the motion that goes along the line [m/s].
-        gain: likewise of the acceleration [m/s^2].
-        blend: offsets of the sliders, None if there is no rest to wear off.
+        acceleration: likewise [m/s^2].
+        blend: offsets of the sliders; None if the line takes over all of the motion.
     """
 
     line: StraightLine
     speed: float
-    gain: float
+    acceleration: float
     blend: CubicPlan | None
 
 
@@ -50,55 +50,63 @@ class LineEntry:
         self._machine = machine
         self._ruckig = RuckigPlanner(3)
 
-    def resting(self, state: SliderState, aim: Aim, limits: SliderLimits) -> Entry:
+    def resting(self, state: SliderState, builder: LineBuilder, limits: SliderLimits) -> Entry:
         """Return the entry at rest: the blend brakes all of the motion.
 
         Raises:
             KinematicsError: if no line begins where the sliders rest.
         """
         blend = self._brake(state, limits, 1.0)
-        return Entry(aim.fitted(aim.line(self._begin(state, blend))), 0.0, 0.0, blend)
+        return Entry(builder.limited(builder.line(self._begin(state, blend))), 0.0, 0.0, blend)
 
-    def moving(self, state: SliderState, aim: Aim, limits: SliderLimits, share: float) -> Entry:
+    def moving(
+        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
+    ) -> Entry:
         """Return the entry that keeps the motion along the line.
 
         Args:
             state: of the sliders.
-            aim: gives the line.
+            builder: makes the line.
             limits: of the sliders.
-            share: part of the acceleration and jerk limits that the blend may use.
+            fraction: of the acceleration and jerk limits that the blend may use.
 
         Raises:
             KinematicsError: if no line begins where the platform would be.
         """
-        line = aim.line(self._machine.forward(state.heights))
-        speed, gain, rest = _divided(state, line, limits)
-        if rest is None:
-            return Entry(aim.fitted(line), speed, gain, None)
-        # The rest depends on where the line begins, and this on how far the rest brakes.
+        line = builder.line(self._machine.forward(state.heights))
+        speed, acceleration, residual = _divided(state, line, limits)
+        if residual is None:
+            return Entry(builder.limited(line), speed, acceleration, None)
+        # The residual depends on where the line begins, and this on how far the residual brakes.
         for _ in range(2):
-            line = aim.line(self._begin(state, self._brake(rest, limits, share)))
-            speed, gain, divided = _divided(state, line, limits)
-            rest = divided or rest
+            line = builder.line(self._begin(state, self._brake(residual, limits, fraction)))
+            speed, acceleration, divided = _divided(state, line, limits)
+            residual = divided or residual
         (x, y, z), (h1, h2, h3) = state.heights, line.start_heights
         offsets = (x - h1, y - h2, z - h3)
         phases = self._ruckig.to_rest_at(
             AT_REST,
             offsets,
-            rest.velocities,
-            rest.accelerations,
-            _shared(limits, share),
+            residual.velocities,
+            residual.accelerations,
+            _reduced(limits, fraction),
             Synchronization.No,
         )
-        blend = CubicPlan(SliderState(offsets, rest.velocities, rest.accelerations), phases)
-        return Entry(aim.fitted(line), speed, gain, blend)
+        blend = CubicPlan(SliderState(offsets, residual.velocities, residual.accelerations), phases)
+        return Entry(builder.limited(line), speed, acceleration, blend)
 
-    def _brake(self, rest: SliderState, limits: SliderLimits, share: float) -> CubicPlan:
-        """Return offsets with the velocities and accelerations of ``rest`` that end at zero."""
-        phases = self._ruckig.to_rest(rest.velocities, rest.accelerations, _shared(limits, share))
-        from_zero = CubicPlan(SliderState(AT_REST, rest.velocities, rest.accelerations), phases)
+    def _brake(self, residual: SliderState, limits: SliderLimits, fraction: float) -> CubicPlan:
+        """Return offsets with the velocities and accelerations of ``residual`` that end at zero."""
+        phases = self._ruckig.to_rest(
+            residual.velocities, residual.accelerations, _reduced(limits, fraction)
+        )
+        from_zero = CubicPlan(
+            SliderState(AT_REST, residual.velocities, residual.accelerations), phases
+        )
         x, y, z = from_zero.state(from_zero.duration).heights
-        return CubicPlan(SliderState((-x, -y, -z), rest.velocities, rest.accelerations), phases)
+        return CubicPlan(
+            SliderState((-x, -y, -z), residual.velocities, residual.accelerations), phases
+        )
 
     def _begin(self, state: SliderState, blend: CubicPlan) -> Vector3:
         """Return where the platform would be without the offsets of ``blend``."""
@@ -109,38 +117,38 @@ class LineEntry:
 def _divided(
     state: SliderState, line: StraightLine, limits: SliderLimits
 ) -> tuple[float, float, SliderState | None]:
-    """Return speed and acceleration along ``line`` at its start, and what is left if it matters."""
+    """Return speed and acceleration along ``line`` at its start, and the residual motion if any."""
     slopes, bends = line.start_slopes, line.start_bends
     square = sum(f * f for f in slopes)
     speed = sum(v * f for v, f in zip(state.velocities, slopes)) / square
-    gain = 0.0
+    acceleration = 0.0
     if speed <= NO_VELOCITY:
         speed = 0.0
     else:
-        bent = [a - speed * speed * b for a, b in zip(state.accelerations, bends)]
-        gain = sum(a * f for a, f in zip(bent, slopes)) / square
+        along = [a - speed * speed * b for a, b in zip(state.accelerations, bends)]
+        acceleration = sum(a * f for a, f in zip(along, slopes)) / square
         # Less than this could not be taken back before the platform goes backwards.
         jerk = min(j / max(abs(f), 1e-9) for j, f in zip(limits.jerk, slopes))
-        gain = max(gain, -math.sqrt(2.0 * jerk * speed))
+        acceleration = max(acceleration, -math.sqrt(2.0 * jerk * speed))
     (f1, f2, f3), (b1, b2, b3) = slopes, bends
     (v1, v2, v3), (a1, a2, a3) = state.velocities, state.accelerations
-    bow = speed * speed
+    squared = speed * speed
     velocities = (v1 - speed * f1, v2 - speed * f2, v3 - speed * f3)
     accelerations = (
-        a1 - gain * f1 - bow * b1,
-        a2 - gain * f2 - bow * b2,
-        a3 - gain * f3 - bow * b3,
+        a1 - acceleration * f1 - squared * b1,
+        a2 - acceleration * f2 - squared * b2,
+        a3 - acceleration * f3 - squared * b3,
     )
     if max(map(abs, velocities)) <= NO_VELOCITY and max(map(abs, accelerations)) <= NO_ACCELERATION:
-        return speed, gain, None
-    return speed, gain, SliderState(AT_REST, velocities, accelerations)
+        return speed, acceleration, None
+    return speed, acceleration, SliderState(AT_REST, velocities, accelerations)
 
 
-def _shared(limits: SliderLimits, share: float) -> tuple[Vector3, Vector3, Vector3]:
-    """Return the limits of ruckig for a motion that may use a part of them."""
+def _reduced(limits: SliderLimits, fraction: float) -> tuple[Vector3, Vector3, Vector3]:
+    """Return the limits with a ``fraction`` of acceleration and jerk."""
     (a1, a2, a3), (j1, j2, j3) = limits.acceleration, limits.jerk
     return (
         limits.velocity,
-        (share * a1, share * a2, share * a3),
-        (share * j1, share * j2, share * j3),
+        (fraction * a1, fraction * a2, fraction * a3),
+        (fraction * j1, fraction * j2, fraction * j3),
     )

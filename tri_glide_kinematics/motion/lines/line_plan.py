@@ -1,4 +1,4 @@
-r"""Plans that lead the platform along a straight line, and what they ask of the sliders.
+r"""Plans that lead the platform along a straight line.
 
 The way along the line is a quintic polynomial of time in each piece, given by way, speed and
 acceleration at both ends. On top of that, a plan that begins in mid-motion carries a *blend*: a
@@ -11,12 +11,9 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from math import sqrt
-from typing import NamedTuple
 
-import numpy as np
-
-from tri_glide_kinematics.motion import quintics
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
+from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
 from tri_glide_kinematics.motion.plans import (
     AT_REST,
     CubicPlan,
@@ -30,63 +27,13 @@ from tri_glide_kinematics.vectors import FloatArray
 STEEPEST = 1e-12
 
 
-class WayLaw(NamedTuple):
-    """Way along a line over time, at knots between which it is quintic.
-
-    Attributes:
-        times: ascending from 0. Shape (k + 1,) [s].
-        ways: Shape (k + 1,) [m].
-        speeds: Shape (k + 1,) [m/s].
-        accelerations: Shape (k + 1,) [m/s^2].
-    """
-
-    times: FloatArray
-    ways: FloatArray
-    speeds: FloatArray
-    accelerations: FloatArray
-
-    def slower(self, factor: float) -> WayLaw:
-        """Return the same way in ``factor`` times the time."""
-        return WayLaw(
-            self.times * factor,
-            self.ways,
-            self.speeds / factor,
-            self.accelerations / (factor * factor),
-        )
-
-    def with_ends(self, start: tuple[float, float, float], length: float) -> WayLaw:
-        """Return the law with exact values at the start, and rest at ``length`` [m]."""
-        for values, first, last in zip(self[1:], start, (length, 0.0, 0.0)):
-            values[0], values[-1] = first, last
-        return self
-
-    def delayed(self, delay: float) -> WayLaw:
-        """Return the same law after ``delay`` seconds of rest at its first way."""
-        zero = np.zeros(1)
-        return WayLaw(
-            np.concatenate((zero, self.times + delay)),
-            np.concatenate((self.ways[:1], self.ways)),
-            np.concatenate((zero, self.speeds)),
-            np.concatenate((zero, self.accelerations)),
-        )
-
-    def since(self, time: float) -> WayLaw:
-        """Return the pieces that do not end before ``time`` [s]; times are not shifted."""
-        first = min(int(np.searchsorted(self.times, time, side="right")), len(self.times) - 1) - 1
-        return WayLaw(*(values[max(first, 0) :] for values in self))
-
-    def with_knots(self, times: FloatArray) -> WayLaw:
-        """Return the same law with knots at other ``times``, which hold all those of this one."""
-        return WayLaw(times, *_evaluate(self, times))
-
-
 class LinePlan:
-    """A way law on a straight line, with or without a blend.
+    """A straight line with a time scaling, with or without a blend.
 
     Attributes:
         duration: time until all sliders rest [s].
         line: where the platform moves.
-        law: how it moves there.
+        scaling: how far along it is at each time.
         blend: slider offsets that lead from the motion before onto the line, or None.
     """
 
@@ -99,32 +46,34 @@ class LinePlan:
         "_ways",
         "blend",
         "duration",
-        "law",
         "line",
+        "scaling",
     )
 
-    def __init__(self, line: StraightLine, law: WayLaw, blend: CubicPlan | None = None) -> None:
-        """Prepare the plan; the law ends at rest, the blend at zero.
+    def __init__(
+        self, line: StraightLine, scaling: TimeScaling, blend: CubicPlan | None = None
+    ) -> None:
+        """Prepare the plan; the time scaling ends at rest, the blend at zero.
 
         Raises:
             ArmTooShortError: if the end is out of reach of an arm.
         """
         self.line = line
-        self.law = law
+        self.scaling = scaling
         self.blend = blend
-        self.duration = max(float(law.times[-1]), blend.duration if blend else 0.0)
-        self._starts: list[float] = law.times[:-1].tolist()
+        self.duration = max(float(scaling.times[-1]), blend.duration if blend else 0.0)
+        self._starts: list[float] = scaling.times[:-1].tolist()
         # ``state`` takes the way over the ground, w = k s with k^2 = -m, which leaves the least
         # to do for each arm: R^2 = a - y^2 with y = b / k - w, R' = y / R and R'' = -a / R^3.
         k = max(sqrt(-line.curvature), STEEPEST)
         self._ends = [*self._starts[1:], self.duration]
-        self._ways = k * _power_coefficients(law)
+        self._ways = k * scaling.coefficients()
         # The piece that was asked for last: the next instant is nearly always in the same.
         self._row: tuple[float, ...] = (0.0, 0.0)
         y1, y2, y3 = (tilt / k for _, tilt in line.arms)
         a1, a2, a3 = (square + y * y for (square, _), y in zip(line.arms, (y1, y2, y3)))
         self._arms = (a1, y1, a2, y2, a3, y3, line.start[2], line.slope / k)
-        heights = line.heights_at(float(law.ways[-1]))
+        heights = line.heights_at(float(scaling.ways[-1]))
         self._final = SliderState(heights, AT_REST, AT_REST)
         if blend is not None:
             self._final = _sum(self._final, blend.state(self.duration))
@@ -136,11 +85,11 @@ class LinePlan:
             if time >= self.duration:
                 return self._final
             row = self._row = self._piece(bisect_right(self._starts, time) - 1)
-        start, _, s0, s1, s2, s3, s4, s5, v0, v1, v2, v3, v4, g0, g1, g2, g3 = row
+        start, _, s0, s1, s2, s3, s4, s5, v0, v1, v2, v3, v4, b0, b1, b2, b3 = row
         t = time - start
         way = s0 + t * (s1 + t * (s2 + t * (s3 + t * (s4 + t * s5))))
         speed = v0 + t * (v1 + t * (v2 + t * (v3 + t * v4)))
-        gain = g0 + t * (g1 + t * (g2 + t * g3))
+        acceleration = b0 + t * (b1 + t * (b2 + t * b3))
         a1, y1, a2, y2, a3, y3, base, slope = self._arms
         base += slope * way
         square = speed * speed
@@ -156,9 +105,9 @@ class LinePlan:
                 (base + r1, base + r2, base + r3),
                 (f1 * speed, f2 * speed, f3 * speed),
                 (
-                    f1 * gain - a1 / (q1 * r1) * square,
-                    f2 * gain - a2 / (q2 * r2) * square,
-                    f3 * gain - a3 / (q3 * r3) * square,
+                    f1 * acceleration - a1 / (q1 * r1) * square,
+                    f2 * acceleration - a2 / (q2 * r2) * square,
+                    f3 * acceleration - a3 / (q3 * r3) * square,
                 ),
             ),
         )
@@ -167,49 +116,37 @@ class LinePlan:
         return _sum(state, self.blend.state(time))
 
     def _piece(self, index: int) -> tuple[float, ...]:
-        """Return begin and end of a piece, and the coefficients of way, speed and gain in it."""
+        """Return begin and end of a piece, and its coefficients of way, speed, acceleration."""
         s0, s1, s2, s3, s4, s5 = self._ways[:, index].tolist()
         speed = s1, 2.0 * s2, 3.0 * s3, 4.0 * s4, 5.0 * s5
-        gain = 2.0 * s2, 6.0 * s3, 12.0 * s4, 20.0 * s5
-        return (self._starts[index], self._ends[index], s0, s1, s2, s3, s4, s5, *speed, *gain)
+        acceleration = 2.0 * s2, 6.0 * s3, 12.0 * s4, 20.0 * s5
+        return (
+            self._starts[index],
+            self._ends[index],
+            s0,
+            s1,
+            s2,
+            s3,
+            s4,
+            s5,
+            *speed,
+            *acceleration,
+        )
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
-        way, speed, gain = _evaluate(self.law, times)
+        way, speed, acceleration = self.scaling.evaluate(times)
         _, first, second, _ = self.line.derivatives(way)
         sampled = SampledPlan(
             times,
             self.line.heights(way).T,
             (first * speed).T,
-            (first * gain + second * speed * speed).T,
+            (first * acceleration + second * speed * speed).T,
         )
         if self.blend is not None:
             for values, offsets in zip(sampled[1:], self.blend.sample(times)[1:]):
                 values += offsets
         return sampled
-
-
-def _evaluate(law: WayLaw, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return ways, speeds and accelerations of ``law`` at ``times``; it rests after its end."""
-    inside = np.minimum(times, law.times[-1])
-    index = np.clip(np.searchsorted(law.times, inside, side="right") - 1, 0, len(law.times) - 2)
-    t = inside - law.times[index]
-    way, speed, gain = quintics.evaluate(_power_coefficients(law)[:, index], t)
-    ended = times >= law.times[-1]
-    way[ended], speed[ended], gain[ended] = law.ways[-1], law.speeds[-1], law.accelerations[-1]
-    return way, speed, gain
-
-
-def _power_coefficients(law: WayLaw) -> FloatArray:
-    """Return the coefficients of 1, t, ... t^5 of each piece. Shape (6, k)."""
-    times, ways, speeds, gains = law
-    dt = times[1:] - times[:-1]
-    result = quintics.coefficients(dt, ways, speeds, gains)
-    power = np.ones_like(dt)
-    for row in result[1:]:
-        power *= dt
-        row /= power
-    return result
 
 
 def _sum(state: SliderState, offset: SliderState) -> SliderState:

@@ -1,17 +1,17 @@
-"""Plans on a straight line in slider space: all sliders share the course of one of them."""
+"""Plans on a straight line in slider space: the sliders move in proportion to one of them."""
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Sequence
 
+from tri_glide_kinematics.motion.constant_jerk import Phases
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState, new_state
 from tri_glide_kinematics.vectors import Vector3
 
 
 class StraightPlan(CubicPlan):
-    """From rest to rest; each slider makes a constant share of the motion of a leading one.
+    """From rest to rest; each slider moves by a constant ratio to a leading one.
 
     The pieces are those of any ``CubicPlan``, but a setpoint takes one cubic instead of three.
 
@@ -21,30 +21,28 @@ class StraightPlan(CubicPlan):
 
     __slots__ = ("_directions", "_heights", "length")
 
-    def __init__(
-        self, heights: Vector3, shares: Vector3, phases: Sequence[tuple[float, float]]
-    ) -> None:
+    def __init__(self, heights: Vector3, ratios: Vector3, phases: Phases) -> None:
         """Integrate the phases.
 
         Args:
             heights: of the sliders at the start [m].
-            shares: motion of each slider, divided by that of the leading one; its own is 1.
+            ratios: motion of each slider, divided by that of the leading one; its own is 1.
             phases: (duration [s], jerk [m/s^3]) of the leading slider, one after the other. The
                 last of them leaves it at rest.
         """
-        jerks = [[(duration, share * jerk) for duration, jerk in phases] for share in shares]
+        jerks = [[(duration, ratio * jerk) for duration, jerk in phases] for ratio in ratios]
         super().__init__(SliderState(heights, AT_REST, AT_REST), jerks)
-        leading = shares.index(1.0)
+        leading = ratios.index(1.0)
         way = self._final.heights[leading] - heights[leading]
-        x, y, z = (math.copysign(1.0, way) * share for share in shares)
+        x, y, z = (math.copysign(1.0, way) * ratio for ratio in ratios)
         self._heights, self._directions = heights, (x, y, z)
         self.length = abs(way)
         leader = 4 * leading
         # ``state`` takes the leader's velocity, half its acceleration and three times its way,
-        # which spares it all factors: they are in the shares.
-        doubles = (2.0 * share for share in shares)
-        thirds = (share / 3.0 for share in shares)
-        scales = (*thirds, *shares, *doubles)
+        # which spares it all factors: they are in the ratios.
+        doubles = (2.0 * ratio for ratio in ratios)
+        thirds = (ratio / 3.0 for ratio in ratios)
+        scales = (*thirds, *ratios, *doubles)
         rows: list[tuple[float, ...]] = []
         for start, end, *values in self._rows:
             _, v, a, j = values[leader : leader + 4]
@@ -66,6 +64,7 @@ class StraightPlan(CubicPlan):
                 return self._final
             row = self._row = self._rows[bisect_right(self._starts, time) - 1]
             start, end, v0, w0, b0, j, h1, h2, h3, s1, s2, s3, k1, k2, k3, d1, d2, d3 = row
+        # The cubic of ``constant_jerk.after``, unrolled for the leader.
         t = time - start
         b = b0 + t * j
         v = v0 + t * (b0 + b)

@@ -19,10 +19,10 @@ from strategies import nudged
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.mechanisms.errors import NotAPoseError
-from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve, Drive, tube
+from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism
+from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve, Drive
 from tri_glide_kinematics.mechanisms.f_mechanism.following.trace import starting_point
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import EventKind
+from tri_glide_kinematics.mechanisms.f_mechanism.following.tube import tube
 
 START = math.radians(146.0)
 
@@ -469,7 +469,7 @@ def test_no_other_branch_enters_the_tube():
         speeds, phases = mechanism.linkage.speeds, mechanism.linkage.phases
         curve = Curve(mechanism.linkage, Drive(phases, speeds))
         for pose in mechanism.poses(0.0):
-            frame = curve.frame(starting_point(curve, pose))
+            frame = curve.frame(starting_point(curve, pose.angle, complex(*pose.position)))
             length, radius, _ = tube(frame, 0.5)
             centre, tangent = np.array(frame.x), np.array(frame.tangent)
             found = []

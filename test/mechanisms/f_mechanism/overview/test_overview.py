@@ -15,7 +15,7 @@ from f_mechanism_samples import (
 from strategies import nudged
 
 from tri_glide_kinematics.errors import OutOfBoundsError
-from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 
 TURNING_DEGREES = (135.044103675325, 169.594134356109, 250.222852740651, 294.188939730997)
 

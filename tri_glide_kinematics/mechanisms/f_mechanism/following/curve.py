@@ -15,18 +15,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import Linkage
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import Linkage, Number
 
 Vector = tuple[float, float, float]
 # Symmetric matrix: entries 00, 11, 22, 01, 02, 12.
 Symmetric = tuple[float, float, float, float, float, float]
 
-# Change of the Jacobian that a tube allows at most; must stay below one.
-LARGEST_CHANGE = 0.7
-# Radius of a tube, as a multiple of the deviation of the curve from its tangent.
-WIDTH = 3.0
-# Where two turning points merge, the length of a tube is not reduced below this part.
-SHORTEST = 1e-3
 # Gap of the rod equations relative to the square of the size at which a point is on the curve.
 ON_CURVE = 2e-15
 _ITERATIONS = 12
@@ -44,8 +38,8 @@ class Drive:
     start: Vector
     rates: Vector
 
-    def crank_angles(self, s: float) -> Vector:
-        """Crank angles of A, B, C at ``s`` [rad]."""
+    def crank_angles(self, s: Number) -> tuple[Number, Number, Number]:
+        """Crank angles of A, B, C at ``s`` [rad], a number or an array."""
         (a, b, c), (rate_a, rate_b, rate_c) = self.start, self.rates
         return a + rate_a * s, b + rate_b * s, c + rate_c * s
 
@@ -87,20 +81,6 @@ class Frame(NamedTuple):
     mixed: float
     across: float
     third: float
-
-
-class Tube(NamedTuple):
-    """A cylinder about the tangent in which the curve is one arc from end to end.
-
-    Attributes:
-        length: along the tangent.
-        radius: across it.
-        sure: whether it is proven that the drive reverses at most once in it.
-    """
-
-    length: float
-    radius: float
-    sure: bool
 
 
 def dot(p: Vector, q: Vector) -> float:
@@ -290,52 +270,3 @@ def _square(matrix: Sequence[float]) -> float:
     m00, m11, m22, m01, m02, m12 = matrix
     diagonal = m00 * m00 + m11 * m11 + m22 * m22
     return diagonal + 2.0 * (m01 * m01 + m02 * m02 + m12 * m12)
-
-
-def tube(frame: Frame, longest: float) -> Tube:
-    """Longest tube about the tangent of ``frame`` in which the curve is proven to be one arc.
-
-    In a tube of length h and radius r the Jacobian across the curve deviates from the identity by
-    no more than
-
-        change = mixed h + across r + third (h^2 + r^2) / 2.
-
-    Below one this makes the solution at each tangential coordinate unique. The slope of the arc is
-    at most
-
-        slope = (along h + mixed r + third (h^2 + r^2) / 2) / (1 - change),
-
-    and its integral below r keeps the arc inside. The drive does not reverse while the slope is
-    less than the slope of the tangent against planes of constant drive. Beside a turning point the
-    second derivative of the drive keeps its sign instead, so that it reverses at most once.
-    """
-    across_drive = math.hypot(frame.normal_1[2], frame.normal_2[2])
-    bend = abs(frame.normal_1[2] * frame.curvature[0] + frame.normal_2[2] * frame.curvature[1])
-    length = min(
-        longest,
-        0.5 / (frame.mixed + 1e-300),
-        math.sqrt(0.4 / (frame.across * frame.along + 1e-300)),
-        math.sqrt(1.0 / (frame.third + 1e-300)),
-    )
-    widest = None
-    while widest is None or length > SHORTEST * widest.length:
-        radius = WIDTH * length * length * (0.5 * frame.along + length * frame.third / 6.0)
-        square = length * length + radius * radius
-        change = frame.mixed * length + frame.across * radius + 0.5 * frame.third * square
-        drift = 0.5 * frame.along * length + frame.mixed * radius
-        drift += frame.third * (length * length / 6.0 + 0.5 * radius * radius)
-        if change < LARGEST_CHANGE and length * drift <= (1.0 - change) * radius:
-            widest = widest or Tube(length, radius, False)
-            slope = frame.along * length + frame.mixed * radius + 0.5 * frame.third * square
-            slope /= 1.0 - change
-            variation = (
-                frame.third * math.sqrt(square) * (1.0 + slope * slope)
-                + 2.0 * frame.mixed * slope
-                + frame.across * slope * slope
-                + change * frame.along
-            ) / (1.0 - change)
-            runs_on = slope * across_drive < abs(frame.tangent[2])
-            if runs_on or variation * across_drive < bend:
-                return Tube(length, radius, True)
-        length *= 0.8
-    return widest._replace(length=length)

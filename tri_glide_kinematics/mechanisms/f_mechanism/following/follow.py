@@ -14,13 +14,13 @@ from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import (
     Vector,
     distance,
     dot,
-    tube,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.following.singular import (
     branch_directions,
     find_bifurcation,
     turning_point,
 )
+from tri_glide_kinematics.mechanisms.f_mechanism.following.tube import tube
 
 # A start whose drive is slower than this along the curve is a turning point.
 STANDSTILL = 1e-6

@@ -11,15 +11,10 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve, Vector
 from tri_glide_kinematics.mechanisms.f_mechanism.following.follow import Arc
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import (
-    CrankPins,
-    crank_pins,
-    rod_jacobian,
-)
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import newton_step
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import direction, pins_at
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.rods import newton_step, rod_jacobian
 
 Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _BISECTIONS = 60
 _NEWTON_STEPS = 4
@@ -35,14 +30,6 @@ class Request(NamedTuple):
     s: Array
 
 
-def pins_along(curve: Curve, s: Array) -> CrankPins:
-    """Crank pins along the drive, with their derivatives by the angle of crank A."""
-    a, b, c = (
-        np.exp(1j * (start + rate * s)) for start, rate in zip(curve.drive.start, curve.drive.rates)
-    )
-    return crank_pins(curve.linkage, (a, b, c))
-
-
 def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[Request]) -> Array:
     """Points (direction of rod A, platform angle, drive) of all requests, shape (m, 3) [rad].
 
@@ -55,9 +42,9 @@ def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[Request]) 
     which = np.repeat([request.arc for request in requests], [len(r.s) for r in requests])
     s = np.concatenate([request.s for request in requests])
     points = _cubic_points(arcs, which, s)
-    v = curve.linkage.rods[0] * np.exp(1j * points[:, 0])
-    z = np.exp(1j * points[:, 1])
-    pins = pins_along(curve, s)
+    v = curve.linkage.rods[0] * direction(points[:, 0])
+    z = direction(points[:, 1])
+    pins = pins_at(curve.linkage, curve.drive.crank_angles(s))
     tolerance = _ON_CURVE * curve.linkage.size**2
     # At a singular sample the corrections are infinite; it is then found by bisection.
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -67,8 +54,8 @@ def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[Request]) 
             moving = np.maximum(abs(jacobian.gap_b), abs(jacobian.gap_c)) > 0.01 * tolerance
             points[:, 0] += np.where(moving, swing, 0.0)
             points[:, 1] += np.where(moving, turn, 0.0)
-            v = curve.linkage.rods[0] * np.exp(1j * points[:, 0])
-            z = np.exp(1j * points[:, 1])
+            v = curve.linkage.rods[0] * direction(points[:, 0])
+            z = direction(points[:, 1])
         jacobian = rod_jacobian(curve.linkage, pins, z, v)
         solved = np.maximum(abs(jacobian.gap_b), abs(jacobian.gap_c)) <= tolerance
         solved &= _on_arc(arcs, which, points)
@@ -79,15 +66,15 @@ def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[Request]) 
 
 def point_on_arc(curve: Curve, arc: Arc, s: float) -> Vector:
     """Point of one arc where the drive is ``s``, by bisection along the arc."""
-    share = abs(s - arc.start[2]) / max(abs(arc.end[2] - arc.start[2]), 1e-300)
-    if arc.frame is None or not 0.0 < share < 1.0:
+    part = abs(s - arc.start[2]) / max(abs(arc.end[2] - arc.start[2]), 1e-300)
+    if arc.frame is None or not 0.0 < part < 1.0:
         # Beside a bifurcation the arc is straight to its length squared, which is tiny.
-        p, q = (1.0 - min(share, 1.0)), min(share, 1.0)
+        p, q = (1.0 - min(part, 1.0)), min(part, 1.0)
         start, end = arc.start, arc.end
         return p * start[0] + q * end[0], p * start[1] + q * end[1], s
     low, high = arc.low, arc.high
     rising = arc.end[2] > arc.start[2]
-    best = arc.start if share < 0.5 else arc.end
+    best = arc.start if part < 0.5 else arc.end
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
         corrected = curve.correct(arc.frame, middle)

@@ -21,7 +21,6 @@ from tri_glide_kinematics.mechanisms.f_mechanism.following.follow import (
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.following.sampling import (
     Request,
-    pins_along,
     point_on_arc,
     same_position,
     sample_arcs,
@@ -31,23 +30,27 @@ from tri_glide_kinematics.mechanisms.f_mechanism.following.stations import (
     Stations,
     multiples,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
 from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import (
     EventKind,
     FMechanismEvent,
     FMechanismTrace,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import (
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import (
     Linkage,
-    crank_pins,
-    rod_jacobian,
-    singularity_unit,
+    Number,
+    direction,
+    pins_at,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import (
-    Position,
-    motion,
+    CONVERGED,
     pose_of,
-    refine,
+    position_of,
+    refined,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.rods import (
+    motion,
+    rod_jacobian,
+    singularity_unit,
 )
 
 Array = NDArray[np.float64]
@@ -72,30 +75,33 @@ def straight_drive(
         speeds[2] * change[0] + change[2],
     )
     length = max(abs(change[0]), abs(change[1]), abs(change[2]))
-    start = [speed * crank_angle + phase for speed, phase in zip(speeds, linkage.phases)]
     rates = [part / length for part in changes] if length else [0.0, 0.0, 0.0]
-    return Drive((start[0], start[1], start[2]), (rates[0], rates[1], rates[2])), length
+    return Drive(linkage.crank_angles(crank_angle), (rates[0], rates[1], rates[2])), length
 
 
-def starting_point(curve: Curve, pose: FMechanismPose) -> Vector:
-    """Point of the curve at s = 0 that belongs to ``pose``.
+def starting_point(curve: Curve, angle: float, origin: complex) -> Vector:
+    """Point of the curve at s = 0 from the platform's ``angle`` [rad] and its ``origin`` [m].
+
+    Where the mechanism is closed already to rounding, as with each pose that was solved for,
+    nothing is left to refine.
 
     Raises:
         NotAPoseError: if the pose does not close the mechanism there.
     """
     linkage = curve.linkage
-    a, b, c = (cmath.rect(1.0, angle) for angle in curve.drive.start)
-    pins = crank_pins(linkage, (a, b, c))
-    z = cmath.rect(1.0, pose.angle)
-    joints = [complex(*pose.position) + z * joint for joint in linkage.joints]
+    pins = pins_at(linkage, curve.drive.start)
+    z = direction(angle)
+    joints = [origin + z * joint for joint in linkage.joints]
     gap = max(
         abs(abs(joint - pin) - length) for joint, pin, length in zip(joints, pins, linkage.rods)
     )
     if not gap <= _NEAR_POSE * linkage.size:
         raise NotAPoseError(curve.drive.start[0], gap)
     v = joints[0] - pins.a
-    position, _ = refine(linkage, pins, Position(z, v * linkage.rods[0] / abs(v), False), 8)
-    return cmath.phase(position.v), cmath.phase(position.z), 0.0
+    if gap > CONVERGED * linkage.size:
+        start = position_of(linkage, pins, z, v * linkage.rods[0] / abs(v))
+        z, v, *_ = refined(linkage, pins, start, 8)
+    return cmath.phase(v), cmath.phase(z), 0.0
 
 
 @dataclass(frozen=True)
@@ -218,9 +224,9 @@ def _assemble(recorder: _Recorder) -> FMechanismTrace:
     sampled = sample_arcs(curve, recorder.arcs, recorder.requests)
     points = np.concatenate([np.array([recorder.start]), sampled])
     s = points[:, 2]
-    pins = pins_along(curve, s)
-    v = linkage.rods[0] * np.exp(1j * points[:, 0])
-    z = np.exp(1j * points[:, 1])
+    pins = pins_at(linkage, curve.drive.crank_angles(s))
+    v = linkage.rods[0] * direction(points[:, 0])
+    z = direction(points[:, 1])
     jacobian = rod_jacobian(linkage, pins, z, v)
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse = 1.0 / jacobian.determinant
@@ -245,20 +251,19 @@ def _assemble(recorder: _Recorder) -> FMechanismTrace:
     )
 
 
-def _setting(curve: Curve, s: Array) -> tuple[Array, Array, Array]:
-    """Crank angle and phases along the drive."""
-    a, b, c = (start + rate * s for start, rate in zip(curve.drive.start, curve.drive.rates))
+def _setting(curve: Curve, s: Number) -> tuple[Number, Number, Number]:
+    """Crank angle and phases along the drive, at a number or an array."""
+    a, b, c = curve.drive.crank_angles(s)
     speeds = curve.linkage.speeds
     return a, b - speeds[1] * a, c - speeds[2] * a
 
 
 def _event(curve: Curve, kind: EventKind, x: Vector, index: int) -> FMechanismEvent:
-    crank, phase_b, phase_c = (float(part[0]) for part in _setting(curve, np.array([x[2]])))
-    a, b, c = (cmath.rect(1.0, angle) for angle in curve.drive.crank_angles(x[2]))
-    pins = crank_pins(curve.linkage, (a, b, c))
-    v, z = cmath.rect(curve.linkage.rods[0], x[0]), cmath.rect(1.0, x[1])
+    crank, phase_b, phase_c = _setting(curve, x[2])
+    pins = pins_at(curve.linkage, curve.drive.crank_angles(x[2]))
+    v, z = cmath.rect(curve.linkage.rods[0], x[0]), direction(x[1])
     double = kind in (EventKind.TURNING_POINT, EventKind.BIFURCATION)
-    pose = pose_of(curve.linkage, pins, crank, Position(z, v, double))
+    pose = pose_of(curve.linkage, pins, crank, position_of(curve.linkage, pins, z, v, double))
     return FMechanismEvent(kind, crank, phase_b, phase_c, pose, index)
 
 

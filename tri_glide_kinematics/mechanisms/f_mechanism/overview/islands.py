@@ -13,16 +13,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.batch import row_roots
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import (
-    ROUNDING,
-    Closure,
-    Cubic,
-    Linkage,
-    closure,
-    crank_pins,
-)
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.roots import derivatives
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.batch_roots import row_roots
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import ROUNDING, Closure, closure
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import Linkage, direction, pins_at
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.polynomial import Cubic, derivatives
 
 Array = NDArray[np.float64]
 
@@ -55,11 +49,7 @@ def find_islands(linkage: Linkage, crank_angles: Array) -> list[float]:
 
 
 def _closure(linkage: Linkage, crank_angles: Array) -> Closure:
-    a, b, c = (
-        np.exp(1j * (speed * crank_angles + phase))
-        for speed, phase in zip(linkage.speeds, linkage.phases)
-    )
-    return closure(linkage, crank_pins(linkage, (a, b, c)))
+    return closure(linkage, pins_at(linkage, linkage.crank_angles(crank_angles)))
 
 
 def _derivative(polynomial: Cubic) -> Cubic:
@@ -74,11 +64,11 @@ def _extremum(
     """Value at the extremum near ``angle``, its slope over the crank angle, and its place."""
     polynomial = _closure(linkage, crank_angles).polynomial
     for _ in range(steps):
-        _, slope, curvature = derivatives(polynomial, np.exp(1j * angle))
+        _, slope, curvature = derivatives(polynomial, direction(angle))
         with np.errstate(divide="ignore", invalid="ignore"):
             step = np.nan_to_num(slope / curvature)
         angle = angle - np.clip(step, -0.1, 0.1)
-    z = np.exp(1j * angle)
+    z = direction(angle)
     value = derivatives(polynomial, z)[0]
     # Along the line of extrema the derivative is the partial one.
     before, after = (

@@ -20,7 +20,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.overview.islands import find_is
 from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose, FMechanismPoses
 from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import FMechanismTrace
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.batch import solve_batch
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import Linkage
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import Linkage
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import poses_at
 from tri_glide_kinematics.rounding import first_largest
 
@@ -75,19 +75,17 @@ def survey(linkage: Linkage, samples: int) -> FMechanismOverview:
             break
         missing[row, slot] = False
         crank_angle = float(crank_angles[row])
-        start = min(
-            poses_at(linkage, crank_angle),
-            key=lambda pose: _distance(linkage, poses, row, slot, pose),
-        )
-        found = _whole_branch(linkage, crank_angle, start, spacing)
+        angle, origin = float(poses.angle[row, slot]), complex(*poses.position[row, slot])
+        found = _whole_branch(linkage, crank_angle, angle, origin, spacing)
         if not found:
-            singular.append(start)
+            singular.append(_nearest(linkage, poses_at(linkage, crank_angle), angle, origin))
         for branch in found:
             _mark(poses, branch, missing, linkage.size, spacing)
         branches += found
     for crank_angle in find_islands(linkage, crank_angles):
         for pose in poses_at(linkage, crank_angle):
-            for branch in _whole_branch(linkage, crank_angle, pose, spacing):
+            origin = complex(*pose.position)
+            for branch in _whole_branch(linkage, crank_angle, pose.angle, origin, spacing):
                 if len(branch.angle) == 1 and not _known(branches, branch):
                     branches.append(branch)
     return FMechanismOverview(
@@ -95,18 +93,20 @@ def survey(linkage: Linkage, samples: int) -> FMechanismOverview:
     )
 
 
-def _distance(
-    linkage: Linkage, poses: FMechanismPoses, row: int, slot: int, pose: FMechanismPose
-) -> float:
-    """How far a position is from one of the batch [rad]."""
-    turn = math.remainder(pose.angle - float(poses.angle[row, slot]), 2.0 * math.pi)
-    x, y = poses.position[row, slot]
-    shift = math.hypot(pose.position[0] - x, pose.position[1] - y)
-    return abs(turn) + shift / linkage.size
+def _nearest(
+    linkage: Linkage, poses: tuple[FMechanismPose, ...], angle: float, origin: complex
+) -> FMechanismPose:
+    """The pose that is nearest to a platform angle [rad] and origin [m]."""
+
+    def distance(pose: FMechanismPose) -> float:
+        turn = math.remainder(pose.angle - angle, 2.0 * math.pi)
+        return abs(turn) + abs(complex(*pose.position) - origin) / linkage.size
+
+    return min(poses, key=distance)
 
 
 def _whole_branch(
-    linkage: Linkage, crank_angle: float, pose: FMechanismPose, spacing: float
+    linkage: Linkage, crank_angle: float, angle: float, origin: complex, spacing: float
 ) -> list[FMechanismTrace]:
     """Follow a branch to its closure; both ways where it ends before, none where it is singular."""
     branches = []
@@ -122,7 +122,7 @@ def _whole_branch(
             period=2.0 * math.pi,
             largest_step=_LARGEST_STEP,
         )
-        branches.append(trace_branch(curve, starting_point(curve, pose), plan))
+        branches.append(trace_branch(curve, starting_point(curve, angle, origin), plan))
         if branches[-1].closed:
             return branches[-1:]
     return [branch for branch in branches if branch.arcs]

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import Linkage, pins_at
 from tri_glide_kinematics.vectors import Point
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import Linkage
 
 Array = NDArray[np.float64]
 
@@ -107,9 +104,6 @@ class FMechanismPoses:
 
     def crank_pins(self) -> Array:
         """A1, B1, C1, shape (n, 3, 2) [m]."""
-        linkage = self.linkage
-        angles = np.outer(self.crank_angles, linkage.speeds) + np.array(linkage.phases)
-        directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-        pivots = np.array([(pivot.real, pivot.imag) for pivot in linkage.pivots])
-        pins: Array = pivots + np.array(linkage.cranks)[:, np.newaxis] * directions
-        return pins
+        pins = pins_at(self.linkage, self.linkage.crank_angles(self.crank_angles))
+        places = np.stack([pins.a, pins.b, pins.c], axis=-1)
+        return np.stack([places.real, places.imag], axis=-1)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import cmath
 import enum
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import Linkage, crank_pins
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import Position, pose_of
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import Linkage, direction, pins_at
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import pose_of, position_of
+from tri_glide_kinematics.vectors import Point
 
 Array = NDArray[np.float64]
 
@@ -116,30 +116,31 @@ class FMechanismTrace:
 
     def pose(self, index: int) -> FMechanismPose:
         """One sample as a position, for instance to start another trace from."""
-        units = _crank_units(
-            self.linkage,
-            (
-                float(self.crank_angle[index]),
-                float(self.phase_b[index]),
-                float(self.phase_c[index]),
-            ),
-        )
-        pins = crank_pins(self.linkage, units)
-        z = cmath.rect(1.0, float(self.angle[index]))
-        v = complex(*self.position[index]) + z * self.linkage.joints[0] - pins.a
-        position = Position(z, v, False)
-        return pose_of(self.linkage, pins, float(self.crank_angle[index]), position)
+        crank_angle, angle = float(self.crank_angle[index]), float(self.angle[index])
+        phases = (0.0, float(self.phase_b[index]), float(self.phase_c[index]))
+        linkage = replace(self.linkage, phases=phases)
+        pins = pins_at(linkage, linkage.crank_angles(crank_angle))
+        z = direction(angle)
+        v = complex(*self.position[index]) + z * linkage.joints[0] - pins.a
+        return pose_of(linkage, pins, crank_angle, position_of(linkage, pins, z, v))
+
+    def point(self, platform_point: Point) -> Array:
+        """Places in the fixed frame of a point of the platform frame [m]. Shape (m, 2) [m]."""
+        return self.position + self._arms(platform_point)
+
+    def point_velocity(self, platform_point: Point) -> Array:
+        """Velocities per unit crank speed of a point of the platform frame. Shape (m, 2) [m/rad].
+
+        As ``velocity``, they are those at fixed phases.
+        """
+        x, y = self._arms(platform_point).T
+        rates: Array = self.angular_velocity[:, np.newaxis] * np.stack([-y, x], axis=-1)
+        return self.velocity + rates
+
+    def _arms(self, platform_point: Point) -> Array:
+        """From the platform's origin to a point of the platform. Shape (m, 2) [m]."""
+        arms = direction(self.angle) * complex(*platform_point)
+        return np.stack([arms.real, arms.imag], axis=-1)
 
     def _events(self, kind: EventKind) -> tuple[FMechanismEvent, ...]:
         return tuple(event for event in self.events if event.kind is kind)
-
-
-def _crank_units(
-    linkage: Linkage, setting: tuple[float, float, float]
-) -> tuple[complex, complex, complex]:
-    crank_angle, phase_b, phase_c = setting
-    return (
-        cmath.rect(1.0, crank_angle),
-        cmath.rect(1.0, linkage.speeds[1] * crank_angle + phase_b),
-        cmath.rect(1.0, linkage.speeds[2] * crank_angle + phase_c),
-    )

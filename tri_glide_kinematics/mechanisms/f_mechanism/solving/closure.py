@@ -1,92 +1,25 @@
 """Closure of an F-mechanism as a trigonometric polynomial of degree three in the platform angle.
 
-Points of the plane are complex numbers. With the unit number z = exp(i phi), the rod vector
+With the unit number z = exp(i phi), the rod vector
 v = A2 - A1, the platform vectors d_b = B2 - A2, d_c = C2 - A2 (platform frame) and the crank pin
 vectors e_b = B1 - A1, e_c = C1 - A1, the three rod equations of source 001, equation (2), read
 
     |v| = l_a,    |v + w_b| = l_b,    |v + w_c| = l_c,    w_k = z d_k - e_k.
 
-Their differences are linear in v. Every function here takes plain complex numbers and numpy arrays
-of them alike, so that one position and a million share the same formulas.
+Their differences are linear in v.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-# Scalars and arrays run through the same lines: Python complex/float, or numpy arrays of them.
-Number = Any
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import CrankPins, Linkage, Number
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.polynomial import Cubic, Linear
 
 # Rounding of the closure polynomial, relative to ``Closure.scale``.
 ROUNDING = 8.0 * float(np.finfo(np.float64).eps)
-
-
-@dataclass(frozen=True)
-class Linkage:
-    """Constant lengths and points of an F-mechanism as complex numbers [m].
-
-    Attributes:
-        pivots: crank pivots A0, B0, C0.
-        cranks: crank lengths.
-        rods: rod lengths l_a, l_b, l_c.
-        joints: platform joints A2, B2, C2 in the platform frame.
-        speeds: turning speeds of the three cranks per unit speed of crank A: 1, +1 or -1, 1.
-        phases: crank angles of A, B, C when crank A stands at zero [rad].
-        size: the largest length of the mechanism, to which tolerances refer.
-        platform_radius: root mean square distance of the platform joints from their centroid.
-        platform_b: vector d_b from A2 to B2 in the platform frame.
-        platform_c: vector d_c from A2 to C2 in the platform frame.
-    """
-
-    pivots: tuple[complex, complex, complex]
-    cranks: tuple[float, float, float]
-    rods: tuple[float, float, float]
-    joints: tuple[complex, complex, complex]
-    speeds: tuple[float, float, float]
-    phases: tuple[float, float, float]
-    size: float
-    platform_radius: float
-    platform_b: complex = field(init=False)
-    platform_c: complex = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Compute what every solution needs."""
-        object.__setattr__(self, "platform_b", self.joints[1] - self.joints[0])
-        object.__setattr__(self, "platform_c", self.joints[2] - self.joints[0])
-
-
-class CrankPins(NamedTuple):
-    """Crank pins A1, B1, C1 [m] and their derivatives by the angle of crank A [m/rad]."""
-
-    a: Number
-    b: Number
-    c: Number
-    a_rate: Number
-    b_rate: Number
-    c_rate: Number
-
-
-class Linear(NamedTuple):
-    """Trigonometric polynomial ``constant + Re(first * z)``."""
-
-    constant: Number
-    first: Number
-
-    def at(self, z: Number) -> Number:
-        """Value at the unit number ``z``."""
-        return self.constant + (self.first * z).real
-
-
-class Cubic(NamedTuple):
-    """Trigonometric polynomial ``constant + Re(first z + second z^2 + third z^3)``."""
-
-    constant: Number
-    first: Number
-    second: Number
-    third: Number
 
 
 class Closure(NamedTuple):
@@ -105,21 +38,6 @@ class Closure(NamedTuple):
     product_b: Linear
     product_c: Linear
     determinant: Linear
-
-
-def crank_pins(linkage: Linkage, units: tuple[Number, Number, Number]) -> CrankPins:
-    """Crank pins from the ``units`` exp(i psi) of the three crank angles psi."""
-    (a0, b0, c0), (a, b, c) = linkage.pivots, linkage.cranks
-    arm_a, arm_b, arm_c = a * units[0], b * units[1], c * units[2]
-    speed_a, speed_b, speed_c = linkage.speeds
-    return CrankPins(
-        a0 + arm_a,
-        b0 + arm_b,
-        c0 + arm_c,
-        1j * speed_a * arm_a,
-        1j * speed_b * arm_b,
-        1j * speed_c * arm_c,
-    )
 
 
 def closure(linkage: Linkage, pins: CrankPins) -> Closure:
@@ -173,62 +91,3 @@ def closure(linkage: Linkage, pins: CrankPins) -> Closure:
         + square_a * reach_d
     )
     return Closure(polynomial, scale, Linear(b0, b1), Linear(c0, c1), Linear(d0, d1))
-
-
-def rotation(angle: Number) -> Number:
-    """Unit number that turns by ``angle`` to second order: exact for the last digits only.
-
-    The Cayley form has modulus one to rounding, so that iterates stay on the unit circle.
-    """
-    half = 0.5j * angle
-    return (1.0 + half) / (1.0 - half)
-
-
-class RodJacobian(NamedTuple):
-    """Rod equations of B and C at (v, z), and their derivatives, on the circle |v| = l_a.
-
-    ``gap_k = (|v + w_k|^2 - l_k^2) / 2``; ``rod_k`` is its derivative by the direction of rod A,
-    ``turn_k`` by the platform angle, ``drive_k`` by the crank angle [m^2]. ``determinant`` is
-    ``rod_b turn_c - rod_c turn_b`` [m^4].
-    """
-
-    gap_b: Number
-    gap_c: Number
-    rod_b: Number
-    rod_c: Number
-    turn_b: Number
-    turn_c: Number
-    drive_b: Number
-    drive_c: Number
-    determinant: Number
-
-
-def rod_jacobian(linkage: Linkage, pins: CrankPins, z: Number, v: Number) -> RodJacobian:
-    """Evaluate the rod equations of B and C with all first derivatives."""
-    zd_b, zd_c = z * linkage.platform_b, z * linkage.platform_c
-    r_b = v + zd_b - (pins.b - pins.a)
-    r_c = v + zd_c - (pins.c - pins.a)
-    # conj(p) q = p . q + i (p x q)
-    bar_b, bar_c = r_b.conjugate(), r_c.conjugate()
-    rod_b, rod_c = -(bar_b * v).imag, -(bar_c * v).imag
-    turn_b, turn_c = -(bar_b * zd_b).imag, -(bar_c * zd_c).imag
-    return RodJacobian(
-        0.5 * ((bar_b * r_b).real - linkage.rods[1] ** 2),
-        0.5 * ((bar_c * r_c).real - linkage.rods[2] ** 2),
-        rod_b,
-        rod_c,
-        turn_b,
-        turn_c,
-        -(bar_b * (pins.b_rate - pins.a_rate)).real,
-        -(bar_c * (pins.c_rate - pins.a_rate)).real,
-        rod_b * turn_c - rod_c * turn_b,
-    )
-
-
-def singularity_unit(linkage: Linkage) -> float:
-    """Divisor [m^4] that makes ``RodJacobian.determinant`` the dimensionless singularity measure.
-
-    With it the measure is the determinant of the three rod lines, each written as its unit
-    direction and its moment about a point over the platform radius.
-    """
-    return linkage.rods[0] * linkage.rods[1] * linkage.rods[2] * linkage.platform_radius

@@ -10,20 +10,24 @@ import numpy as np
 
 from tri_glide_kinematics.mechanisms.errors import SelfMotionError
 from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import (
-    ROUNDING,
-    Closure,
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.cells import NODES
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import ROUNDING, Closure, closure
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import (
     CrankPins,
     Linkage,
     Number,
+    direction,
+    pins_at,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.rods import (
     RodJacobian,
-    closure,
-    crank_pins,
+    motion,
+    newton_step,
     rod_jacobian,
     rotation,
     singularity_unit,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.roots import NODES, real_roots
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.roots import real_roots
 from tri_glide_kinematics.rounding import wrapped
 from tri_glide_kinematics.vectors import Point
 
@@ -32,7 +36,7 @@ from tri_glide_kinematics.vectors import Point
 DEGENERATE = 1e-4
 # Gaps of the rod equations, relative to the square of the size: reached by Newton's method, and
 # still accepted where it cannot converge (singular positions).
-_CONVERGED = 1e-14
+CONVERGED = 1e-14
 _ACCEPTED = 1e-11
 # Newton's method may correct a root of F by this much [rad]; anything farther is another position.
 _LONGEST_CORRECTION = 1e-4
@@ -47,20 +51,24 @@ SPECIAL = 1e-12
 
 
 class Position(NamedTuple):
-    """Platform direction ``z = exp(i angle)``, rod vector ``v`` [m], and whether it is double."""
+    """A position of the platform.
+
+    Attributes:
+        z: direction exp(i angle) of the platform.
+        v: vector of rod A [m].
+        jacobian: the rod equations there, with their derivatives.
+        double: whether two positions coincide here.
+    """
 
     z: complex
     v: complex
+    jacobian: RodJacobian
     double: bool
 
-
-def pins_at(linkage: Linkage, crank_angle: float) -> CrankPins:
-    """Crank pins when crank A stands at ``crank_angle`` [rad]."""
-    a, b, c = (
-        cmath.rect(1.0, speed * crank_angle + phase)
-        for speed, phase in zip(linkage.speeds, linkage.phases)
-    )
-    return crank_pins(linkage, (a, b, c))
+    @property
+    def gap(self) -> float:
+        """Largest gap of the rod equations [m^2]."""
+        return max(abs(self.jacobian.gap_b), abs(self.jacobian.gap_c))
 
 
 def poses_at(linkage: Linkage, crank_angle: float) -> tuple[FMechanismPose, ...]:
@@ -69,7 +77,7 @@ def poses_at(linkage: Linkage, crank_angle: float) -> tuple[FMechanismPose, ...]
     Raises:
         SelfMotionError: if the platform can move while the cranks stand still.
     """
-    pins = pins_at(linkage, crank_angle)
+    pins = pins_at(linkage, linkage.crank_angles(crank_angle))
     poses = [
         pose_of(linkage, pins, crank_angle, position)
         for position in positions(linkage, pins, crank_angle)
@@ -106,7 +114,7 @@ def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Pos
     found: list[Position] = []
     degenerate = False
     for root in real_roots(polynomial, tolerance):
-        z = cmath.rect(1.0, root.angle)
+        z = direction(root.angle)
         determinant = condition.determinant.at(z)
         w_b = z * linkage.platform_b - (pins.b - pins.a)
         w_c = z * linkage.platform_c - (pins.c - pins.a)
@@ -114,15 +122,16 @@ def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Pos
         if abs(determinant) > DEGENERATE * linkage.size * max(abs(w_b), abs(w_c)):
             v = -1j * (m_b * w_c - m_c * w_b) / determinant
             v *= linkage.rods[0] / abs(v)
-            found.append(refine(linkage, pins, Position(z, v, root.double), 3)[0])
+            found.append(refined(linkage, pins, position_of(linkage, pins, z, v, root.double), 3))
             continue
         degenerate = True
         w, m = (w_b, m_b) if abs(w_b) >= abs(w_c) else (w_c, m_c)
         candidates = _rod_on_line(linkage, w, m)
         for v in candidates:
-            position, gap = refine(linkage, pins, Position(z, v, len(candidates) == 1), 20)
+            start = position_of(linkage, pins, z, v, len(candidates) == 1)
+            position = refined(linkage, pins, start, 20)
             near = abs(position.z - z) < _LONGEST_CORRECTION
-            if near and gap <= _ACCEPTED * linkage.size**2:
+            if near and position.gap <= _ACCEPTED * linkage.size**2:
                 found.append(position)
     return _distinct(linkage, found) if degenerate else found
 
@@ -158,7 +167,7 @@ def _assembles_somewhere(linkage: Linkage, pins: CrankPins, condition: Closure) 
     determinant = condition.determinant
     if abs(determinant.constant) + abs(determinant.first) > _LENGTH_ROUNDING * linkage.size**2:
         return True
-    z = np.exp(1j * NODES)
+    z = direction(NODES)
     w_b = z * linkage.platform_b - (pins.b - pins.a)
     w_c = z * linkage.platform_c - (pins.c - pins.a)
     radius, slack = linkage.rods[0], _LENGTH_ROUNDING * linkage.size**2
@@ -181,39 +190,33 @@ def _rod_on_line(linkage: Linkage, w: complex, m: float) -> list[complex]:
     return [(m + 1j * side) * w / square for side in (half_chord, -half_chord)]
 
 
-def refine(
-    linkage: Linkage, pins: CrankPins, position: Position, iterations: int
-) -> tuple[Position, float]:
+def position_of(
+    linkage: Linkage, pins: CrankPins, z: complex, v: complex, double: bool = False
+) -> Position:
+    """Position with the rod equations at ``z`` and ``v``."""
+    return Position(z, v, rod_jacobian(linkage, pins, z, v), double)
+
+
+def refined(linkage: Linkage, pins: CrankPins, position: Position, iterations: int) -> Position:
     """Newton's method on the rod equations of B and C along the circle of rod A.
 
-    Returns the best iterate and its gap [m^2]. At a singular position steps that do not reduce the
-    gap are dropped, so that nothing gets worse than the root of F.
+    Returns the best iterate. At a singular position steps that do not reduce the gap are dropped,
+    so that nothing gets worse than the root of F.
     """
-    z, v, double = position
-    jacobian = rod_jacobian(linkage, pins, z, v)
-    gap = max(abs(jacobian.gap_b), abs(jacobian.gap_c))
+    gap = position.gap
     for _ in range(iterations):
-        if gap <= _CONVERGED * linkage.size**2 or jacobian.determinant == 0.0:
+        if gap <= CONVERGED * linkage.size**2 or position.jacobian.determinant == 0.0:
             break
-        swing, turn = newton_step(jacobian)
+        swing, turn = newton_step(position.jacobian)
         if abs(swing) + abs(turn) > _LONGEST_STEP:
             break
-        next_z, next_v = z * rotation(turn), v * rotation(swing)
-        following = rod_jacobian(linkage, pins, next_z, next_v)
-        next_gap = max(abs(following.gap_b), abs(following.gap_c))
+        z, v = position.z * rotation(turn), position.v * rotation(swing)
+        following = position_of(linkage, pins, z, v, position.double)
+        next_gap = following.gap
         if next_gap >= gap:
             break
-        z, v, jacobian, gap = next_z, next_v, following, next_gap
-    return Position(z, v, double), gap
-
-
-def newton_step(jacobian: RodJacobian) -> tuple[Number, Number]:
-    """Corrections of the rod direction and the platform angle [rad], numbers or arrays alike."""
-    gap_b, gap_c, rod_b, rod_c, turn_b, turn_c, _, _, determinant = jacobian
-    return (
-        (gap_c * turn_b - gap_b * turn_c) / determinant,
-        (gap_b * rod_c - gap_c * rod_b) / determinant,
-    )
+        position, gap = following, next_gap
+    return position
 
 
 def _distinct(linkage: Linkage, found: list[Position]) -> list[Position]:
@@ -229,28 +232,11 @@ def _distinct(linkage: Linkage, found: list[Position]) -> list[Position]:
     return kept
 
 
-def motion(
-    linkage: Linkage, pins: CrankPins, z: Number, v: Number, jacobian: RodJacobian, inverse: Number
-) -> tuple[Number, list[Number], Number, Number]:
-    """Platform origin, its joints, velocity of the origin and angular velocity.
-
-    ``inverse`` is the reciprocal of the Jacobian's determinant. Numbers or arrays alike.
-    """
-    _, _, rod_b, rod_c, turn_b, turn_c, drive_b, drive_c, _ = jacobian
-    swing_rate = (drive_c * turn_b - drive_b * turn_c) * inverse
-    turn_rate = (drive_b * rod_c - drive_c * rod_b) * inverse
-    arm = z * linkage.joints[0]
-    origin = pins.a + v - arm
-    velocity = pins.a_rate + 1j * (v * swing_rate - arm * turn_rate)
-    return origin, [origin + z * joint for joint in linkage.joints], velocity, turn_rate
-
-
 def pose_of(
     linkage: Linkage, pins: CrankPins, crank_angle: float, position: Position
 ) -> FMechanismPose:
     """Joints, rates, residual and singularity measure of one position."""
-    z, v, double = position
-    jacobian = rod_jacobian(linkage, pins, z, v)
+    z, v, jacobian, double = position
     determinant = jacobian.determinant
     inverse = 1.0 / determinant if determinant else math.inf
     origin, joints, velocity, turn_rate = motion(linkage, pins, z, v, jacobian, inverse)

@@ -1,0 +1,219 @@
+"""What a soak drives and what it finds: machines with their limits, and every setpoint judged.
+
+Limits are compared with finite differences of the heights alone, as a drive sees them; places by
+the forward kinematics.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.motion.command_stream import CommandStream
+from tri_glide_kinematics.motion.limit_use import LimitUse
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.planner import MotionKind
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.workspace.workspace import Cylinder, WorkspaceLimits
+
+# Travel is checked exactly by the engine, the rest of the workspace to its stated tolerance [m].
+TRAVEL_TOLERANCE = 1e-8
+PLACE_TOLERANCE = 6e-5
+
+LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
+UNEQUAL = TriGlideGeometry(
+    ((0.01, 0.21), (-0.18, -0.09), (0.165, -0.11)),
+    (0.40, 0.42, 0.385),
+)
+WIDE = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 20.0)
+NARROW = WorkspaceLimits(
+    (0.35, 0.3, 0.32),
+    (0.85, 0.9, 0.88),
+    0.01,
+    6.0,
+    box_lower=(-0.12, -0.15, 0.0),
+    box_upper=(0.15, 0.12, 0.5),
+    cylinder=Cylinder(0.01, 0.0, 0.14, -0.5, 1.0),
+)
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A machine, its limits and how it is driven.
+
+    Attributes:
+        kind: of moves.
+        dt: of each step [s].
+        geometry: of the machine.
+        workspace: limits of the place.
+        limits: of the sliders, before they are changed.
+    """
+
+    kind: MotionKind
+    dt: float
+    geometry: TriGlideGeometry = DEFAULT_GEOMETRY
+    workspace: WorkspaceLimits = WIDE
+    limits: SliderLimits = LIMITS
+
+
+UNEQUAL_LIMITS = SliderLimits((1.0, 0.6, 0.8), (10.0, 12.0, 6.0), (200.0, 150.0, 300.0))
+SCENARIOS = (
+    Scenario(MotionKind.SLIDER, 0.001),
+    Scenario(MotionKind.LINEAR, 0.001),
+    Scenario(MotionKind.SLIDER, 0.002, DEFAULT_GEOMETRY, NARROW),
+    Scenario(MotionKind.LINEAR, 0.002, DEFAULT_GEOMETRY, NARROW),
+    Scenario(MotionKind.SLIDER, 0.001, UNEQUAL, WIDE, UNEQUAL_LIMITS),
+    Scenario(MotionKind.LINEAR, 0.002, UNEQUAL, WIDE, UNEQUAL_LIMITS),
+)
+
+
+@dataclass
+class Findings:
+    """What a soak has seen.
+
+    Attributes:
+        steps: number of setpoints.
+        commands: how many of each kind were accepted.
+        refusals: how many were refused, by the name of the error.
+        peaks: largest finite differences as a part of their limits: velocity, acceleration, jerk.
+        travel: largest overrun of slider travel; negative if never reached [m].
+        place: largest overrun of the other limits of the workspace [m].
+        idle: part of the steps in which nothing moved.
+        violations: descriptions of the first few.
+        plans: how many were made, where this is counted.
+        slowest: longest call of a command or step [s].
+    """
+
+    steps: int = 0
+    commands: Counter[str] = field(default_factory=Counter)
+    refusals: Counter[str] = field(default_factory=Counter)
+    peaks: FloatArray = field(default_factory=lambda: np.zeros(3))
+    travel: float = -math.inf
+    place: float = -math.inf
+    still: int = 0
+    violations: list[str] = field(default_factory=list)
+    plans: int = 0
+
+    def violated(self, text: str) -> None:
+        """Note a violation."""
+        if len(self.violations) < 20:
+            self.violations.append(text)
+
+
+def beyond_travel(heights: FloatArray, limits: WorkspaceLimits) -> float:
+    """Return by how much slider travel is passed, negative if it is not [m]."""
+    return float(
+        np.maximum(
+            np.array(limits.lower_heights) - heights, heights - np.array(limits.upper_heights)
+        ).max()
+    )
+
+
+def beyond_reach(
+    positions: FloatArray, geometry: TriGlideGeometry, limits: WorkspaceLimits
+) -> float:
+    """Return by how much the reach of an arm is passed, negative if it is not [m]."""
+    across = np.array(geometry.anchors) - positions[:, np.newaxis, :2]
+    reach = np.array(geometry.arm_lengths) - limits.reach_margin
+    return float((np.linalg.norm(across, axis=-1) - reach).max())
+
+
+class Judge:
+    """Checks recorded heights by differences, from batch to batch without a gap."""
+
+    def __init__(
+        self, scenario: Scenario, findings: Findings, *, starts_inside: bool = True
+    ) -> None:
+        """Judge the setpoints of a ``scenario`` and note what is found in ``findings``.
+
+        Args:
+            scenario: machine and limits.
+            findings: to be added to.
+            starts_inside: whether each start is inside the workspace, which then must not be left.
+        """
+        self._scenario = scenario
+        self._starts_inside = starts_inside
+        self._machine = TriGlide(scenario.geometry)
+        self._findings = findings
+        self._heights = np.empty((0, 3))
+        self._bounds = np.empty((0, 3, 3))
+        self._streak = np.empty(0, dtype=np.int64)
+
+    def add(self, heights: FloatArray, bounds: FloatArray, streak: NDArray[np.int64]) -> None:
+        """Check setpoints that follow those added before.
+
+        Args:
+            heights: Shape (n, 3) [m].
+            bounds: of velocity, acceleration and jerk in the step that led to each.
+                Shape (n, 3, 3).
+            streak: number of steps since the last start, 0 for the setpoint of the start itself.
+                Shape (n,).
+        """
+        fresh = len(self._heights)
+        heights = np.concatenate((self._heights, heights))
+        bounds = np.concatenate((self._bounds, bounds))
+        streak = np.concatenate((self._streak, streak))
+        stream = CommandStream.from_heights(heights, self._scenario.dt)
+        use = LimitUse.of(stream, bounds, streak == 0).part(fresh, len(heights))
+        self._findings.peaks = np.maximum(self._findings.peaks, use.largest)
+        for violation in use.violations(self._findings.steps):
+            self._findings.violated(f"{violation} of {self._scenario}")
+        if self._starts_inside:
+            self._check_places(heights[fresh:])
+        self._findings.steps += len(heights) - fresh
+        self._findings.still += int((np.diff(heights[fresh:], axis=0) == 0.0).all(axis=1).sum())
+        self._heights, self._bounds, self._streak = heights[-3:], bounds[-3:], streak[-3:]
+
+    def _check_places(self, heights: FloatArray) -> None:
+        limits, geometry = self._scenario.workspace, self._scenario.geometry
+        travel = beyond_travel(heights, limits)
+        positions = self._machine.forward_batch(heights)
+        x, y, z = positions.T
+        overruns = [np.array(beyond_reach(positions, geometry, limits))]
+        if limits.box_lower is not None:
+            overruns.append(np.array(limits.box_lower) - positions)
+        if limits.box_upper is not None:
+            overruns.append(positions - np.array(limits.box_upper))
+        if limits.cylinder is not None:
+            cylinder = limits.cylinder
+            radii = np.hypot(x - cylinder.center_x, y - cylinder.center_y)
+            overruns.append((radii - cylinder.radius)[:, np.newaxis])
+            overruns.append(np.stack((cylinder.z_min - z, z - cylinder.z_max), axis=1))
+        place = max(float(overrun.max()) for overrun in overruns)
+        # A place outside the condition number counts if a place beside it, nearer to the middle
+        # of the machine by the tolerance, is outside too.
+        inwards = positions * np.array((1.0, 1.0, 0.0))
+        sizes = np.maximum(np.hypot(x, y), PLACE_TOLERANCE)
+        inside = positions - inwards * (PLACE_TOLERANCE / sizes)[:, np.newaxis]
+        conditions = np.minimum(self._conditions(positions), self._conditions(inside))
+        findings = self._findings
+        findings.travel = max(findings.travel, travel)
+        findings.place = max(findings.place, place)
+        if not travel <= TRAVEL_TOLERANCE:
+            findings.violated(f"slider travel passed by {travel:.3g} m in {self._scenario}")
+        if not place <= PLACE_TOLERANCE:
+            findings.violated(f"workspace left by {place:.3g} m in {self._scenario}")
+        if not conditions.max() <= limits.max_condition_number * (1.0 + 1e-6):
+            findings.violated(f"condition number {conditions.max():.6f} in {self._scenario}")
+
+    def _conditions(self, positions: FloatArray) -> FloatArray:
+        """Return condition numbers, of the few places only where they may be large."""
+        geometry, limits = self._scenario.geometry, self._scenario.workspace
+        across = np.array(geometry.anchors) - positions[:, np.newaxis, :2]
+        squares = np.square(np.array(geometry.arm_lengths)) - np.square(across).sum(axis=-1)
+        matrices = np.ones((len(positions), 3, 3))
+        matrices[..., :2] = across / np.sqrt(squares)[..., np.newaxis]
+        # The Frobenius norm and the determinant bound the condition number from above.
+        norms = np.sqrt(np.square(matrices).sum(axis=(1, 2)))
+        bounds = 2.0 * (norms / math.sqrt(3.0)) ** 3 / np.abs(np.linalg.det(matrices))
+        conditions = np.ones(len(positions))
+        near = bounds > limits.max_condition_number
+        if near.any():
+            conditions[near] = np.linalg.cond(matrices[near])
+        return conditions

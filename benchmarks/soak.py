@@ -1,0 +1,104 @@
+"""What soaks share: random actions, pauses between them, and one scenario after the other."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from benchmarks.judge import SCENARIOS, Findings, Scenario
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+
+class RandomActions:
+    """Actions that are done at random, each with its chance; refusals are counted."""
+
+    def __init__(
+        self,
+        actions: Sequence[tuple[float, Callable[[], object]]],
+        rng: np.random.Generator,
+        findings: Findings,
+    ) -> None:
+        """Choose from ``actions``, pairs of a chance and what is done, by ``rng``."""
+        self._actions = [action for _, action in actions]
+        self._chances = np.cumsum([chance for chance, _ in actions])
+        self._chances /= self._chances[-1]
+        self._rng = rng
+        self._findings = findings
+
+    def act(self) -> None:
+        """Do one of the actions."""
+        self.attempt(self._actions[int(np.searchsorted(self._chances, self._rng.random()))])
+
+    def attempt(self, action: Callable[[], object]) -> None:
+        """Do one action, and count whether it was refused."""
+        try:
+            action()
+        except KinematicsError as error:
+            self._findings.refusals[type(error).__name__] += 1
+        else:
+            self._findings.commands[action.__name__.strip("_")] += 1
+
+
+def random_place(rng: np.random.Generator, workspace: Workspace) -> tuple[float, float, float]:
+    """Return a place inside the workspace [m]."""
+    lower, upper = (-0.3, -0.3, -0.2), (0.3, 0.3, 0.8)
+    while True:
+        x, y, z = rng.uniform(lower, upper).tolist()
+        try:
+            workspace.check_position((x, y, z))
+        except KinematicsError:
+            continue
+        return x, y, z
+
+
+def random_pauses(rng: np.random.Generator, count: int) -> list[int]:
+    """Return numbers of steps between commands: calm, busy, and now and then a flood."""
+    pauses: list[int] = []
+    while sum(pauses) <= count:
+        mood = rng.random()
+        if mood < 0.5:
+            pauses += rng.geometric(1.0 / 300.0, size=5).tolist()
+        elif mood < 0.9:
+            pauses += rng.geometric(1.0 / 30.0, size=15).tolist()
+        else:
+            pauses += [1] * int(rng.integers(5, 40))
+    return [*pauses, count]
+
+
+def soak_all(
+    soak: Callable[[Scenario, int, int, Findings], None],
+    what: str,
+    default_steps: int,
+    arguments: Sequence[str] | None,
+) -> Findings:
+    """Soak all scenarios, and print what was accepted and refused.
+
+    Args:
+        soak: takes a scenario, its number of steps, the seed, and what is found.
+        what: is soaked, for the help.
+        default_steps: in all.
+        arguments: of the command line.
+    """
+    parser = argparse.ArgumentParser(description=what)
+    parser.add_argument(
+        "--steps", type=int, default=default_steps, help="setpoints to check in all"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of the random commands")
+    options = parser.parse_args(arguments)
+    findings = Findings()
+    began = time.monotonic()
+    for number, scenario in enumerate(SCENARIOS):
+        steps = options.steps // len(SCENARIOS) + (number < options.steps % len(SCENARIOS))
+        soak(scenario, steps, options.seed * 1000 + number, findings)
+        print(
+            f"{findings.steps:>9} steps, {sum(findings.commands.values())} commands, "
+            f"{findings.plans} plans, {time.monotonic() - began:.0f} s",
+            flush=True,
+        )
+    print("accepted:", dict(findings.commands.most_common()))
+    print("refused: ", dict(findings.refusals.most_common()))
+    return findings

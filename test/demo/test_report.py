@@ -1,0 +1,44 @@
+"""The demonstration's table tells a good run from one that missed a target or broke a limit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tri_glide_kinematics.demo.leg import Leg
+from tri_glide_kinematics.demo.report import is_good, table
+from tri_glide_kinematics.motion.command_stream import CommandStream
+from tri_glide_kinematics.motion.limit_use import LimitUse
+from tri_glide_kinematics.motion.limits import SliderLimits
+
+LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
+PERIOD, COUNT = 0.01, 40
+TARGET = (0.0, 0.0, 0.3)
+
+
+def stream(speed):
+    """All sliders at one speed [m/s]."""
+    heights = 0.6 + speed * PERIOD * np.arange(COUNT)
+    return CommandStream.from_heights(np.tile(heights[:, np.newaxis], 3), PERIOD)
+
+
+@pytest.mark.parametrize(
+    ("reached", "speed", "good"),
+    [(TARGET, 0.5, True), ((0.0, 0.0, 0.301), 0.5, False), (TARGET, 1.01, False)],
+)
+def test_a_leg_is_good_if_its_target_is_reached_inside_the_limits(reached, speed, good):
+    commands = stream(speed)
+    use = LimitUse.of(commands, LIMITS)
+    leg = Leg("A", TARGET, reached, 1.0, 0, COUNT)
+    assert is_good(leg, use, tolerance=1e-4) is good
+    line = table([leg], use, commands, LIMITS).splitlines()[1]
+    assert line.startswith("A ")
+    assert (">" in line) == (speed > 1.0)
+
+
+def test_a_jog_has_no_target_to_miss():
+    commands = stream(0.5)
+    use = LimitUse.of(commands, LIMITS)
+    leg = Leg("jog", None, TARGET, 1.0, 0, COUNT)
+    assert is_good(leg, use, tolerance=1e-4)
+    assert "(by twist)" in table([leg], use, commands, LIMITS)

@@ -1,0 +1,41 @@
+"""Plans in slider space that tests look at."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import strategies as st
+
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SampledPlan, SliderState
+from tri_glide_kinematics.motion.sliders.slider_motion import SliderMotion
+from tri_glide_kinematics.vectors import Vector3
+
+LIMITS = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))
+HOME = SliderState((0.6, 0.55, 0.5), AT_REST, AT_REST)
+
+
+# (duration [s], jerk) of phases, some of which take no time, or hardly any.
+PHASES = st.lists(
+    st.tuples(
+        st.one_of(st.just(0.0), st.just(1e-9), st.floats(0.01, 0.2)), st.floats(-200.0, 200.0)
+    ),
+    min_size=1,
+    max_size=9,
+).filter(lambda phases: max(duration for duration, _ in phases) > 0.0)
+
+
+def heights() -> st.SearchStrategy[tuple[float, float, float]]:
+    """Return a strategy for the heights of three sliders [m]."""
+    return st.tuples(*(st.floats(0.3, 0.9) for _ in range(3)))
+
+
+def moving_plan(first: Vector3, second: Vector3, part: float) -> CubicPlan:
+    """Return a move that begins when a ``part`` of another one is over."""
+    motion = SliderMotion()
+    one = motion.move(HOME, first, LIMITS)
+    return motion.move(one.state(part * one.duration), second, LIMITS)
+
+
+def dense(plan: CubicPlan, count: int = 4001) -> SampledPlan:
+    """Return so many samples of a plan, from its start to its end."""
+    return plan.sample(np.linspace(0.0, plan.duration, count))

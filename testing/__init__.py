@@ -1,0 +1,1 @@
+"""Nodes as real processes, for tests, soaks and benchmarks: domains, processes, clients."""

@@ -1,0 +1,168 @@
+"""The simulator and ik_node of one namespace, and what a client hears of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from sensor_msgs.msg import JointState
+
+from testing.client import LATCHED, Client
+from testing.processes import TIMEOUT, Launcher, RunningNode
+
+JOINTS = ("slider_1", "slider_2", "slider_3")
+# A computer that runs other things too may keep the simulator waiting for longer than a machine
+# should be silent; then its sliders are late, and jump.
+PATIENCE = {"measured_timeout": 1.0, "jump_limit": 0.1, "tracking_error_limit": 0.3}
+
+
+class Machine:
+    """The simulator and ik_node of one namespace, and what the client hears of them."""
+
+    def __init__(
+        self,
+        client: Client,
+        launcher: Launcher,
+        namespace: str | None = None,
+        *,
+        listen: bool = True,
+    ) -> None:
+        """Listen to the state, and unless ``listen`` is false to commands and measurements."""
+        self.client = client
+        self.namespace = namespace or client.namespace
+        self._launcher = launcher
+        self._listen = listen
+        self.commands: list[JointState] = []
+        self.measured: list[JointState] = []
+        if listen:
+            self.commands = client.record(JointState, f"{self.namespace}/joint_commands")
+            self.measured = client.record(JointState, f"{self.namespace}/joint_states")
+        self.states = client.record(DiagnosticStatus, f"{self.namespace}/ik_node/status", LATCHED)
+
+    def start_simulator(
+        self, parameters: dict[str, Any] | None = None, prefix: Sequence[str] = ()
+    ) -> RunningNode:
+        """Start its sliders."""
+        self.simulator = self._launcher.start(
+            "simulator_node", parameters, namespace=self.namespace, prefix=prefix
+        )
+        return self.simulator
+
+    def start_ik(self, parameters: dict[str, Any] | None = None) -> RunningNode:
+        """Start ik_node, more patient than by default."""
+        parameters = {**PATIENCE, **(parameters or {})}
+        self.ik = self._launcher.start("ik_node", parameters, namespace=self.namespace)
+        return self.ik
+
+    def start(
+        self,
+        parameters: dict[str, Any] | None = None,
+        simulator_parameters: dict[str, Any] | None = None,
+    ) -> Machine:
+        """Start both and wait until setpoints come."""
+        self.start_simulator(simulator_parameters)
+        self.start_ik(parameters)
+        self.wait_until_connected()
+        return self
+
+    def wait_until_connected(self) -> None:
+        """Wait until the machine is idle, commands come, and targets get there."""
+        self.wait_for_state("idle")
+        if self._listen:
+            self.client.wait_for(lambda: self.commands and self.measured, "joint commands")
+        if self.namespace == self.client.namespace:
+            self.wait_until_targets_get_there()
+
+    def wait_until_targets_get_there(self) -> None:
+        """Send targets that are refused until both refusals have come.
+
+        A publisher may know of a subscription before that knows of it, and what it publishes
+        meanwhile is lost.
+        """
+
+        def connected() -> bool:
+            refused = [f"refused a target {kind}: " in self.ik.output for kind in ("pose", "twist")]
+            if not refused[0]:
+                self.client.send_pose((0.0, 0.0, 0.0), "connecting")
+            if not refused[1]:
+                self.client.send_twist((0.0, 0.0, 0.0), "connecting")
+            return all(refused)
+
+        self.client.wait_for(connected, "ik_node to hear targets")
+
+    @property
+    def state(self) -> str:
+        """Name of the latest state."""
+        return self._value("state")
+
+    @property
+    def reason(self) -> str:
+        """Reason of the latest state."""
+        return self._value("reason")
+
+    def wait_for_state(self, state: str, timeout: float = TIMEOUT) -> None:
+        """Wait until the latest state is this one."""
+        self.client.wait_for(lambda: self.state == state, f"state {state}", timeout)
+
+    def wait_for_new_state(self, state: str, action: Callable[[], Any]) -> None:
+        """Do something and wait until the machine has gone over to the state once more."""
+        count = len(self.states)
+        action()
+        self.client.wait_for(lambda: state in self.states_since(count), f"state {state}")
+
+    def states_since(self, count: int) -> list[str]:
+        """Return the names of the states that the machine went over to after ``count`` messages.
+
+        A message that only tells another reason or a refusal is left out.
+        """
+        names = [_value_of(status, "state") for status in self.states[max(count - 1, 0) :]]
+        before = names[:1] if count else [""]
+        names = names[1:] if count else names
+        return [name for last, name in zip([*before, *names], names) if name != last]
+
+    def move(self, position: Sequence[float]) -> None:
+        """Send a target and wait until the sliders are at rest there."""
+        self.wait_for_new_state("idle", lambda: self.client.send_pose(position))
+        self.catch_up()
+
+    def get_going(self, position: Sequence[float], speed: float) -> None:
+        """Send a target and wait until a slider is commanded to move faster than ``speed``."""
+        self.client.send_pose(position)
+        self.client.wait_for(
+            lambda: max(map(abs, self.commands[-1].velocity)) > speed, "full motion"
+        )
+
+    def catch_up(self) -> None:
+        """Wait until a command of this moment is here: messages wait in a queue before that."""
+        now = self.client.now()
+        self.client.wait_for(
+            lambda: self.client.time_of(self.commands[-1]) >= now, "a command of this moment"
+        )
+
+    def commands_since(self, time: int) -> list[JointState]:
+        """Return the commands with stamps after ``time`` [ns]."""
+        return [message for message in self.commands if self.client.time_of(message) > time]
+
+    def wait_for_measured_rest(self) -> None:
+        """Wait until the sliders are measured to stand still, from this moment on."""
+        now = self.client.now()
+
+        def resting() -> bool:
+            message = self.measured[-1]
+            slow = max(map(abs, message.velocity)) < 1e-6
+            return slow and self.client.time_of(message) > now
+
+        self.client.wait_for(resting, "the sliders to stand still")
+
+    def heights(self, message: JointState | None = None) -> tuple[float, ...]:
+        """Return the heights of a message, in the order of the sliders; of the latest command."""
+        message = message or self.commands[-1]
+        return tuple(message.position[message.name.index(name)] for name in JOINTS)
+
+    def _value(self, key: str) -> str:
+        return _value_of(self.states[-1], key) if self.states else ""
+
+
+def _value_of(status: DiagnosticStatus, key: str) -> str:
+    return next(entry.value for entry in status.values if entry.key == key)

@@ -1,0 +1,143 @@
+"""Nodes as processes, with all that they have written."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from subprocess import Popen
+from typing import Any
+
+from tri_glide_kinematics.ros.processes import NodeProcesses, default_parameter_file
+
+TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
+ROOT = Path(__file__).parents[1]
+
+
+class RunningNode:
+    """One node as a process."""
+
+    def __init__(self, name: str, namespace: str, process: Popen[bytes], log: Path | None) -> None:
+        """Watch the ``process`` of a node; without a ``log`` its output goes where ours goes."""
+        self.name = name
+        self.namespace = namespace
+        self.process = process
+        self._log = log
+
+    @property
+    def pid(self) -> int:
+        """Number of the process."""
+        return self.process.pid
+
+    @property
+    def output(self) -> str:
+        """All that it has written so far."""
+        return self._log.read_text(errors="replace") if self._log else ""
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it has not ended."""
+        return self.process.poll() is None
+
+    def signal(self, number: int) -> int:
+        """Send a signal and return the exit code."""
+        self.process.send_signal(number)
+        return self.process.wait(TIMEOUT)
+
+
+class Launcher:
+    """Starts nodes, those of this project with the parameter file of the README."""
+
+    def __init__(self, namespace: str = "/", folder: Path | None = None) -> None:
+        """Start nodes in ``namespace``, with one log each in ``folder`` if there is one."""
+        # What is installed comes first; this folder is for modules that are not.
+        paths = [*filter(None, [os.environ.get("PYTHONPATH")]), str(ROOT)]
+        self._processes = NodeProcesses({"PYTHONPATH": os.pathsep.join(paths)})
+        self._folder = folder
+        self._namespace = namespace
+        self._count = itertools.count()
+        self.started: list[RunningNode] = []
+
+    def start(
+        self,
+        name: str,
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        namespace: str | None = None,
+        arguments: Sequence[str] = (),
+        prefix: Sequence[str] = (),
+    ) -> RunningNode:
+        """Start the installed executable ``name``; parameters are written as in YAML."""
+        log = self._new_log(name)
+        namespace = namespace or self._namespace
+        command = [*_in_namespace(namespace), *_with_parameters(parameters or {}), *arguments]
+        process = self._processes.start(name, command, log, prefix)
+        return self._watched(name, namespace, process, log)
+
+    def start_module(
+        self,
+        module: str,
+        module_arguments: Sequence[str],
+        name: str,
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        namespace: str | None = None,
+        arguments: Sequence[str] = (),
+    ) -> RunningNode:
+        """Start a Python module, which is the node ``name``; bare without ``parameters``."""
+        log = self._new_log(name)
+        namespace = namespace or self._namespace
+        command = [sys.executable, "-m", module, *module_arguments, "--ros-args"]
+        command += [*_in_namespace(namespace), *arguments]
+        if parameters:
+            command += _with_parameters(parameters)
+        process = self._processes.start_command(command, log)
+        return self._watched(name, namespace, process, log)
+
+    def stop(self) -> None:
+        """End all nodes that still run."""
+        self._processes.stop()
+
+    def _new_log(self, name: str) -> Path | None:
+        return self._folder / f"{name}_{next(self._count)}.log" if self._folder else None
+
+    def _watched(
+        self, name: str, namespace: str, process: Popen[bytes], log: Path | None
+    ) -> RunningNode:
+        self.started.append(RunningNode(name, namespace, process, log))
+        return self.started[-1]
+
+
+@contextmanager
+def launched(folder: Path, namespace: str) -> Iterator[Launcher]:
+    """Start nodes; afterwards none of them has ended by an error of its own, and all are gone."""
+    launcher = Launcher(namespace, folder)
+    try:
+        yield launcher
+    finally:
+        launcher.stop()
+    for node in launcher.started:
+        assert "Traceback" not in node.output, f"{node.name}:\n{node.output}"
+        assert node.process.returncode in (0, -9), f"{node.name}:\n{node.output}"
+
+
+def _in_namespace(namespace: str) -> list[str]:
+    return ["-r", f"__ns:={namespace}"]
+
+
+def _with_parameters(parameters: Mapping[str, Any]) -> list[str]:
+    command = ["--params-file", str(default_parameter_file())]
+    for key, value in parameters.items():
+        command += ["-p", f"{key}:={_as_yaml(value)}"]
+    return command
+
+
+def _as_yaml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_as_yaml, value)) + "]"
+    return str(value)

@@ -1,0 +1,85 @@
+"""What the controller and its loop say about themselves."""
+
+from __future__ import annotations
+
+from tri_glide_kinematics.control.controller import MotionController
+from tri_glide_kinematics.control.health import Health, Level
+from tri_glide_kinematics.control.loop_statistics import LoopStatistics
+from tri_glide_kinematics.control.operating_state import DISABLED, FAULT, WAITING
+from tri_glide_kinematics.control.reason_log import ReasonLog
+from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.control.supervision import Supervisor
+
+# More late cycles than this part of all are worth a look.
+TOO_MANY_LATE = 0.05
+
+LEVELS = {WAITING: Level.WARN, DISABLED: Level.WARN, FAULT: Level.ERROR}
+
+
+def status_of(status: ControllerStatus, refused: ReasonLog) -> Health:
+    """Return state, reason, newest target and last refusal, as they are latched on ``~/status``."""
+    level = LEVELS.get(status.state, Level.OK)
+    if status.target_missed:
+        level = max(level, Level.WARN)
+    return Health(
+        level,
+        f"{status.state.value}: {status.reason}",
+        {
+            "state": status.state.name.lower(),
+            "reason": status.reason,
+            "newest target": status.newest_target,
+            "refused commands": refused.total,
+            "last refusal": refused.last,
+        },
+    )
+
+
+def health_of(
+    controller: MotionController,
+    supervisor: Supervisor,
+    loop: LoopStatistics,
+    refused: ReasonLog,
+    unusable: int,
+) -> Health:
+    """Return the health of the last second.
+
+    Args:
+        controller: state and reason.
+        supervisor: tracking error.
+        loop: intervals of the control loop since the last call.
+        refused: commands that were refused.
+        unusable: measurements without a meaning in the last second.
+    """
+    timing = loop.report()
+    refused_now = refused.end_of_second()
+    level, message, values = status_of(controller.status, refused)
+    warnings = []
+    if timing.late_cycles > TOO_MANY_LATE * timing.rate:
+        warnings.append(f"{timing.late_cycles} late cycles")
+    if timing.stalls:
+        delay = 1000.0 * timing.largest_delay
+        warnings.append(f"a cycle late by more than five periods, by {delay:.3g} ms")
+    if refused_now:
+        warnings.append(f"{refused_now} refused commands")
+    if unusable:
+        warnings.append(f"{unusable} unusable measurements")
+    if warnings:
+        level = max(level, Level.WARN)
+        message = f"{message} ({', '.join(warnings)} in the last second)"
+    return Health(
+        level,
+        message,
+        {
+            **values,
+            "loop rate [1/s]": timing.rate,
+            "jitter, root mean square [s]": timing.jitter,
+            "largest delay of a cycle [s]": timing.largest_delay,
+            "late cycles in the last second": timing.late_cycles,
+            "late cycles": loop.total_late,
+            "cycles late by more than five periods": loop.total_stalls,
+            "largest delay of a cycle since the start [s]": loop.longest_delay,
+            "refused commands in the last second": refused_now,
+            "unusable measurements in the last second": unusable,
+            "tracking error [m]": supervisor.tracking_error,
+        },
+    )

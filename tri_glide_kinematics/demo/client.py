@@ -1,0 +1,188 @@
+"""The node of the demonstration, as a user would write it: it sends targets and listens."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import rclpy
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
+
+from tri_glide_kinematics.demo.leg import Leg
+from tri_glide_kinematics.motion.command_stream import CommandStream
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.vectors import Vector3
+
+TOLERANCE = 1e-4  # m between a target and the pose measured back
+SETTLED_POSES = 10  # measured poses that have to agree
+SETTLED = 5e-6  # m, within which they do
+JOG_PERIOD = 0.02  # s between two renewals of the twist
+START_TIMEOUT = 20.0  # s
+MOVE_TIMEOUT = 15.0  # s
+DEEP_QUEUE = QoSProfile(depth=5000)  # no command may be lost: their differences are judged
+
+
+class DemoError(Exception):
+    """The demonstration cannot go on; the text says why."""
+
+
+@dataclass(frozen=True)
+class MachineSettings:
+    """What the running ``ik_node`` says of itself.
+
+    Attributes:
+        period: time between two commands [s].
+        limits: of the sliders.
+        travel: lower and upper heights, each of shape (3,) [m].
+        joints: names of the sliders.
+        base_frame: frame of poses and twists.
+    """
+
+    period: float
+    limits: SliderLimits
+    travel: tuple[Vector3, Vector3]
+    joints: tuple[str, ...]
+    base_frame: str
+
+
+class DemoClient(Node):
+    """Publishes targets, and collects commands and measured poses."""
+
+    def __init__(self, namespace: str) -> None:
+        """Join the machine in ``namespace``."""
+        super().__init__("tri_glide_demo", namespace=namespace)
+        self.commands: list[JointState] = []
+        self.path: list[Vector3] = []
+        self._pose_target = self.create_publisher(PoseStamped, "target_pose", 10)
+        self._twist_target = self.create_publisher(TwistStamped, "target_twist", 10)
+        self.create_subscription(JointState, "joint_commands", self.commands.append, DEEP_QUEUE)
+        self.create_subscription(PoseStamped, "platform_pose", self._on_pose, DEEP_QUEUE)
+        self._ik_parameters = AsyncParameterClient(self, "ik_node")
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        position = message.pose.position
+        self.path.append((position.x, position.y, position.z))
+
+    def wait_for(self, condition: Callable[[], bool], timeout: float, what: str) -> None:
+        """Spin until ``condition`` holds.
+
+        Raises:
+            DemoError: if it does not within ``timeout`` seconds.
+        """
+        end = time.monotonic() + timeout
+        while not condition():
+            if time.monotonic() > end:
+                raise DemoError(f"{what} took longer than {timeout:g} s")
+            rclpy.spin_once(self, timeout_sec=0.05)
+
+    def spin_for(self, duration: float) -> None:
+        """Spin for ``duration`` seconds."""
+        end = time.monotonic() + duration
+        while (left := end - time.monotonic()) > 0.0:
+            rclpy.spin_once(self, timeout_sec=left)
+
+    def read_settings(self) -> MachineSettings:
+        """Ask ``ik_node`` for its parameters."""
+        self.wait_for(self._ik_parameters.services_are_ready, START_TIMEOUT, "starting ik_node")
+        names = [
+            "rate",
+            "velocity_limits",
+            "acceleration_limits",
+            "jerk_limits",
+            "lower_heights",
+            "upper_heights",
+            "joint_names",
+            "base_frame",
+        ]
+        answer = self._ik_parameters.get_parameters(names)
+        self.wait_for(answer.done, START_TIMEOUT, "reading the parameters of ik_node")
+        value = dict(zip(names, map(parameter_value_to_python, answer.result().values)))
+        return MachineSettings(
+            1.0 / value["rate"],
+            SliderLimits(
+                value["velocity_limits"], value["acceleration_limits"], value["jerk_limits"]
+            ),
+            (tuple(value["lower_heights"]), tuple(value["upper_heights"])),
+            tuple(value["joint_names"]),
+            value["base_frame"],
+        )
+
+    def wait_for_machine(self) -> None:
+        """Wait until commands and poses flow, and our targets are listened to."""
+        self.wait_for(
+            lambda: bool(
+                self.commands
+                and self.path
+                and self._pose_target.get_subscription_count()
+                and self._twist_target.get_subscription_count()
+            ),
+            START_TIMEOUT,
+            "starting the machine",
+        )
+
+    def is_at_rest(self) -> bool:
+        """Tell whether the newest command stands still."""
+        return not any(self.commands[-1].velocity)
+
+    def move(self, name: str, target: Vector3, frame: str) -> Leg:
+        """Publish one pose and wait until it is measured back."""
+        message = PoseStamped()
+        message.header.frame_id = frame
+        message.header.stamp = self.get_clock().now().to_msg()
+        position = message.pose.position
+        position.x, position.y, position.z = target
+        begin, first = time.monotonic(), len(self.commands)
+        self._pose_target.publish(message)
+
+        def has_settled() -> bool:
+            newest = np.array(self.path[-SETTLED_POSES:])
+            return bool(
+                len(self.commands) > first + SETTLED_POSES
+                and self.is_at_rest()
+                and np.ptp(newest, axis=0).max() < SETTLED
+                and np.linalg.norm(newest[-1] - target) < TOLERANCE
+            )
+
+        self.wait_for(has_settled, MOVE_TIMEOUT, f"reaching {name}")
+        return Leg(name, target, self.path[-1], time.monotonic() - begin, first, len(self.commands))
+
+    def jog(self, velocity: Vector3, duration: float, frame: str) -> Leg:
+        """Renew a twist for a while, then fall silent and wait for the stop."""
+        message = TwistStamped()
+        message.header.frame_id = frame
+        linear = message.twist.linear
+        linear.x, linear.y, linear.z = velocity
+        begin, first = time.monotonic(), len(self.commands)
+        while time.monotonic() - begin < duration:
+            message.header.stamp = self.get_clock().now().to_msg()
+            self._twist_target.publish(message)
+            self.spin_for(JOG_PERIOD)
+        self.wait_for(self.is_at_rest, MOVE_TIMEOUT, "stopping after the jog")
+        return Leg("jog", None, self.path[-1], time.monotonic() - begin, first, len(self.commands))
+
+    def stream(self, settings: MachineSettings) -> CommandStream:
+        """Return all commands so far.
+
+        Raises:
+            DemoError: if commands were lost on the way, so that their differences mean nothing.
+        """
+        rows = []
+        for command in self.commands:
+            by_name = dict(zip(command.name, command.position))
+            rows.append([by_name[joint] for joint in settings.joints])
+        stream = CommandStream.from_heights(rows, settings.period)
+        published = np.array([command.velocity for command in self.commands])
+        mean = (published[1:] + published[:-1]) / 2.0
+        # Within one period the two differ by the jerk alone; a lost command differs far more.
+        bound = max(settings.limits.jerk) * settings.period**2
+        lost = int(np.sum(np.any(np.abs(stream.velocities[1:] - mean) > bound, axis=1)))
+        if lost:
+            raise DemoError(f"{lost} gaps in the stream of commands: this computer is too busy")
+        return stream

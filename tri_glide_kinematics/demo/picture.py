@@ -1,0 +1,49 @@
+"""The picture of the demonstration: what the sliders were told and where the platform was."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from tri_glide_kinematics.demo.client import MachineSettings
+from tri_glide_kinematics.demo.leg import Leg
+from tri_glide_kinematics.figures.motion import Mark, Span, motion_figure
+from tri_glide_kinematics.motion.command_stream import CommandStream
+from tri_glide_kinematics.vectors import FloatArray
+
+TARGET_STYLE = {"marker": "o", "color": "tab:red", "markersize": 4}
+START_STYLE = {"marker": "^", "color": "tab:green", "markersize": 7, "markerfacecolor": "none"}
+END_STYLE = {"marker": "s", "color": "tab:green", "markersize": 6, "markerfacecolor": "none"}
+
+
+def save_picture(
+    folder: Path,
+    legs: Sequence[Leg],
+    path: FloatArray,
+    stream: CommandStream,
+    settings: MachineSettings,
+) -> Path:
+    """Draw the motion and return the path of the picture.
+
+    Args:
+        folder: is made if there is none.
+        legs: in their order.
+        path: measured positions of the platform. Shape (m, 3) [m].
+        stream: all commands.
+        settings: of the machine.
+    """
+    marks, spans = [], []
+    for before, leg in zip((None, *legs), legs):
+        if leg.target:
+            marks.append(Mark(leg.name, leg.target, TARGET_STYLE))
+        else:
+            if before:
+                marks.append(Mark(f"{leg.name} starts", before.reached, START_STYLE))
+            marks.append(Mark(f"{leg.name} ends", leg.reached, END_STYLE))
+            last = min(leg.end, len(stream.times)) - 1
+            spans.append(Span(leg.name, float(stream.times[leg.first]), float(stream.times[last])))
+    figure = motion_figure(stream, path, settings.limits, settings.travel, marks, spans)
+    folder.mkdir(parents=True, exist_ok=True)
+    picture = folder / "demo.png"
+    figure.savefig(picture, dpi=110)
+    return picture

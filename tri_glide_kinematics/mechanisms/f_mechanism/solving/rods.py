@@ -1,0 +1,91 @@
+"""The rod equations with their derivatives, and what follows from them: corrections and rates."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import CrankPins, Linkage, Number
+
+
+def rotation(angle: Number) -> Number:
+    """Unit number that turns by ``angle`` to second order: exact for the last digits only.
+
+    The Cayley form has modulus one to rounding, so that iterates stay on the unit circle.
+    """
+    half = 0.5j * angle
+    return (1.0 + half) / (1.0 - half)
+
+
+class RodJacobian(NamedTuple):
+    """Rod equations of B and C at (v, z), and their derivatives, on the circle |v| = l_a.
+
+    ``gap_k = (|v + w_k|^2 - l_k^2) / 2``; ``rod_k`` is its derivative by the direction of rod A,
+    ``turn_k`` by the platform angle, ``drive_k`` by the crank angle [m^2]. ``determinant`` is
+    ``rod_b turn_c - rod_c turn_b`` [m^4].
+    """
+
+    gap_b: Number
+    gap_c: Number
+    rod_b: Number
+    rod_c: Number
+    turn_b: Number
+    turn_c: Number
+    drive_b: Number
+    drive_c: Number
+    determinant: Number
+
+
+def rod_jacobian(linkage: Linkage, pins: CrankPins, z: Number, v: Number) -> RodJacobian:
+    """Evaluate the rod equations of B and C with all first derivatives."""
+    zd_b, zd_c = z * linkage.platform_b, z * linkage.platform_c
+    r_b = v + zd_b - (pins.b - pins.a)
+    r_c = v + zd_c - (pins.c - pins.a)
+    # conj(p) q = p . q + i (p x q)
+    bar_b, bar_c = r_b.conjugate(), r_c.conjugate()
+    rod_b, rod_c = -(bar_b * v).imag, -(bar_c * v).imag
+    turn_b, turn_c = -(bar_b * zd_b).imag, -(bar_c * zd_c).imag
+    return RodJacobian(
+        0.5 * ((bar_b * r_b).real - linkage.rods[1] ** 2),
+        0.5 * ((bar_c * r_c).real - linkage.rods[2] ** 2),
+        rod_b,
+        rod_c,
+        turn_b,
+        turn_c,
+        -(bar_b * (pins.b_rate - pins.a_rate)).real,
+        -(bar_c * (pins.c_rate - pins.a_rate)).real,
+        rod_b * turn_c - rod_c * turn_b,
+    )
+
+
+def singularity_unit(linkage: Linkage) -> float:
+    """Divisor [m^4] that makes ``RodJacobian.determinant`` the dimensionless singularity measure.
+
+    With it the measure is the determinant of the three rod lines, each written as its unit
+    direction and its moment about a point over the platform radius.
+    """
+    return linkage.rods[0] * linkage.rods[1] * linkage.rods[2] * linkage.platform_radius
+
+
+def newton_step(jacobian: RodJacobian) -> tuple[Number, Number]:
+    """Corrections of the rod direction and the platform angle [rad], numbers or arrays alike."""
+    gap_b, gap_c, rod_b, rod_c, turn_b, turn_c, _, _, determinant = jacobian
+    return (
+        (gap_c * turn_b - gap_b * turn_c) / determinant,
+        (gap_b * rod_c - gap_c * rod_b) / determinant,
+    )
+
+
+def motion(
+    linkage: Linkage, pins: CrankPins, z: Number, v: Number, jacobian: RodJacobian, inverse: Number
+) -> tuple[Number, list[Number], Number, Number]:
+    """Platform origin, its joints, velocity of the origin and angular velocity.
+
+    ``inverse`` is the reciprocal of the Jacobian's determinant. Numbers or arrays alike.
+    """
+    _, _, rod_b, rod_c, turn_b, turn_c, drive_b, drive_c, _ = jacobian
+    swing_rate = (drive_c * turn_b - drive_b * turn_c) * inverse
+    turn_rate = (drive_b * rod_c - drive_c * rod_b) * inverse
+    arm = z * linkage.joints[0]
+    origin = pins.a + v - arm
+    velocity = pins.a_rate + 1j * (v * swing_rate - arm * turn_rate)
+    return origin, [origin + z * joint for joint in linkage.joints], velocity, turn_rate

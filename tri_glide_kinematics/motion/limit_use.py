@@ -1,0 +1,106 @@
+"""How much of their limits commanded sliders use, by finite differences of the heights alone.
+
+That is what a drive sees: the judgement knows nothing of the plans behind the heights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tri_glide_kinematics.checks import array_of_shape
+from tri_glide_kinematics.motion.command_stream import CommandStream
+from tri_glide_kinematics.motion.limits import QUANTITIES, SliderLimits
+from tri_glide_kinematics.vectors import FloatArray
+
+# Differences of velocity, acceleration and jerk may pass a limit by this part of it. That of the
+# jerk is larger, as the rounding of the heights is divided by the cube of the period.
+TOLERANCES = np.array((1e-6, 1e-6, 1e-3))
+TOLERANCES.setflags(write=False)
+
+
+@dataclass(frozen=True)
+class LimitUse:
+    """Velocity, acceleration and jerk of a stream of commands as parts of their limits.
+
+    Attributes:
+        parts: magnitude over limit, by row, quantity and slider; zero where a difference has too
+            few rows before it. Shape (n, 3, 3).
+    """
+
+    parts: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        stream: CommandStream,
+        limits: SliderLimits | ArrayLike,
+        begins: ArrayLike | None = None,
+    ) -> LimitUse:
+        """Compare all differences of ``stream`` with ``limits``.
+
+        Args:
+            stream: of n rows.
+            limits: of all rows, or of velocity, acceleration and jerk in the step that leads to
+                each row: shape (n, 3, 3). A difference that spans several steps may be as large
+                as the largest limit of these steps allows.
+            begins: whether a row begins anew, so that the step that leads to it is not judged.
+                Shape (n,).
+
+        Raises:
+            WrongShapeError: if ``limits`` or ``begins`` has another shape.
+        """
+        count = len(stream.heights)
+        if isinstance(limits, SliderLimits):
+            table = np.broadcast_to(limits.table, (count, 3, 3))
+        else:
+            table = array_of_shape("limits", limits, (count, 3, 3))
+        anew = np.zeros(count) if begins is None else begins
+        anew = array_of_shape("begins", anew, (count,)).astype(bool)
+        parts = np.zeros((count, 3, 3))
+        derivatives = (stream.velocities, stream.accelerations, stream.jerks)
+        for order, derivative in enumerate(derivatives, start=1):
+            steps = np.arange(order, count)[:, np.newaxis] - np.arange(order)
+            allowed = table[steps, order - 1].max(axis=1)
+            judged = ~anew[steps].any(axis=1)[:, np.newaxis]
+            parts[order:, order - 1] = np.where(judged, np.abs(derivative[order:]) / allowed, 0.0)
+        return cls(parts)
+
+    def part(self, first: int, end: int) -> LimitUse:
+        """Return the rows from ``first`` up to but not including ``end``."""
+        return LimitUse(self.parts[first:end])
+
+    @property
+    def largest(self) -> FloatArray:
+        """Largest part of the limits of velocity, acceleration and jerk. Shape (3,)."""
+        return np.asarray(self.parts.max(axis=(0, 2), initial=0.0))
+
+    @property
+    def is_within(self) -> bool:
+        """Whether all limits are kept, to rounding."""
+        return are_within(self.largest)
+
+    def violations(self, first: int = 0) -> list[str]:
+        """Return a text for each quantity that passes a limit, about where it does so most.
+
+        Args:
+            first: number of the first row, for the texts.
+        """
+        texts = []
+        for index, (quantity, _) in enumerate(QUANTITIES):
+            parts = self.parts[:, index]
+            if not (parts <= 1.0 + TOLERANCES[index]).all():
+                # A number that is not finite counts as the largest.
+                row, slider = np.unravel_index(int(parts.argmax()), parts.shape)
+                texts.append(
+                    f"{quantity} of slider {slider + 1} is {parts[row, slider]:.9f} of its limit "
+                    f"in row {first + row}"
+                )
+        return texts
+
+
+def are_within(largest: ArrayLike) -> bool:
+    """Return whether largest parts of velocity, acceleration and jerk (shape (3,)) keep limits."""
+    return bool((np.asarray(largest) <= 1.0 + TOLERANCES).all())

@@ -1,0 +1,108 @@
+"""The plan that an engine holds: how far it is carried out, and what can be told of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tri_glide_kinematics.motion.commands import DriveLimits, Move
+from tri_glide_kinematics.motion.errors import NotStartedError
+from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.plans import SampledPlan, SliderState
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+
+class PlanHolder:
+    """Holds one plan after the other, with the time that has passed in it."""
+
+    def __init__(self, limits: DriveLimits) -> None:
+        """Hold nothing yet; ``limits`` are those for the start."""
+        self._first_limits = limits
+        self._held: HeldMotion | None = None
+        self._plan_number = 0
+        self._time = 0.0
+
+    @property
+    def limits(self) -> SliderLimits:
+        """Limits of the sliders in force, before the scale; new ones may still be pending."""
+        return self._limits.sliders
+
+    @property
+    def speed_scale(self) -> float:
+        """Scale in force."""
+        return self._limits.speed_scale
+
+    @property
+    def limits_pending(self) -> bool:
+        """Whether new limits wait for the motion to become slow enough."""
+        return self._held is not None and self._held.pending is not None
+
+    @property
+    def started(self) -> bool:
+        """Whether the engine knows where the sliders are."""
+        return self._held is not None
+
+    @property
+    def phase(self) -> MotionPhase:
+        """What the engine is doing. Idle is at rest with nothing that waits."""
+        return self._held.phase(self._time) if self._held else MotionPhase.IDLE
+
+    @property
+    def remaining(self) -> float:
+        """Time until the held plan is at rest [s]."""
+        return max(self._held.plan.duration - self._time, 0.0) if self._held else 0.0
+
+    @property
+    def plan_number(self) -> int:
+        """Counts the plans held so far: a new number is a new plan."""
+        return self._plan_number
+
+    @property
+    def target(self) -> Vector3 | None:
+        """Position of the platform that is being moved to or was reached [m]."""
+        goal = self._held.goal if self._held else None
+        return goal.position if isinstance(goal, Move) else None
+
+    @property
+    def state(self) -> SliderState:
+        """Present setpoint.
+
+        Raises:
+            NotStartedError: before the start.
+        """
+        return self._holding().plan.state(self._time)
+
+    def sample_plan(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints of the held plan at ``times`` from now on.
+
+        Args:
+            times: Shape (n,) [s]; after ``remaining`` the sliders rest.
+
+        Raises:
+            NotStartedError: before the start.
+        """
+        plan = self._holding().plan
+        sampled = plan.sample(self._time + np.asarray(times, dtype=np.float64))
+        return sampled._replace(times=np.asarray(times, dtype=np.float64))
+
+    @property
+    def _limits(self) -> DriveLimits:
+        """Limits in force."""
+        return self._held.limits if self._held else self._first_limits
+
+    @property
+    def _newest_limits(self) -> DriveLimits:
+        pending = self._held.pending if self._held else None
+        return pending or self._limits
+
+    def _holding(self) -> HeldMotion:
+        if self._held is None:
+            raise NotStartedError
+        return self._held
+
+    def _hold(self, held: HeldMotion) -> None:
+        """Hold something else; a new plan begins with the present setpoint."""
+        if self._held is None or held.plan is not self._held.plan:
+            self._time = 0.0
+            self._plan_number += 1
+        self._held = held

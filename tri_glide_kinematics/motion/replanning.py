@@ -1,0 +1,145 @@
+"""How each event replaces the motion that is held: its own value and a time in, the next value out.
+
+A new plan begins where the held one is at that time. If there is none, the held one goes on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion import verification
+from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, stays_within
+from tri_glide_kinematics.motion.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.planner import MotionKind, MotionPlanner
+from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, Plan, SequencePlan, SliderState
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+
+class Replanned(NamedTuple):
+    """What is held after an event.
+
+    Attributes:
+        held: the next value.
+        refusal: why a goal that had to wait was given up; None if that did not happen.
+    """
+
+    held: HeldMotion
+    refusal: KinematicsError | None = None
+
+
+class Replanning:
+    """Makes the next value of what is held; times are counted from the start of its plan [s]."""
+
+    def __init__(self, workspace: Workspace, kind: MotionKind) -> None:
+        """Prepare for moves of a ``kind`` inside ``workspace``."""
+        self._workspace = workspace
+        self._kind = kind
+        self._planner = MotionPlanner(workspace, kind)
+
+    def at_rest(self, heights: Vector3, limits: DriveLimits) -> HeldMotion:
+        """Return rest at ``heights`` [m], with ``limits`` in force."""
+        plan = CubicPlan(SliderState(heights, AT_REST, AT_REST), ((), (), ()))
+        return HeldMotion(plan, None, PlanRole.LEADS_TO_GOAL, self._workspace, limits)
+
+    def with_goal(self, held: HeldMotion, time: float, goal: Command) -> HeldMotion:
+        """Return a plan to ``goal``, or the held one with that goal if limits are pending.
+
+        Raises:
+            KinematicsError: if there is none.
+        """
+        if held.pending is None:
+            return self._planned(held, time, goal, held.limits, or_after=True)
+        return replace(held, goal=goal)
+
+    def stopped(self, held: HeldMotion, time: float) -> HeldMotion:
+        """Return a plan that comes to rest as soon as possible, without a goal."""
+        return self._braked(replace(held, goal=None), time)
+
+    def with_limits(self, held: HeldMotion, time: float, limits: DriveLimits) -> Replanned:
+        """Put ``limits`` in force, or slow down until that is possible."""
+        return self.tried_again(replace(held, pending=limits), time)
+
+    def tried_again(self, held: HeldMotion, time: float) -> Replanned:
+        """Put pending limits in force if that is possible now, and brake if not."""
+        plan, refusal = held.plan, None
+        if held.pending is not None:
+            held, refusal = self._with_pending_in_force(held, time)
+        if held.plan is plan and held.waits(time):
+            held = self._braked(held, time)
+        return Replanned(held, refusal)
+
+    def _with_pending_in_force(self, held: HeldMotion, time: float) -> Replanned:
+        """Put pending limits in force if the motion can go on inside them."""
+        limits, goal = held.pending, held.goal
+        assert limits is not None
+        resting = time >= held.plan.duration
+        if not resting and goal is not None:
+            if stays_within(held.plan.state(time), limits.effective):
+                try:
+                    return Replanned(self._planned(held, time, goal, limits, or_after=False))
+                except KinematicsError:
+                    pass
+        if (
+            resting
+            or limits == held.limits
+            or verification.keeps_limits(held.plan, limits.effective, time)
+        ):
+            held = replace(held, limits=limits, pending=None)
+            if goal is not None and held.role is not PlanRole.LEADS_TO_GOAL:
+                return self._resumed(held, time, goal)
+        return Replanned(held)
+
+    def _resumed(self, held: HeldMotion, time: float, goal: Command) -> Replanned:
+        """Go on to a goal that had to wait; if there is no way, give it up with the reason."""
+        try:
+            return Replanned(self._planned(held, time, goal, held.limits, or_after=True))
+        except KinematicsError as error:
+            return Replanned(replace(held, goal=None), error)
+
+    def _planned(
+        self, held: HeldMotion, time: float, goal: Command, limits: DriveLimits, *, or_after: bool
+    ) -> HeldMotion:
+        """Return a plan that leads to ``goal``.
+
+        Args:
+            held: what is held.
+            time: when the plan begins.
+            goal: to be reached.
+            limits: for all of the plan.
+            or_after: whether the held plan may come first, if there is no better way.
+
+        Raises:
+            KinematicsError: if there is none.
+        """
+        state, moving = held.plan.state(time), time < held.plan.duration
+        region = self._region(held, time)
+        plan: Plan
+        if isinstance(goal, Jog):
+            speed = goal.speed * limits.speed_scale
+            plan = self._planner.jog(state, goal.direction, speed, limits.effective, region, moving)
+        else:
+            after = SequencePlan((held.plan,), time) if or_after else None
+            plan = self._planner.move(state, goal.position, limits.effective, region, moving, after)
+        return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits)
+
+    def _braked(self, held: HeldMotion, time: float) -> HeldMotion:
+        """Return ``held`` with a plan that comes to rest as soon as possible, if there is one."""
+        remaining = held.plan.duration - time
+        if held.role is PlanRole.BRAKES or remaining <= 0.0:
+            return replace(held, role=PlanRole.BRAKES)
+        state, region = held.plan.state(time), self._region(held, time)
+        on_line = self._kind is MotionKind.LINEAR or not isinstance(held.plan, CubicPlan)
+        try:
+            plan = self._planner.stop(state, held.limits.effective, region, on_line)
+        except KinematicsError:
+            return replace(held, role=PlanRole.EARLIER)
+        sooner = plan if plan.duration < remaining else held.plan
+        return replace(held, plan=sooner, role=PlanRole.BRAKES)
+
+    def _region(self, held: HeldMotion, time: float) -> Workspace:
+        """Return where the platform may be on a way that begins at a ``time``."""
+        moving = time < held.plan.duration
+        return self._planner.region(held.plan.state(time), held.region if moving else None)
