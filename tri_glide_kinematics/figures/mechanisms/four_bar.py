@@ -60,9 +60,9 @@ def crank_angles(linkage: FourBar, samples: int = SAMPLES) -> list[FloatArray]:
     """
     if linkage.crank_turns_fully:
         return [np.linspace(0.0, math.tau, samples)]
-    shares = np.sin(np.linspace(-0.5 * math.pi, 0.5 * math.pi, samples))
+    parts = np.sin(np.linspace(-0.5 * math.pi, 0.5 * math.pi, samples))
     return [
-        np.clip(0.5 * (low + high) + 0.5 * (high - low) * shares, low, high)
+        np.clip(0.5 * (low + high) + 0.5 * (high - low) * parts, low, high)
         for low, high in sorted(linkage.crank_ranges)
     ]
 

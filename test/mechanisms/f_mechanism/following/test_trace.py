@@ -289,10 +289,10 @@ def test_phases_change_at_rest_and_in_motion():
         trace = mechanism.trace(START, pose, end, steps=50, phases=end_phases)
         assert kinds(trace) == [EventKind.END]
         assert len(trace.angle) == 51
-        share = np.linspace(0.0, 1.0, 51)
-        assert trace.crank_angle == pytest.approx(START + share * (end - START), abs=1e-12)
-        assert trace.phase_b == pytest.approx(mechanism.phase_b - 0.3 * share, abs=1e-12)
-        assert trace.phase_c == pytest.approx(mechanism.phase_c + 0.15 * share, abs=1e-12)
+        part = np.linspace(0.0, 1.0, 51)
+        assert trace.crank_angle == pytest.approx(START + part * (end - START), abs=1e-12)
+        assert trace.phase_b == pytest.approx(mechanism.phase_b - 0.3 * part, abs=1e-12)
+        assert trace.phase_c == pytest.approx(mechanism.phase_c + 0.15 * part, abs=1e-12)
         for index in range(0, 51, 5):
             there = mechanism.with_phases(trace.phase_b[index], trace.phase_c[index])
             poses = there.poses(trace.crank_angle[index])
