@@ -51,6 +51,7 @@ def draw(capsys, *arguments):
     return code, captured.out.splitlines(), captured.err.splitlines()
 
 
+@pytest.mark.slow
 def test_an_f_mechanism_gets_all_its_pictures(tmp_path, capsys):
     folder = tmp_path / "a new" / "folder"
     code, out, _ = draw(
@@ -181,6 +182,7 @@ def test_an_interrupted_run_leaves_older_pictures_alone(capsys, tmp_path, monkey
     assert animation.save_movie is not interrupt
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_it_without_a_traceback(tmp_path):
     arguments = [str(F_MECHANISM), "--output", str(tmp_path), "--animate", "--frames", "720"]
     with subprocess.Popen(
@@ -216,6 +218,7 @@ def test_an_installed_mechanism_is_found_by_its_name(tmp_path, monkeypatch):
     assert find_file(Path(FOUR_BAR.name)) == Path(FOUR_BAR.name)
 
 
+@pytest.mark.slow
 def test_ros_is_not_imported(tmp_path):
     script = f"""if True:
         import sys

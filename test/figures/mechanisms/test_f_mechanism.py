@@ -145,6 +145,7 @@ def test_a_self_motion_is_marked(overview):
         assert [line.get_xdata()[0] for line in marks] == pytest.approx([2.5, 5.0])
 
 
+@pytest.mark.slow
 def test_the_axes_have_units_and_planes_have_equal_scales(overview):
     upper, lower = angle_figure(overview).axes
     assert upper.get_ylabel() == "platform angle φ [°]"
