@@ -108,13 +108,13 @@ def coupler_curve_figure(
         linkage: to be drawn.
         coupler_point: x from the crank pin towards the rocker pin, y to the left of it [m].
         branch: on which the linkage is drawn.
-        crank_angle: at which it is drawn [rad]; by default that of :func:`telling_crank_angle`.
+        crank_angle: at which it is drawn [rad]; by default that of :func:`default_crank_angle`.
 
     Raises:
         CrankLimitError: if the linkage cannot be closed at the crank angle.
     """
     if crank_angle is None:
-        crank_angle = telling_crank_angle(linkage)
+        crank_angle = default_crank_angle(linkage)
     linkage.pose(crank_angle, branch)
     shown = linkage.sweep([crank_angle]).branch(branch)
     (pose,) = skeleton_points(linkage, shown, coupler_point)
@@ -196,7 +196,7 @@ def angles_figure(linkage: FourBar) -> Figure:
     return figure
 
 
-def telling_crank_angle(linkage: FourBar) -> float:
+def default_crank_angle(linkage: FourBar) -> float:
     """Return the crank angle [rad] at which a linkage was given, or one that is no special one."""
     if isinstance(linkage, AssembledFourBar):
         return linkage.assembled_crank_angle
