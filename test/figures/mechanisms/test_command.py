@@ -51,6 +51,7 @@ def draw(capsys, *arguments):
     return code, captured.out.splitlines(), captured.err.splitlines()
 
 
+@pytest.mark.slow
 def test_an_f_mechanism_gets_all_its_pictures(tmp_path, capsys):
     folder = tmp_path / "a new" / "folder"
     code, out, _ = draw(

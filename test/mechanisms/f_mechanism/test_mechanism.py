@@ -66,6 +66,7 @@ def test_printed_main_loop_has_other_angles():
         assert all(abs(printed - angle) > 1.0 for angle in found)
 
 
+@pytest.mark.slow
 def test_random_mechanisms_agree_with_a_dense_scan():
     rng = np.random.default_rng(20_000)
     grid = np.linspace(-math.pi, math.pi, 721)
@@ -111,6 +112,7 @@ def single_row(mechanism, crank_angle):
     return [(pose.angle, pose.position) for pose in mechanism.poses(crank_angle)]
 
 
+@pytest.mark.slow
 def test_exact_folds_are_found_once():
     rng = np.random.default_rng(11)
     for _ in range(2_000):

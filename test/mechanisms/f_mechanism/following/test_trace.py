@@ -105,6 +105,7 @@ def test_going_on_through_turning_points_comes_back():
     assert np.max(np.abs(np.diff(trace.angle))) < 0.2
 
 
+@pytest.mark.slow
 def test_turning_points_are_exact():
     rng = np.random.default_rng(31)
     circle = np.linspace(-math.pi, math.pi, 400)
@@ -150,6 +151,7 @@ def refined_fold(mechanism, crank_angle, angle):
     return crank_angle
 
 
+@pytest.mark.slow
 def test_every_branch_of_200_mechanisms():
     rng = np.random.default_rng(200)
     branches = turning_points = fully = 0
@@ -190,6 +192,7 @@ def side_of_fold(mechanism, event):
     return 1 if (f[0] - 2.0 * f[1] + f[2]) * (ahead - behind) < 0.0 else -1
 
 
+@pytest.mark.slow
 def test_forwards_and_back_returns_to_the_start():
     rng = np.random.default_rng(32)
     checked = 0
@@ -207,6 +210,7 @@ def test_forwards_and_back_returns_to_the_start():
     assert checked > 250
 
 
+@pytest.mark.slow
 def test_step_widths_change_nothing():
     rng = np.random.default_rng(33)
     for _ in range(200):
