@@ -10,6 +10,7 @@ from benchmarks.soak_controller import soak
 STEPS = 40_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda s: f"{s.kind.value}-{s.dt}")
 def test_the_state_is_true_whatever_arrives(scenario):
     findings = Findings()
