@@ -1,4 +1,4 @@
-"""mechanism_node as a process: all services, asked well and badly, and the README's samples."""
+"""mechanism_node as a process: all services, asked well and badly, and the samples of docs/services.md."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from tri_glide_interfaces.srv import (
     TraceFourBar,
 )
 
-README = Path(__file__).parents[2] / "README.md"
+PAGE = Path(__file__).parents[2] / "docs" / "services.md"
 SERVICES = {
     "solve_four_bar": SolveFourBar,
     "trace_four_bar": TraceFourBar,
@@ -308,9 +308,9 @@ def test_signals_end_the_node_in_silence(services, number):
     assert line.endswith("mechanism_node starts with no parameters")
 
 
-def readme_samples():
-    """Return service, type and request of each sample call of the README to this node."""
-    text = README.read_text()
+def documented_samples():
+    """Return service, type and request of each sample call that the page has."""
+    text = PAGE.read_text()
     calls = re.findall(
         r'^ros2 service call /mechanism_node/(?:[^"]|\\\n)*"[^"]*"', text, re.MULTILINE
     )
@@ -330,10 +330,10 @@ def fill(message, values):
             setattr(message, name, value)
 
 
-def test_samples_of_the_readme_run_as_written(client, nodes):
+def test_documented_samples_run_as_written(client, nodes):
     services = Services(client, nodes, "/")
     answers = {}
-    for service, type_name, text in readme_samples():
+    for service, type_name, text in documented_samples():
         package, folder, name = type_name.split("/")
         kind = getattr(import_module(f"{package}.{folder}"), name)
         node, service_name = service.lstrip("/").split("/")
@@ -345,7 +345,7 @@ def test_samples_of_the_readme_run_as_written(client, nodes):
         assert answers[service_name].success, answers[service_name].message
     assert set(answers) == set(SERVICES)
 
-    # What the README says about them.
+    # What the page says about them.
     check_four_bar(answers["solve_four_bar"])
     check_f_mechanism(answers["solve_f_mechanism"])
     check_full_turn(answers["trace_f_mechanism"])
