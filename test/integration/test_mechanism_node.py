@@ -1,4 +1,4 @@
-"""mechanism_node as a process: all services, asked well and badly, and the samples of docs/services.md."""
+"""mechanism_node as a process: all services, asked well and badly; samples of docs/services.md."""
 
 from __future__ import annotations
 
