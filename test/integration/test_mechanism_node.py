@@ -7,13 +7,12 @@ import random
 import re
 import shlex
 import signal
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from mechanism_requests import example_2, nose_gear, textbook, turn
+from message_filling import filled, interface
 
 from tri_glide_interfaces.msg import (
     CrankSweep,
@@ -317,30 +316,15 @@ def documented_samples():
     return [shlex.split(call.replace("\\\n", " "))[3:] for call in calls]
 
 
-def fill(message, values):
-    """Set the fields of a message as ``ros2 service call`` does."""
-    for name, value in values.items():
-        if isinstance(value, dict):
-            fill(getattr(message, name), value)
-        elif isinstance(value, list) and value and isinstance(value[0], dict):
-            for item, content in zip(getattr(message, name), value):
-                fill(item, content)
-        else:
-            assert name in message.get_fields_and_field_types()
-            setattr(message, name, value)
-
-
 def test_documented_samples_run_as_written(client, nodes):
     services = Services(client, nodes, "/")
     answers = {}
     for service, type_name, text in documented_samples():
-        package, folder, name = type_name.split("/")
-        kind = getattr(import_module(f"{package}.{folder}"), name)
+        kind = interface(type_name)
         node, service_name = service.lstrip("/").split("/")
         assert node == "mechanism_node"
         assert SERVICES[service_name] is kind
-        request = kind.Request()
-        fill(request, yaml.safe_load(text))
+        request = filled(kind.Request(), text)
         answers[service_name] = services.answer(service_name, request)
         assert answers[service_name].success, answers[service_name].message
     assert set(answers) == set(SERVICES)

@@ -289,9 +289,9 @@ NODES = {"ik_node": IK_NODE, "fk_node": FK_NODE, "simulator_node": SIMULATOR_NOD
 
 INTRODUCTION = """# Parameters
 
-`config/tri_glide.yaml` holds those of the default machine; what a file does not name has the default
-of these tables. *Live* ones may be changed while the machine moves (`ros2 param set`). A new value is
-refused, with the reason, if it does not fit its bounds or the other parameters.
+`config/tri_glide.yaml` holds those of the default machine; what a file does not name has the
+default of these tables. *Live* ones may be changed while the machine moves (`ros2 param set`). A
+new value is refused, with the reason, if it does not fit its bounds or the other parameters.
 
 This page is made by `python -m tri_glide_kinematics.ros.parameters > docs/parameters.md`."""
 
