@@ -23,7 +23,7 @@ setup(
     python_requires=">=3.10",
     install_requires=["numpy", "ruckig"],
     extras_require={
-        "figures": ["matplotlib", "pillow", "pyyaml"],
+        "figures": ["matplotlib", "pillow", "pyyaml", "tqdm"],
         "test": ["catkin_pkg", "hypothesis", "pytest", "scipy"],
     },
     zip_safe=False,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from strategies import DEFAULT_LIMITS
 
 from tri_glide_kinematics.motion.command_stream import CommandStream
@@ -19,7 +20,12 @@ MACHINE = TriGlide(DEFAULT_GEOMETRY)
 WORKSPACE = Workspace(MACHINE, DEFAULT_LIMITS)
 HOME = (0.6, 0.6, 0.6)
 
+# Where tests move to [m].
+TARGET = (0.1, 0.05, 0.35)
+OTHER = (-0.08, 0.06, 0.25)
+
 KINDS = tuple(MotionKind)
+each_kind = pytest.mark.parametrize("kind", KINDS)
 
 
 def engine(

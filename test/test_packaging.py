@@ -20,6 +20,7 @@ ROSDEP_KEYS = {
     "hypothesis": "python3-hypothesis",
     "matplotlib": "python3-matplotlib",
     "mpl_toolkits": "python3-matplotlib",
+    "tqdm": "python3-tqdm",
     "numpy": "python3-numpy",
     "pytest": "python3-pytest",
     "scipy": "python3-scipy",

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.errors import SelfMotionError as SelfMotionError
     from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism as FMechanism
     from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar as FourBar
-    from tri_glide_kinematics.mechanisms.landing_gear import LandingGear as LandingGear
+    from tri_glide_kinematics.mechanisms.landing_gear.gear import LandingGear as LandingGear
     from tri_glide_kinematics.motion.engine import MotionEngine as MotionEngine
     from tri_glide_kinematics.motion.errors import MotionError as MotionError
     from tri_glide_kinematics.motion.errors import NoRoomError as NoRoomError
@@ -63,7 +63,7 @@ __all__, __getattr__ = when_first_used(
         ),
         "mechanisms.f_mechanism.mechanism": "FMechanism",
         "mechanisms.four_bar.linkage": "FourBar",
-        "mechanisms.landing_gear": "LandingGear",
+        "mechanisms.landing_gear.gear": "LandingGear",
         "motion.engine": "MotionEngine",
         "motion.errors": (
             "MotionError NoRoomError NotStartedError PlanningError SliderLimitError "

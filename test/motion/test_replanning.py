@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from motion_machine import HOME, KINDS, LIMITS, WORKSPACE
+from motion_machine import HOME, LIMITS, OTHER, TARGET, WORKSPACE, each_kind
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.commands import DriveLimits, Jog, Move
@@ -14,8 +14,7 @@ from tri_glide_kinematics.motion.replanning import Replanning
 
 FULL = DriveLimits(LIMITS, 1.0)
 SLOW = DriveLimits(SliderLimits.uniform(0.01, 1.0, 20.0), 1.0)
-GOALS = (Move((0.1, 0.05, 0.35)), Move((-0.05, 0.02, 0.3)), Jog((0.6, 0.0, 0.8), 0.1))
-each_kind = pytest.mark.parametrize("kind", KINDS)
+GOALS = (Move(TARGET), Move(OTHER), Jog((0.6, 0.0, 0.8), 0.1))
 
 
 def assert_goes_on(before: HeldMotion, time: float, after: HeldMotion) -> None:

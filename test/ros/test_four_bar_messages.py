@@ -242,6 +242,7 @@ class TestTraceFourBar:
         with pytest.raises(RefusedRequestError, match="branch = 2 must be 0 or 1"):
             trace_four_bar(linkage=textbook(), branch=FourBarPose.BOTH, sweep=turn())
 
+    @pytest.mark.slow
     def test_a_million_steps_are_served_and_no_more(self):
         million = CrankSweep(end_angle=1.0, steps=1_000_000)
         response = trace_four_bar(linkage=textbook(), sweep=million)

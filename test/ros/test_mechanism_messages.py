@@ -1,4 +1,4 @@
-"""What requests about all mechanisms share: their numbers, and the crank angles of a trace."""
+"""What is checked in all requests about mechanisms: their numbers, the crank angles of a trace."""
 
 from __future__ import annotations
 

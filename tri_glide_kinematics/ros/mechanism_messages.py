@@ -1,4 +1,4 @@
-"""What the services for all mechanisms share: points, columns, angles and refusals."""
+"""What the services for all mechanisms have in common: points, columns, angles and refusals."""
 
 from __future__ import annotations
 

@@ -25,10 +25,10 @@ from tri_glide_kinematics.figures.mechanisms.f_mechanism_branches import (
     FEWEST_SAMPLES,
     BranchCurve,
     branch_through,
+    default_crank_angle,
     describe,
     detailed_overview,
     evenly,
-    telling_crank_angle,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism
 
@@ -145,6 +145,7 @@ def test_a_self_motion_is_marked(overview):
         assert [line.get_xdata()[0] for line in marks] == pytest.approx([2.5, 5.0])
 
 
+@pytest.mark.slow
 def test_the_axes_have_units_and_planes_have_equal_scales(overview):
     upper, lower = angle_figure(overview).axes
     assert upper.get_ylabel() == "platform angle φ [°]"
@@ -224,7 +225,7 @@ def test_the_positions_figure_shows_the_printed_positions(overview):
 @pytest.mark.parametrize("mechanism", [EXAMPLE, TURNED, ISLAND])
 def test_by_default_the_positions_figure_shows_as_many_positions_as_there_can_be(mechanism):
     overview = detailed_overview(mechanism)
-    crank_angle = telling_crank_angle(overview)
+    crank_angle = default_crank_angle(overview)
     count = len(mechanism.poses(crank_angle))
     assert count == overview.counts.max()
     assert len(positions_figure(mechanism, overview, crank_angle).axes) == count

@@ -11,8 +11,8 @@ from tri_glide_kinematics.figures.mechanisms.four_bar import (
     angles_figure,
     coupler_curve_figure,
     crank_angles,
+    default_crank_angle,
     interval_around,
-    telling_crank_angle,
 )
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
@@ -162,7 +162,7 @@ def test_curves_reach_the_limits_and_never_jump(linkage):
 
 @pytest.mark.parametrize("linkage", [TEXTBOOK, *LIMITED, PARALLELOGRAM])
 def test_the_default_crank_angle_can_be_reached(linkage):
-    crank_angle = telling_crank_angle(linkage)
+    crank_angle = default_crank_angle(linkage)
     assert len(linkage.solve(crank_angle)) == 2
     angles = interval_around(linkage, crank_angle)
     turns = np.round((angles.mean() - crank_angle) / math.tau)

@@ -66,6 +66,7 @@ def test_printed_main_loop_has_other_angles():
         assert all(abs(printed - angle) > 1.0 for angle in found)
 
 
+@pytest.mark.slow
 def test_random_mechanisms_agree_with_a_dense_scan():
     rng = np.random.default_rng(20_000)
     grid = np.linspace(-math.pi, math.pi, 721)
@@ -87,6 +88,7 @@ def test_random_mechanisms_agree_with_a_dense_scan():
     assert np.all(counts[[1, 3, 5]] == 0)
 
 
+@pytest.mark.slow
 def test_root_at_half_a_turn_is_not_special():
     rng = np.random.default_rng(180)
     for _ in range(2_000):
@@ -111,6 +113,7 @@ def single_row(mechanism, crank_angle):
     return [(pose.angle, pose.position) for pose in mechanism.poses(crank_angle)]
 
 
+@pytest.mark.slow
 def test_exact_folds_are_found_once():
     rng = np.random.default_rng(11)
     for _ in range(2_000):
@@ -356,38 +359,6 @@ def test_joints_are_where_the_platform_carries_them():
             assert [pose.point(c) for c in corners] == [
                 pytest.approx(j, abs=1e-9) for j in pose.platform_joints
             ]
-
-
-def test_batch_equals_single_solutions():
-    rng = np.random.default_rng(18)
-    for _ in range(60):
-        mechanism = random_mechanism(rng, size=10.0 ** rng.uniform(-3, 3))
-        angles = rng.uniform(-10.0, 10.0, 40)
-        batch = mechanism.poses_batch(angles)
-        for row, crank_angle in enumerate(angles):
-            poses = mechanism.poses(crank_angle)
-            assert batch.counts[row] == len(poses)
-            assert np.all(np.isnan(batch.angle[row, len(poses) :]))
-            for slot, pose in enumerate(poses):
-                assert batch.angle[row, slot] == pytest.approx(pose.angle, abs=1e-9)
-                assert batch.position[row, slot] == pytest.approx(
-                    pose.position, abs=1e-8 * mechanism.size
-                )
-                if abs(pose.singularity) > 1e-2:
-                    assert batch.angular_velocity[row, slot] == pytest.approx(
-                        pose.angular_velocity, rel=1e-7, abs=1e-9
-                    )
-                    assert batch.velocity[row, slot] == pytest.approx(
-                        pose.velocity, rel=1e-7, abs=1e-7 * mechanism.size
-                    )
-                assert batch.singularity[row, slot] == pytest.approx(pose.singularity, abs=1e-8)
-                assert batch.residual[row, slot] < 1e-9 * mechanism.size
-
-
-def test_empty_batch():
-    batch = example_2().poses_batch([])
-    assert batch.angle.shape == (0, 6)
-    assert batch.platform_joints().shape == (0, 6, 3, 2)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-100.0, 100.0), st.floats(-100.0, 100.0), st.floats(0, 6.3))

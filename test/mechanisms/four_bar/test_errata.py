@@ -71,9 +71,9 @@ def test_6_7(g2):
 def coupler_6_8(sign, g2):
     root = math.sqrt(4.0 * B**2 * g2 - (B**2 + g2 - C**2) ** 2)
     along, across = D - A * math.cos(PHI), A * math.sin(PHI)
-    share = B**2 + g2 - C**2
-    sine = (along * root - across * share) / (2.0 * B * g2)
-    cosine = (across * root + sign * along * share) / (2.0 * B * g2)
+    projection = B**2 + g2 - C**2
+    sine = (along * root - across * projection) / (2.0 * B * g2)
+    cosine = (across * root + sign * along * projection) / (2.0 * B * g2)
     return cosine, sine
 
 
@@ -95,9 +95,9 @@ def test_components_of_the_rocker_before_6_9_are_right(pose):
 def test_6_9_is_right(pose, g2):
     root = math.sqrt(4.0 * C**2 * g2 - (g2 + C**2 - B**2) ** 2)
     along, across = D - A * math.cos(PHI), A * math.sin(PHI)
-    share = g2 + C**2 - B**2
-    sine = (along * root + across * share) / (2.0 * C * g2)
-    cosine = (across * root - along * share) / (2.0 * C * g2)
+    projection = g2 + C**2 - B**2
+    sine = (along * root + across * projection) / (2.0 * C * g2)
+    cosine = (across * root - along * projection) / (2.0 * C * g2)
     assert (cosine, sine) == pytest.approx(
         (math.cos(pose.rocker_angle), math.sin(pose.rocker_angle))
     )

@@ -70,6 +70,7 @@ class TestPrintedNumbers:
 
 
 class TestPositions:
+    @pytest.mark.slow
     def test_closure_of_100_000_linkages(self):
         """One angle each, a tenth of them within rounding or little more of a crank limit."""
         rng = np.random.default_rng(7)

@@ -28,17 +28,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         from tri_glide_kinematics.errors import KinematicsError
-        from tri_glide_kinematics.figures.mechanisms.pictures import Wish, save_pictures
+        from tri_glide_kinematics.figures.mechanisms.pictures import Choice, save_pictures
 
         signal.signal(signal.SIGINT, signal.default_int_handler)
         angle = options.crank_angle
-        wish = Wish(
+        choice = Choice(
             branch=options.branch,
             crank_angle=None if angle is None else math.radians(angle),
             frames=options.frames if options.animate else 0,
         )
         try:
-            print("\n".join(save_pictures(find_file(options.file), options.output, wish)))
+            print("\n".join(save_pictures(find_file(options.file), options.output, choice)))
         except KinematicsError as error:
             return _fail(str(error))
         except OSError as error:

@@ -1,4 +1,4 @@
-"""What all pictures of mechanisms share: the plane they lie in, their links, and angle axes."""
+"""Parts of all pictures of mechanisms: the plane they lie in, their links, and angle axes."""
 
 from __future__ import annotations
 

@@ -60,9 +60,9 @@ def crank_angles(linkage: FourBar, samples: int = SAMPLES) -> list[FloatArray]:
     """
     if linkage.crank_turns_fully:
         return [np.linspace(0.0, math.tau, samples)]
-    shares = np.sin(np.linspace(-0.5 * math.pi, 0.5 * math.pi, samples))
+    parts = np.sin(np.linspace(-0.5 * math.pi, 0.5 * math.pi, samples))
     return [
-        np.clip(0.5 * (low + high) + 0.5 * (high - low) * shares, low, high)
+        np.clip(0.5 * (low + high) + 0.5 * (high - low) * parts, low, high)
         for low, high in sorted(linkage.crank_ranges)
     ]
 
@@ -108,13 +108,13 @@ def coupler_curve_figure(
         linkage: to be drawn.
         coupler_point: x from the crank pin towards the rocker pin, y to the left of it [m].
         branch: on which the linkage is drawn.
-        crank_angle: at which it is drawn [rad]; by default that of :func:`telling_crank_angle`.
+        crank_angle: at which it is drawn [rad]; by default that of :func:`default_crank_angle`.
 
     Raises:
         CrankLimitError: if the linkage cannot be closed at the crank angle.
     """
     if crank_angle is None:
-        crank_angle = telling_crank_angle(linkage)
+        crank_angle = default_crank_angle(linkage)
     linkage.pose(crank_angle, branch)
     shown = linkage.sweep([crank_angle]).branch(branch)
     (pose,) = skeleton_points(linkage, shown, coupler_point)
@@ -196,7 +196,7 @@ def angles_figure(linkage: FourBar) -> Figure:
     return figure
 
 
-def telling_crank_angle(linkage: FourBar) -> float:
+def default_crank_angle(linkage: FourBar) -> float:
     """Return the crank angle [rad] at which a linkage was given, or one that is no special one."""
     if isinstance(linkage, AssembledFourBar):
         return linkage.assembled_crank_angle

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from matplotlib.figure import Figure
+from tqdm import tqdm
 
 from tri_glide_kinematics.figures.errors import DrawingError
 from tri_glide_kinematics.figures.mechanisms import f_mechanism, f_mechanism_branches, four_bar
@@ -20,17 +21,17 @@ from tri_glide_kinematics.figures.mechanisms.animation import (
     save_movie,
 )
 from tri_glide_kinematics.figures.mechanisms.drawing import degrees_text
-from tri_glide_kinematics.figures.mechanisms.progress import ProgressBar
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismOverview
 from tri_glide_kinematics.mechanisms.files import MechanismFile, load_mechanism
 from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
 from tri_glide_kinematics.rounding import first_largest
 
 RESOLUTION = 110.0  # dots per inch
+SHOWN_AFTER = 1.0  # a progress bar appears after so many seconds
 
 
 @dataclass(frozen=True)
-class Wish:
+class Choice:
     """What to draw.
 
     Attributes:
@@ -61,7 +62,7 @@ class Pictures:
     movie: Callable[[], Movie]
 
 
-def save_pictures(file: Path, folder: Path, wish: Wish) -> list[str]:
+def save_pictures(file: Path, folder: Path, choice: Choice) -> list[str]:
     """Draw all pictures of a mechanism, with a progress bar if it takes long.
 
     A picture that is not complete never takes the place of an older one.
@@ -69,7 +70,7 @@ def save_pictures(file: Path, folder: Path, wish: Wish) -> list[str]:
     Args:
         file: that describes the mechanism.
         folder: of the pictures; it is made if there is none.
-        wish: what to draw.
+        choice: what to draw.
 
     Returns:
         A summary of the mechanism, and the paths of the pictures, line by line.
@@ -80,25 +81,27 @@ def save_pictures(file: Path, folder: Path, wish: Wish) -> list[str]:
     """
     content = load_mechanism(file)
     saved: list[str] = []
-    with ProgressBar(total=1) as bar:
-        bar.step("following the branches")
-        pictures = pictures_of(content, wish)
-        bar.total += len(pictures.figures) + wish.frames
+    with tqdm(total=1, delay=SHOWN_AFTER, mininterval=0.5, unit="step") as bar:
+        pictures = pictures_of(content, choice)
+        bar.total += len(pictures.figures) + choice.frames
+        bar.update()
         folder.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=folder, prefix=".draw_mechanism-") as scratch:
             for name, draw in pictures.figures.items():
-                bar.step(f"drawing {name}")
+                bar.set_description(f"drawing {name}", refresh=False)
                 picture = Path(scratch, f"{file.stem}_{name}.png")
                 draw().savefig(picture, dpi=RESOLUTION)
                 saved.append(str(picture.replace(folder / picture.name)))
-            if wish.frames:
+                bar.update()
+            if choice.frames:
+                bar.set_description("drawing the animation", refresh=False)
                 picture = Path(scratch, f"{file.stem}_{pictures.movie_name}.gif")
-                save_movie(pictures.movie(), picture, lambda: bar.step("drawing the animation"))
+                save_movie(pictures.movie(), picture, bar.update)
                 saved.append(str(picture.replace(folder / picture.name)))
     return [*pictures.summary, *saved]
 
 
-def pictures_of(content: MechanismFile, wish: Wish) -> Pictures:
+def pictures_of(content: MechanismFile, choice: Choice) -> Pictures:
     """Analyse a mechanism and return what can be drawn of it.
 
     Raises:
@@ -107,14 +110,14 @@ def pictures_of(content: MechanismFile, wish: Wish) -> Pictures:
     """
     mechanism = content.mechanism
     if isinstance(mechanism, FMechanism):
-        return _of_f_mechanism(mechanism, wish)
+        return _of_f_mechanism(mechanism, choice)
     if isinstance(mechanism, FourBar):
-        return _of_four_bar(mechanism, content.coupler_point, wish)
+        return _of_four_bar(mechanism, content.coupler_point, choice)
     raise DrawingError(f"there are no pictures of a {type(mechanism).__name__}")
 
 
-def _of_f_mechanism(mechanism: FMechanism, wish: Wish) -> Pictures:
-    fewest = max(f_mechanism_branches.FEWEST_SAMPLES, 2 * wish.frames)
+def _of_f_mechanism(mechanism: FMechanism, choice: Choice) -> Pictures:
+    fewest = max(f_mechanism_branches.FEWEST_SAMPLES, 2 * choice.frames)
     overview = f_mechanism_branches.detailed_overview(mechanism, fewest=fewest)
     if not overview.branches and overview.self_motion.any():
         raise DrawingError(
@@ -125,11 +128,11 @@ def _of_f_mechanism(mechanism: FMechanism, wish: Wish) -> Pictures:
         raise DrawingError("all positions of the F-mechanism are singular: it has no branches")
     if not overview.branches:
         raise DrawingError("the F-mechanism has no position over any range of crank angles")
-    chosen = _main_branch(overview) + 1 if wish.branch is None else wish.branch
+    chosen = _main_branch(overview) + 1 if choice.branch is None else choice.branch
     number = _checked_branch(chosen, len(overview.branches))
-    crank_angle = wish.crank_angle
+    crank_angle = choice.crank_angle
     if crank_angle is None:
-        crank_angle = f_mechanism_branches.telling_crank_angle(overview)
+        crank_angle = f_mechanism_branches.default_crank_angle(overview)
     elif not mechanism.poses(crank_angle):
         raise DrawingError(
             f"the F-mechanism has no position at crank angle {math.degrees(crank_angle):.9g} deg"
@@ -152,22 +155,22 @@ def _of_f_mechanism(mechanism: FMechanism, wish: Wish) -> Pictures:
             "corners": lambda: f_mechanism.corners_figure(mechanism, overview, crank_angle),
         },
         f"branch_{number}",
-        lambda: f_mechanism_movie(overview.branches[number - 1], title, wish.frames),
+        lambda: f_mechanism_movie(overview.branches[number - 1], title, choice.frames),
     )
 
 
-def _of_four_bar(linkage: FourBar, coupler_point: tuple[float, float], wish: Wish) -> Pictures:
+def _of_four_bar(linkage: FourBar, coupler_point: tuple[float, float], choice: Choice) -> Pictures:
     branches = tuple(Branch)
-    if wish.branch is not None:
-        branch = branches[_checked_branch(wish.branch, len(branches)) - 1]
+    if choice.branch is not None:
+        branch = branches[_checked_branch(choice.branch, len(branches)) - 1]
     else:
         given = linkage.assembled_branch if isinstance(linkage, AssembledFourBar) else None
         branch = given or Branch.OPEN
     limits = sorted({limit for ends in linkage.crank_ranges for limit in ends})
     crank = "turns fully" if linkage.crank_turns_fully else f"has its limits{_at(limits)}"
     extremes = linkage.transmission_extremes
-    if wish.crank_angle is not None:
-        linkage.pose(wish.crank_angle, branch)
+    if choice.crank_angle is not None:
+        linkage.pose(choice.crank_angle, branch)
     return Pictures(
         (
             f"{linkage.grashof_class.value}: the crank {crank}",
@@ -176,12 +179,12 @@ def _of_four_bar(linkage: FourBar, coupler_point: tuple[float, float], wish: Wis
         ),
         {
             f"coupler_curve_{branch.value}": lambda: four_bar.coupler_curve_figure(
-                linkage, coupler_point, branch, wish.crank_angle
+                linkage, coupler_point, branch, choice.crank_angle
             ),
             "angles": lambda: four_bar.angles_figure(linkage),
         },
         branch.value,
-        lambda: four_bar_movie(linkage, coupler_point, branch, wish.frames, wish.crank_angle),
+        lambda: four_bar_movie(linkage, coupler_point, branch, choice.frames, choice.crank_angle),
     )
 
 

@@ -15,7 +15,7 @@ from tri_glide_kinematics.mechanisms.errors import DegenerateLinkageError
 from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve
 from tri_glide_kinematics.mechanisms.f_mechanism.following.stations import explicit_stations
 from tri_glide_kinematics.mechanisms.f_mechanism.following.trace import (
-    Plan,
+    TraceOptions,
     starting_point,
     straight_drive,
     trace_branch,
@@ -230,7 +230,7 @@ class FMechanism:
             if through and turning_only:
                 stations = np.concatenate([-stations[:0:-1], stations])
         curve = Curve(self._linkage, drive)
-        plan = Plan(
+        options = TraceOptions(
             stations=explicit_stations(stations),
             low=float(stations[0]),
             high=float(stations[-1]),
@@ -238,7 +238,9 @@ class FMechanism:
             period=2.0 * math.pi if turning_only else math.inf,
             largest_step=largest_step,
         )
-        return trace_branch(curve, starting_point(curve, pose.angle, complex(*pose.position)), plan)
+        return trace_branch(
+            curve, starting_point(curve, pose.angle, complex(*pose.position)), options
+        )
 
     def overview(self, samples: int = 360) -> FMechanismOverview:
         """All branches as connected curves, and the number of positions over one turn.

@@ -82,7 +82,7 @@ class DeadCentre:
     branch: Branch | None
 
     def turned(self, angle: float) -> DeadCentre:
-        """Return the same position, seen from a line that lies ``angle`` [rad] back."""
+        """Return the same position, with angles from a line that lies ``angle`` [rad] back."""
         return replace(
             self,
             crank_angle=wrapped(self.crank_angle + angle),

@@ -20,9 +20,6 @@ from strategies import nudged
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.mechanisms.errors import NotAPoseError
 from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism
-from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve, Drive
-from tri_glide_kinematics.mechanisms.f_mechanism.following.trace import starting_point
-from tri_glide_kinematics.mechanisms.f_mechanism.following.tube import tube
 
 START = math.radians(146.0)
 
@@ -105,6 +102,7 @@ def test_going_on_through_turning_points_comes_back():
     assert np.max(np.abs(np.diff(trace.angle))) < 0.2
 
 
+@pytest.mark.slow
 def test_turning_points_are_exact():
     rng = np.random.default_rng(31)
     circle = np.linspace(-math.pi, math.pi, 400)
@@ -150,6 +148,7 @@ def refined_fold(mechanism, crank_angle, angle):
     return crank_angle
 
 
+@pytest.mark.slow
 def test_every_branch_of_200_mechanisms():
     rng = np.random.default_rng(200)
     branches = turning_points = fully = 0
@@ -190,6 +189,7 @@ def side_of_fold(mechanism, event):
     return 1 if (f[0] - 2.0 * f[1] + f[2]) * (ahead - behind) < 0.0 else -1
 
 
+@pytest.mark.slow
 def test_forwards_and_back_returns_to_the_start():
     rng = np.random.default_rng(32)
     checked = 0
@@ -207,6 +207,7 @@ def test_forwards_and_back_returns_to_the_start():
     assert checked > 250
 
 
+@pytest.mark.slow
 def test_step_widths_change_nothing():
     rng = np.random.default_rng(33)
     for _ in range(200):
@@ -289,10 +290,10 @@ def test_phases_change_at_rest_and_in_motion():
         trace = mechanism.trace(START, pose, end, steps=50, phases=end_phases)
         assert kinds(trace) == [EventKind.END]
         assert len(trace.angle) == 51
-        share = np.linspace(0.0, 1.0, 51)
-        assert trace.crank_angle == pytest.approx(START + share * (end - START), abs=1e-12)
-        assert trace.phase_b == pytest.approx(mechanism.phase_b - 0.3 * share, abs=1e-12)
-        assert trace.phase_c == pytest.approx(mechanism.phase_c + 0.15 * share, abs=1e-12)
+        part = np.linspace(0.0, 1.0, 51)
+        assert trace.crank_angle == pytest.approx(START + part * (end - START), abs=1e-12)
+        assert trace.phase_b == pytest.approx(mechanism.phase_b - 0.3 * part, abs=1e-12)
+        assert trace.phase_c == pytest.approx(mechanism.phase_c + 0.15 * part, abs=1e-12)
         for index in range(0, 51, 5):
             there = mechanism.with_phases(trace.phase_b[index], trace.phase_c[index])
             poses = there.poses(trace.crank_angle[index])
@@ -365,6 +366,7 @@ def test_from_a_turning_point_one_and_the_same_side_is_followed():
         assert len(seen) == 2
 
 
+@pytest.mark.slow
 def test_a_branch_closes_after_one_turn_wherever_it_starts():
     mechanism = example_2()
     traces = [
@@ -436,56 +438,6 @@ def event_angle(trace):
     angle = trace.events[0].pose.angle
     nearest = trace.angle[trace.events[0].index - 1]
     return angle + 2.0 * math.pi * round((nearest - angle) / (2.0 * math.pi))
-
-
-def test_derivatives_of_the_rod_equations():
-    rng = np.random.default_rng(35)
-    step = 1e-6
-    for _ in range(30):
-        mechanism = random_mechanism(rng)
-        drive = Drive(tuple(rng.uniform(-3, 3, 3)), tuple(rng.uniform(-1, 1, 3)))
-        curve = Curve(mechanism.linkage, drive)
-        x = rng.uniform(-3.0, 3.0, 3)
-        at = curve.gradients(tuple(x))
-        hessians = curve.hessians(tuple(x))
-        for axis in range(3):
-            offset = step * np.eye(3)[axis]
-            before, after = curve.gradients(tuple(x - offset)), curve.gradients(tuple(x + offset))
-            assert (after.gap_b - before.gap_b) / (2 * step) == pytest.approx(at.b[axis], abs=1e-8)
-            assert (after.gap_c - before.gap_c) / (2 * step) == pytest.approx(at.c[axis], abs=1e-8)
-            for hessian, low, high in zip(hessians, before[2:], after[2:]):
-                m00, m11, m22, m01, m02, m12 = hessian
-                matrix = [[m00, m01, m02], [m01, m11, m12], [m02, m12, m22]]
-                slope = (np.array(high) - low) / (2 * step)
-                assert slope == pytest.approx(matrix[axis], abs=1e-7)
-
-
-def test_no_other_branch_enters_the_tube():
-    # All positions at many places of the drive inside proven tubes: only the arc itself is there.
-    rng = np.random.default_rng(36)
-    inside = 0
-    for _ in range(60):
-        mechanism = random_mechanism(rng)
-        speeds, phases = mechanism.linkage.speeds, mechanism.linkage.phases
-        curve = Curve(mechanism.linkage, Drive(phases, speeds))
-        for pose in mechanism.poses(0.0):
-            frame = curve.frame(starting_point(curve, pose.angle, complex(*pose.position)))
-            length, radius, _ = tube(frame, 0.5)
-            centre, tangent = np.array(frame.x), np.array(frame.tangent)
-            found = []
-            for s in np.linspace(-length, length, 21):
-                for other in mechanism.poses(s):
-                    rod = complex(*np.subtract(other.platform_joints[0], other.crank_pins[0]))
-                    offset = np.array([np.angle(rod), other.angle, s]) - centre
-                    offset[:2] = np.remainder(offset[:2] + math.pi, 2.0 * math.pi) - math.pi
-                    h = float(offset @ tangent)
-                    y = offset - h * tangent
-                    if 0.0 <= h <= length and np.linalg.norm(y) <= radius:
-                        found.append(h)
-                        corrected, _ = curve.correct(frame, h)
-                        assert np.linalg.norm(centre + offset - corrected) < 1e-7
-                        inside += 1
-    assert inside > 300
 
 
 @pytest.mark.parametrize(

@@ -107,6 +107,7 @@ def test_branches_between_two_samples_are_found():
     assert islands > 10
 
 
+@pytest.mark.slow
 def test_coarse_and_fine_overviews_agree():
     rng = np.random.default_rng(42)
     for _ in range(10):
@@ -119,6 +120,7 @@ def test_coarse_and_fine_overviews_agree():
         ]
 
 
+@pytest.mark.slow
 def test_mechanisms_on_a_grid():
     # Whole numbers and right angles make every special case frequent.
     rng = np.random.default_rng(43)

@@ -105,7 +105,7 @@ def starting_point(curve: Curve, angle: float, origin: complex) -> Vector:
 
 
 @dataclass(frozen=True)
-class Plan:
+class TraceOptions:
     """What to follow and what to report.
 
     Attributes:
@@ -128,10 +128,10 @@ class Plan:
 class _Recorder:
     """Collects what a walk along the curve passes."""
 
-    def __init__(self, curve: Curve, start: Vector, plan: Plan) -> None:
+    def __init__(self, curve: Curve, start: Vector, options: TraceOptions) -> None:
         self.curve = curve
         self.start = start
-        self.plan = plan
+        self.options = options
         self.arcs: list[Arc] = []
         self.requests: list[Request] = []
         # The start is a sample of its own, before all requests.
@@ -144,25 +144,25 @@ class _Recorder:
 
     def turning(self, x: Vector) -> bool:
         """Take a turning point; return whether the trace ends there."""
-        period = self.plan.period
+        period = self.options.period
         drift = x[2] if math.isinf(period) else math.remainder(x[2], period)
         if abs(drift) < STANDSTILL and same_position(x, self.start, 10.0 * STANDSTILL):
             self.event(EventKind.CLOSED, x)
             return True
         self.event(EventKind.TURNING_POINT, x)
-        return not self.plan.through
+        return not self.options.through
 
     def arc(self, arc: Arc) -> bool:
         """Take the samples of an arc; return whether the trace ends in it."""
         index = len(self.arcs)
         self.arcs.append(arc)
         low, high = arc.start[2], arc.end[2]
-        limit = self.plan.high if high > low else self.plan.low
+        limit = self.options.high if high > low else self.options.low
         # A turning point that lies on the limit is still taken.
         ends = high > limit + SPLIT if high > low else high < limit - SPLIT
         closing = self._closing(arc, limit if ends else high)
         stop = closing[2] if closing else (limit if ends else high)
-        stations = self.plan.stations(low, stop)
+        stations = self.options.stations(low, stop)
         if stations.size:
             self.requests.append(Request(index, stations))
             self.samples += stations.size
@@ -177,7 +177,7 @@ class _Recorder:
         low = arc.start[2]
         if (stop > low) != self.rising or stop == low:
             return None
-        period = self.plan.period
+        period = self.options.period
         for s in multiples(period, low, stop):
             x = point_on_arc(self.curve, arc, s)
             if same_position(x, self.start, _CLOSED):
@@ -185,9 +185,9 @@ class _Recorder:
         return None
 
 
-def trace_branch(curve: Curve, start: Vector, plan: Plan) -> FMechanismTrace:
+def trace_branch(curve: Curve, start: Vector, options: TraceOptions) -> FMechanismTrace:
     """Follow the branch through ``start`` (at s = 0) with rising s, and sample it."""
-    recorder = _Recorder(curve, start, plan)
+    recorder = _Recorder(curve, start, options)
     first = curve.frame(start)
     standing = False
     sense = 1.0
@@ -199,10 +199,10 @@ def trace_branch(curve: Curve, start: Vector, plan: Plan) -> FMechanismTrace:
             standing = True
             recorder.rising = False
             recorder.event(EventKind.TURNING_POINT, start)
-    if plan.high <= 0.0:
+    if options.high <= 0.0:
         recorder.event(EventKind.END, start)
-    elif plan.through or not standing:
-        for item in follow(curve, start, sense, plan.largest_step):
+    elif options.through or not standing:
+        for item in follow(curve, start, sense, options.largest_step):
             if isinstance(item, Arc):
                 if recorder.arc(item):
                     break
@@ -211,7 +211,7 @@ def trace_branch(curve: Curve, start: Vector, plan: Plan) -> FMechanismTrace:
                     break
             elif isinstance(item, Bifurcation):
                 recorder.event(EventKind.BIFURCATION, item.point)
-                if not (plan.through and item.passable):
+                if not (options.through and item.passable):
                     break
             else:
                 recorder.event(EventKind.SINGULAR, item.point)

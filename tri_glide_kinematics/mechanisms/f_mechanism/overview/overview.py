@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve
 from tri_glide_kinematics.mechanisms.f_mechanism.following.stations import uniform_stations
 from tri_glide_kinematics.mechanisms.f_mechanism.following.trace import (
-    Plan,
+    TraceOptions,
     starting_point,
     straight_drive,
     trace_branch,
@@ -114,7 +114,7 @@ def _whole_branch(
         drive, _ = straight_drive(linkage, crank_angle, (sense, 0.0, 0.0))
         curve = Curve(linkage, drive)
         offset = math.remainder(-sense * crank_angle, spacing)
-        plan = Plan(
+        options = TraceOptions(
             stations=uniform_stations(offset, spacing),
             low=-2.0 * math.pi * _MOST_TURNS,
             high=2.0 * math.pi * _MOST_TURNS,
@@ -122,7 +122,7 @@ def _whole_branch(
             period=2.0 * math.pi,
             largest_step=_LARGEST_STEP,
         )
-        branches.append(trace_branch(curve, starting_point(curve, angle, origin), plan))
+        branches.append(trace_branch(curve, starting_point(curve, angle, origin), options))
         if branches[-1].closed:
             return branches[-1:]
     return [branch for branch in branches if branch.arcs]

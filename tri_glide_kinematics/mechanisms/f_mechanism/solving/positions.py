@@ -43,7 +43,7 @@ _LONGEST_CORRECTION = 1e-4
 _LONGEST_STEP = 0.01
 _SAME_POSITION = 1e-7
 # Platform angles of two positions that differ by less are one; the platform is translated [rad].
-_SHARED_ANGLE = 1e-9
+_EQUAL_ANGLES = 1e-9
 # Rounding of products of lengths, relative to the same power of the size.
 _LENGTH_ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
 # Agreement of lengths that makes a mechanism special, relative to the size.
@@ -88,7 +88,7 @@ def poses_at(linkage: Linkage, crank_angle: float) -> tuple[FMechanismPose, ...]
 
 
 def _put_in_order(linkage: Linkage, poses: list[FMechanismPose]) -> None:
-    """Sort by platform angle; positions that share one by the place of the platform."""
+    """Sort by platform angle; positions with the same angle by the place of the platform."""
 
     def place(pose: FMechanismPose) -> tuple[float, float]:
         x, y = pose.position
@@ -97,7 +97,7 @@ def _put_in_order(linkage: Linkage, poses: list[FMechanismPose]) -> None:
     poses.sort(key=lambda pose: pose.angle)
     first = 0
     for after in range(1, len(poses) + 1):
-        if after == len(poses) or poses[after].angle - poses[after - 1].angle > _SHARED_ANGLE:
+        if after == len(poses) or poses[after].angle - poses[after - 1].angle > _EQUAL_ANGLES:
             poses[first:after] = sorted(poses[first:after], key=place)
             first = after
 

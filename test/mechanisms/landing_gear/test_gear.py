@@ -161,6 +161,7 @@ class TestDynamics:
             assert scaled_error(body.angular_momentum, momenta[2]) < 1e-9
             assert scaled_error(body.angular_momentum_rate, first_derivative(momenta)) < 1e-7
 
+    @pytest.mark.slow
     def test_balance_closes_for_clouds_of_point_masses(self, trajectory, state):
         """Both bodies taken apart into point masses, whose paths are differentiated twice.
 

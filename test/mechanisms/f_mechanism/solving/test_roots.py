@@ -1,0 +1,60 @@
+"""Real roots of a trigonometric polynomial: those of the same polynomial in powers of z."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.batch_roots import row_roots
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.polynomial import Cubic, evaluate
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.roots import real_roots
+
+
+def random_cubic(rng):
+    """Coefficients of which none is far above the others."""
+    real, imaginary = rng.normal(size=(2, 3)).tolist()
+    return Cubic(float(rng.normal()), *(complex(x, y) for x, y in zip(real, imaginary)))
+
+
+def roots_of_powers(polynomial):
+    """Angles of the roots on the unit circle, by the companion matrix of z^3 times F."""
+    half = [0.5 * coefficient for coefficient in polynomial[1:]]
+    powers = [*reversed(half), polynomial.constant, *(number.conjugate() for number in half)]
+    roots = np.roots(powers)
+    return sorted(np.angle(roots[abs(abs(roots) - 1.0) < 1e-7]).tolist())
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_every_root_is_found_once(seed):
+    polynomial = random_cubic(np.random.default_rng(seed))
+    found = [root.angle for root in real_roots(polynomial, 1e-14)]
+    assert found == pytest.approx(roots_of_powers(polynomial), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_many_polynomials_have_the_roots_of_each(seed):
+    rng = np.random.default_rng(seed)
+    polynomials = [random_cubic(rng) for _ in range(50)]
+    row, angle = row_roots(Cubic(*(np.array(part) for part in zip(*polynomials))))
+    for index, polynomial in enumerate(polynomials):
+        single = [root.angle for root in real_roots(polynomial, 1e-14)]
+        assert angle[row == index] == pytest.approx(single, abs=1e-9)
+
+
+@pytest.mark.parametrize("place", [-3.0, -math.pi / 2.0, 0.0, 1.0, math.pi])
+def test_a_polynomial_that_touches_zero_has_one_double_root(place):
+    # 1 - cos(phi - place), which is zero at its minimum only.
+    polynomial = Cubic(1.0, -complex(math.cos(place), -math.sin(place)), 0j, 0j)
+    (root,) = real_roots(polynomial, 1e-15)
+    assert root.double
+    assert math.remainder(root.angle - place, math.tau) == pytest.approx(0.0, abs=1e-7)
+
+
+def test_values_and_derivatives_are_differences_of_each_other():
+    rng = np.random.default_rng(3)
+    step = 1e-5
+    for _ in range(20):
+        polynomial, angle = random_cubic(rng), float(rng.uniform(-3.0, 3.0))
+        before, at, after = (evaluate(polynomial, angle + offset) for offset in (-step, 0.0, step))
+        assert (after[0] - before[0]) / (2.0 * step) == pytest.approx(at[1], abs=1e-7)
+        assert (after[1] - before[1]) / (2.0 * step) == pytest.approx(at[2], abs=1e-7)

@@ -1,0 +1,187 @@
+"""Jogs and stops of the motion engine."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from motion_machine import (
+    DT,
+    HOME,
+    MACHINE,
+    TARGET,
+    WORKSPACE,
+    each_kind,
+    engine,
+    peaks,
+    place,
+    platform_velocity,
+    run,
+    run_to_rest,
+    within,
+)
+
+from tri_glide_kinematics.errors import (
+    KinematicsError,
+)
+from tri_glide_kinematics.motion.engine import MotionKind, MotionPhase
+from tri_glide_kinematics.motion.errors import NoRoomError
+from tri_glide_kinematics.workspace.workspace import WorkspaceLimits
+
+
+@each_kind
+def test_new_target_in_mid_motion_does_not_stop_in_between(kind):
+    moving = engine(kind)
+    moving.move_to((0.12, 0.0, 0.3))
+    parts = [run(moving, 0.15)]
+    moving.move_to((0.12, 0.1, 0.45))
+    parts.append(run_to_rest(moving)[1:])
+    heights = np.concatenate(parts)
+    speeds = np.linalg.norm(np.diff(heights, axis=0), axis=1) / DT
+    assert speeds[60:-60].min() > 0.05
+    assert within(heights)
+    assert np.abs(place(moving) - (0.12, 0.1, 0.45)).max() < 1e-7
+
+
+@each_kind
+def test_jog_goes_in_its_direction_at_its_speed(kind):
+    moving = engine(kind)
+    moving.jog((0.06, -0.03, 0.02))
+    assert moving.phase is MotionPhase.JOGGING
+    run(moving, 0.4)
+    assert np.allclose(platform_velocity(moving), (0.06, -0.03, 0.02), rtol=2e-3)
+    moving.jog((0.0, 0.05, -0.05))
+    assert moving.target is None
+    run(moving, 0.5)
+    assert np.allclose(platform_velocity(moving), (0.0, 0.05, -0.05), atol=1e-4)
+
+
+@each_kind
+def test_renewed_twist_changes_nothing(kind):
+    once, often = engine(kind), engine(kind)
+    once.jog((0.1, 0.02, 0.0))
+    often.jog((0.1, 0.02, 0.0))
+    while once.phase is not MotionPhase.IDLE:
+        often.jog((0.1, 0.02, 0.0))
+        assert often.step(DT) == once.step(DT)
+    assert often.phase is MotionPhase.IDLE
+    assert often.plan_number == once.plan_number
+
+
+@each_kind
+def test_jog_runs_as_fast_as_the_sliders_allow(kind):
+    moving = engine(kind)
+    moving.jog((0.0, 0.0, 5.0))
+    heights = run_to_rest(moving)
+    assert within(heights)
+    assert peaks(heights)[0] > 0.9
+
+
+@each_kind
+def test_jog_stops_at_the_edge_and_can_be_driven_back(kind):
+    moving = engine(kind)
+    moving.jog((0.2, 0.0, 0.0))
+    assert within(run_to_rest(moving))
+    edge = place(moving)
+    WORKSPACE.check_position(edge.tolist())
+    with pytest.raises(KinematicsError):
+        WORKSPACE.check_position((edge[0] + 1e-3, edge[1], edge[2]))
+    for outwards in (0.2, 0.3):  # the same twist renewed, and another one
+        with pytest.raises(NoRoomError) as caught:
+            moving.jog((outwards, 0.0, 0.0))
+        assert "reach" in caught.value.reason
+        assert moving.phase is MotionPhase.IDLE
+    moving.jog((-0.2, 0.0, 0.0))
+    run(moving, 0.6)
+    assert platform_velocity(moving)[0] < -0.05
+
+
+@each_kind
+def test_twist_of_zero_is_a_stop(kind):
+    moving = engine(kind)
+    moving.jog((0.1, 0.0, 0.0))
+    run(moving, 0.3)
+    moving.jog((0.0, 0.0, 0.0))
+    assert moving.phase is MotionPhase.STOPPING
+    assert within(run_to_rest(moving))
+
+
+@pytest.mark.slow
+@each_kind
+@pytest.mark.parametrize("change", [1e-6, 1e-3, 0.02])
+def test_flood_of_differing_twists_still_makes_progress(kind, change):
+    rng = np.random.default_rng(4)
+    moving = engine(kind)
+    rows = [moving.state.heights]
+    for _ in range(400):
+        moving.jog((np.array((0.1, 0.0, 0.0)) + change * rng.normal(size=3)).tolist())
+        rows.append(moving.step(DT).heights)
+    assert within(np.array(rows))
+    assert platform_velocity(moving)[0] > 0.07
+    assert place(moving)[0] > 0.02
+
+
+@each_kind
+def test_stop_is_a_ramp_that_is_soon_over(kind):
+    for time in np.linspace(0.01, 0.35, 18):
+        moving = engine(kind)
+        moving.move_to((0.12, -0.05, 0.45))
+        before = run(moving, float(time))
+        held = moving.remaining
+        moving.stop()
+        assert moving.phase in (MotionPhase.STOPPING, MotionPhase.IDLE)
+        assert moving.target is None
+        assert moving.remaining <= held
+        after = run_to_rest(moving)
+        assert within(np.concatenate((before, after[1:])))
+        assert len(after) * DT < 0.3
+
+
+def test_stop_of_a_linear_move_stays_on_its_line():
+    moving = engine(MotionKind.LINEAR)
+    begin = place(moving)
+    moving.move_to(TARGET)
+    run(moving, 0.12)
+    moving.stop()
+    platform = MACHINE.forward_batch(run_to_rest(moving)) - begin
+    way = np.subtract(TARGET, begin)
+    assert np.linalg.norm(np.cross(platform, way), axis=1).max() / np.linalg.norm(way) < 1e-9
+
+
+def test_stop_at_rest_is_nothing():
+    resting = engine()
+    resting.stop()
+    assert resting.phase is MotionPhase.IDLE
+    assert resting.step(DT).heights == HOME
+
+
+@each_kind
+def test_target_after_a_stop_is_moved_to(kind):
+    moving = engine(kind)
+    moving.move_to(TARGET)
+    run(moving, 0.1)
+    moving.stop()
+    run(moving, 0.02)
+    moving.move_to(TARGET)
+    assert moving.phase is MotionPhase.MOVING
+    assert within(run_to_rest(moving))
+    assert np.abs(place(moving) - TARGET).max() < 1e-7
+
+
+@each_kind
+def test_stop_outside_the_workspace_is_as_soon_over_as_inside(kind):
+    """On the way back a jog may turn round; a stop there must not wait for its end."""
+    box = WorkspaceLimits(
+        (0.3,) * 3, (0.9,) * 3, 0.005, 20.0, box_lower=(-0.1, -0.1, 0.0), box_upper=(0.1, 0.1, 0.5)
+    )
+    moving = engine(kind, heights=MACHINE.inverse((0.0, 0.16, 0.3)), workspace_limits=box)
+    moving.jog((0.0, -0.1, 0.0))
+    rows = [run(moving, 0.4)]
+    moving.jog((0.0, 0.001, 0.0))
+    rows.append(run(moving, 0.5)[1:])
+    assert place(moving)[1] > 0.1
+    assert platform_velocity(moving)[1] > 0.0
+    moving.stop()
+    rows.append(run_to_rest(moving, longest=0.2)[1:])
+    heights = np.concatenate(rows)
+    assert within(heights)
+    assert MACHINE.forward_batch(heights)[:, 1].max() <= 0.16 + 1e-9

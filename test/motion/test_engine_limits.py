@@ -1,0 +1,177 @@
+"""Limits and scales of the motion engine that change on the way, and what waits for them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from motion_machine import (
+    DT,
+    HOME,
+    LIMITS,
+    MACHINE,
+    OTHER,
+    each_kind,
+    engine,
+    peaks,
+    place,
+    platform_velocity,
+    run,
+    run_to_rest,
+    within,
+)
+
+from tri_glide_kinematics.motion.engine import MotionKind, MotionPhase, SliderLimits
+from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
+
+
+@each_kind
+@pytest.mark.parametrize("scale", [0.05, 0.3, 0.9])
+def test_speed_scale_takes_hold_in_mid_motion_inside_all_limits(kind, scale):
+    moving = engine(kind)
+    moving.move_to((0.12, -0.05, 0.45))
+    rows = [run(moving, 0.15)]
+    moving.set_speed_scale(scale)
+    slow_since = None
+    while moving.phase is not MotionPhase.IDLE:
+        if not moving.limits_pending and slow_since is None:
+            slow_since = sum(map(len, rows)) - 1
+        rows.append(run(moving, DT)[1:])
+    heights = np.concatenate(rows)
+    assert slow_since is not None and slow_since < 450
+    assert within(heights)
+    assert peaks(heights[slow_since:])[0] <= scale * (1.0 + 1e-6)
+    assert moving.speed_scale == scale
+    assert np.abs(place(moving) - (0.12, -0.05, 0.45)).max() < 1e-7
+
+
+@each_kind
+def test_jog_is_scaled_and_goes_on_at_the_new_speed(kind):
+    moving = engine(kind, speed_scale=0.5)
+    moving.jog((0.1, 0.0, 0.0))
+    run(moving, 0.3)
+    assert platform_velocity(moving)[0] == pytest.approx(0.05, rel=1e-3)
+    moving.set_speed_scale(1.0)
+    run(moving, 0.3)
+    assert platform_velocity(moving)[0] == pytest.approx(0.1, rel=1e-3)
+    assert moving.phase is MotionPhase.JOGGING
+
+
+@each_kind
+def test_lower_limits_in_mid_motion_break_neither_the_old_nor_the_new(kind):
+    lower = SliderLimits.uniform(0.3, 2.0, 30.0)
+    for time in (0.02, 0.08, 0.15, 0.25):
+        moving = engine(kind)
+        moving.move_to((0.12, -0.05, 0.45))
+        rows = [run(moving, time)]
+        moving.set_limits(lower)
+        new_since = None
+        while moving.phase is not MotionPhase.IDLE:
+            if moving.limits is lower and new_since is None:
+                new_since = sum(map(len, rows)) - 1
+            rows.append(run(moving, DT)[1:])
+        heights = np.concatenate(rows)
+        assert within(heights)
+        assert within(heights[new_since:], lower)
+        assert np.abs(place(moving) - (0.12, -0.05, 0.45)).max() < 1e-7
+
+
+@each_kind
+def test_higher_limits_are_used_at_once(kind):
+    slow = SliderLimits.uniform(0.1, 2.0, 30.0)
+    moving = engine(kind, slow)
+    moving.move_to((0.12, -0.05, 0.45))
+    run(moving, 0.3)
+    before = moving.remaining
+    moving.set_limits(LIMITS)
+    assert moving.limits is LIMITS
+    assert moving.remaining < 0.5 * before
+
+
+@each_kind
+def test_target_that_comes_while_limits_are_pending_is_reached(kind):
+    moving = engine(kind)
+    moving.move_to((0.12, -0.05, 0.45))
+    run(moving, 0.15)
+    moving.set_limits(SliderLimits.uniform(0.05, 1.0, 20.0))
+    assert moving.limits_pending
+    run(moving, 0.01)
+    moving.move_to(OTHER)
+    assert moving.target == OTHER
+    assert within(run_to_rest(moving))
+    assert np.abs(place(moving) - OTHER).max() < 1e-7
+    assert moving.limits.velocity[0] == 0.05
+
+
+@each_kind
+def test_stop_while_limits_are_pending_stays_a_stop(kind):
+    moving = engine(kind)
+    moving.move_to((0.12, -0.05, 0.45))
+    run(moving, 0.15)
+    moving.set_limits(SliderLimits.uniform(0.05, 1.0, 20.0))
+    run(moving, 0.01)
+    moving.stop()
+    assert within(run_to_rest(moving))
+    run(moving, 0.1)
+    assert moving.phase is MotionPhase.IDLE
+    assert not moving.limits_pending
+    assert np.abs(place(moving) - (0.12, -0.05, 0.45)).max() > 1e-3
+
+
+def test_start_adopts_limits_that_were_pending():
+    moving = engine()
+    moving.move_to((0.12, -0.05, 0.45))
+    run(moving, 0.15)
+    moving.set_speed_scale(0.1)
+    assert moving.limits_pending
+    moving.start(HOME)
+    assert not moving.limits_pending
+    assert moving.speed_scale == 0.1
+    assert moving.phase is MotionPhase.IDLE
+
+
+def test_refusal_of_a_command_that_had_to_wait_is_told_once():
+    moving = engine(MotionKind.LINEAR, heights=MACHINE.inverse((0.03, -0.02, 0.51)))
+    moving.move_to((0.02, -0.02, 0.5))
+    run(moving, 0.02)
+    moving.set_limits(SliderLimits.uniform(0.001, 1.0, 20.0))
+    assert moving.limits_pending
+    # Until the new limits are in force it is only noted; its way turns out to be blocked.
+    moving.move_to((-0.2, -0.09, 0.5))
+    assert moving.target == (-0.2, -0.09, 0.5)
+    heights = run_to_rest(moving)
+    assert within(heights)
+    assert isinstance(moving.take_refusal(), OutsideWorkspaceError)
+    assert moving.take_refusal() is None
+    assert moving.target is None
+
+
+@each_kind
+@pytest.mark.parametrize("pause", [0.0, 0.003, 0.05, 0.15, 0.2, 0.25, 0.5])
+def test_limits_that_are_restored_while_braking_lead_on_to_the_target(kind, pause):
+    """Whenever they come back: idle means that the target was reached, and stays the truth."""
+    target = (0.12, -0.05, 0.45)
+    moving = engine(kind)
+    moving.move_to(target)
+    rows = [run(moving, 0.1)]
+    moving.set_speed_scale(0.001)
+    rows.append(run(moving, pause)[1:])
+    moving.set_speed_scale(1.0)
+    assert moving.phase is MotionPhase.MOVING
+    rows.append(run_to_rest(moving)[1:])
+    assert np.abs(place(moving) - target).max() < 1e-9
+    resting = run(moving, 0.1)
+    assert (resting == resting[0]).all()
+    assert within(np.concatenate(rows))
+
+
+@each_kind
+def test_floods_while_limits_are_pending_are_not_planned(kind):
+    moving = engine(kind)
+    moving.move_to((0.12, -0.05, 0.45))
+    run(moving, 0.15)
+    moving.set_speed_scale(0.001)
+    number = moving.plan_number
+    for index in range(200):
+        moving.move_to((0.1, 0.05, 0.35 + 1e-5 * index))
+    assert moving.limits_pending
+    assert moving.plan_number == number
