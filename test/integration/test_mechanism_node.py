@@ -1,4 +1,4 @@
-"""mechanism_node as a process: all services, asked well and badly, and the README's samples."""
+"""mechanism_node as a process: all services, asked well and badly; samples of docs/services.md."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ import random
 import re
 import shlex
 import signal
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from mechanism_requests import example_2, nose_gear, textbook, turn
+from message_filling import filled, interface
 
 from tri_glide_interfaces.msg import (
     CrankSweep,
@@ -32,7 +31,7 @@ from tri_glide_interfaces.srv import (
     TraceFourBar,
 )
 
-README = Path(__file__).parents[2] / "README.md"
+PAGE = Path(__file__).parents[2] / "docs" / "services.md"
 SERVICES = {
     "solve_four_bar": SolveFourBar,
     "trace_four_bar": TraceFourBar,
@@ -308,44 +307,29 @@ def test_signals_end_the_node_in_silence(services, number):
     assert line.endswith("mechanism_node starts with no parameters")
 
 
-def readme_samples():
-    """Return service, type and request of each sample call of the README to this node."""
-    text = README.read_text()
+def documented_samples():
+    """Return service, type and request of each sample call that the page has."""
+    text = PAGE.read_text()
     calls = re.findall(
         r'^ros2 service call /mechanism_node/(?:[^"]|\\\n)*"[^"]*"', text, re.MULTILINE
     )
     return [shlex.split(call.replace("\\\n", " "))[3:] for call in calls]
 
 
-def fill(message, values):
-    """Set the fields of a message as ``ros2 service call`` does."""
-    for name, value in values.items():
-        if isinstance(value, dict):
-            fill(getattr(message, name), value)
-        elif isinstance(value, list) and value and isinstance(value[0], dict):
-            for item, content in zip(getattr(message, name), value):
-                fill(item, content)
-        else:
-            assert name in message.get_fields_and_field_types()
-            setattr(message, name, value)
-
-
-def test_samples_of_the_readme_run_as_written(client, nodes):
+def test_documented_samples_run_as_written(client, nodes):
     services = Services(client, nodes, "/")
     answers = {}
-    for service, type_name, text in readme_samples():
-        package, folder, name = type_name.split("/")
-        kind = getattr(import_module(f"{package}.{folder}"), name)
+    for service, type_name, text in documented_samples():
+        kind = interface(type_name)
         node, service_name = service.lstrip("/").split("/")
         assert node == "mechanism_node"
         assert SERVICES[service_name] is kind
-        request = kind.Request()
-        fill(request, yaml.safe_load(text))
+        request = filled(kind.Request(), text)
         answers[service_name] = services.answer(service_name, request)
         assert answers[service_name].success, answers[service_name].message
     assert set(answers) == set(SERVICES)
 
-    # What the README says about them.
+    # What the page says about them.
     check_four_bar(answers["solve_four_bar"])
     check_f_mechanism(answers["solve_f_mechanism"])
     check_full_turn(answers["trace_f_mechanism"])

@@ -1,4 +1,4 @@
-"""The parameters of each node. ``python -m tri_glide_kinematics.ros.parameters`` prints them."""
+"""The parameters of each node; ``python -m tri_glide_kinematics.ros.parameters`` prints a page."""
 
 from __future__ import annotations
 
@@ -287,11 +287,19 @@ SIMULATOR_NODE = (
 NODES = {"ik_node": IK_NODE, "fk_node": FK_NODE, "simulator_node": SIMULATOR_NODE}
 
 
+INTRODUCTION = """# Parameters
+
+`config/tri_glide.yaml` holds those of the default machine; what a file does not name has the
+default of these tables. *Live* ones may be changed while the machine moves (`ros2 param set`). A
+new value is refused, with the reason, if it does not fit its bounds or the other parameters.
+
+This page is made by `python -m tri_glide_kinematics.ros.parameters > docs/parameters.md`."""
+
+
 def document() -> str:
-    """Return the parameters of all nodes as text in Markdown."""
-    return "\n\n".join(
-        f"#### Parameters of `{name}`\n\n{markdown_table(table)}" for name, table in NODES.items()
-    )
+    """Return the parameters of all nodes as a page in Markdown."""
+    tables = (f"## `{name}`\n\n{markdown_table(table)}" for name, table in NODES.items())
+    return "\n\n".join((INTRODUCTION, *tables))
 
 
 if __name__ == "__main__":
