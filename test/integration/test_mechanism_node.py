@@ -303,8 +303,10 @@ def test_random_contents_never_end_the_node(services):
 def test_signals_end_the_node_in_silence(services, number):
     services.assert_alive("solve_four_bar")
     assert services.node.signal(number) == 0
-    (line,) = services.node.output.splitlines()
-    assert line.endswith("mechanism_node starts with no parameters")
+    # What it said at its start, and nothing since.
+    start, transport = services.node.output.splitlines()
+    assert start.endswith("mechanism_node starts with no parameters")
+    assert "TRI_GLIDE_TRANSPORT=computer" in transport
 
 
 def documented_samples():

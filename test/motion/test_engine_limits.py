@@ -20,7 +20,8 @@ from motion_machine import (
     within,
 )
 
-from tri_glide_kinematics.motion.engine import MotionKind, MotionPhase, SliderLimits
+from tri_glide_kinematics import TriGlide, TriGlideGeometry, Workspace, WorkspaceLimits
+from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, SliderLimits
 from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 
 
@@ -175,3 +176,27 @@ def test_floods_while_limits_are_pending_are_not_planned(kind):
         moving.move_to((0.1, 0.05, 0.35 + 1e-5 * index))
     assert moving.limits_pending
     assert moving.plan_number == number
+
+
+@each_kind
+@pytest.mark.parametrize("scale", [0.1, 0.5, 0.9])
+def test_limits_that_come_before_the_first_step_of_a_move_are_in_force_at_once(kind, scale):
+    """The setpoint still rests, though the plan that is held leads away."""
+    geometry = TriGlideGeometry(((0.01, 0.21), (-0.18, -0.09), (0.165, -0.11)), (0.40, 0.42, 0.385))
+    region = Workspace(TriGlide(geometry), WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 20.0))
+    limits = SliderLimits((1.0, 0.6, 0.8), (10.0, 12.0, 6.0), (200.0, 150.0, 300.0))
+    lower = SliderLimits(
+        (0.020756295, 0.004516448, 0.023673605),
+        (2.851608623, 8.710345924, 2.843409260),
+        (168.063922643, 63.439411472, 186.004994717),
+    )
+    target = (0.22196027661811796, -0.017065512732373833, 0.4149286260073027)
+    moving = MotionEngine(region, limits, kind=kind)
+    moving.start((0.5100189499963259, 0.5723104349834996, 0.6171819881843261))
+    moving.move_to(target)
+    moving.set_limits(lower, scale)
+    assert not moving.limits_pending
+    assert moving.phase is MotionPhase.MOVING
+    moving.step(moving.remaining)
+    reached = region.machine.forward(moving.state.heights)
+    assert reached == pytest.approx(target, abs=1e-8)

@@ -165,7 +165,8 @@ def check_blend(
         SliderTravelError: if a slider leaves its travel.
         KinematicsError: if the platform leaves the ``region``.
     """
-    if plan.blend is None:
+    # A plan that begins at rest, as one of the present setpoint before the first step, has none.
+    if plan.blend is None or plan.blend.duration == 0.0:
         return
     duration = plan.blend.duration
     times = plan.scaling.times[: np.searchsorted(plan.scaling.times, duration) + 1]
