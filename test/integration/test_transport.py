@@ -101,4 +101,4 @@ def test_an_unknown_transport_is_refused(ros_domain, monkeypatch):
         [executable("ik_node")], capture_output=True, text=True, timeout=TIMEOUT, check=False
     )
     assert run.returncode == 1
-    assert run.stderr == f"error: {VARIABLE} = 'loopback' must be one of computer, cell\n"
+    assert run.stderr == f"error: ik_node: {VARIABLE} = 'loopback' must be one of computer, cell\n"
