@@ -1,0 +1,148 @@
+"""Whoever calls a service, and however new the client is: the streams of messages go on."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from contextlib import suppress
+from importlib import import_module
+
+import numpy as np
+import pytest
+import rclpy
+from geometry_msgs.msg import PoseStamped
+from rclpy.context import Context
+from rclpy.node import Node, NodeNameNonExistentError
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_srvs.srv import SetBool
+
+from testing import fresh_client
+
+FAR = (0.0, 0.0, 0.5)
+# So slow that it takes longer to get there than all clients take to start.
+SLOW = {"speed_scale": 0.003}
+# What a gap may be longer than those before [s]: the middleware would wait for 0.1 s, and a busy
+# computer starts a process meanwhile.
+MORE_THAN_ALONE = 0.05
+# They put off the discovery of the readers of answers.
+SUBSCRIPTIONS = 100
+CLIENTS = 8
+CALLED = ("get_parameters", "stop")
+OWN_SERVICES = 7  # of rclpy, in each node
+# Answers are not kept by services, so a reader of kept ones is never connected to them.
+UNFIT = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+@pytest.fixture
+def unfit_node(ros_domain):
+    """Return a node of another participant, for clients that no service can answer."""
+    context = Context()
+    rclpy.init(context=context, args=[])
+    node = Node("unfit", context=context)
+    yield node
+    node.destroy_node()
+    context.try_shutdown()
+
+
+def longest_gap(client, messages, first=0):
+    times = [client.time_of(message) for message in messages[first:]]
+    return 1e-9 * float(np.diff(times).max())
+
+
+def gap_alone(machine, client):
+    """Return the longest gap between commands while nobody calls anything."""
+    first = len(machine.commands)
+    client.wait_for(lambda: len(machine.commands) > first + 1000, "commands")
+    return longest_gap(client, machine.commands, first)
+
+
+def set_off(machine, client):
+    """Begin to move, and return how many states and commands there were by then."""
+    machine.wait_for_new_state("moving", lambda: client.send_pose(FAR))
+    return len(machine.states), len(machine.commands)
+
+
+def prepared_client(server):
+    """Start a client that waits for a word before it joins the domain."""
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            fresh_client.__file__,
+            server,
+            str(SUBSCRIPTIONS),
+            "get_parameters",
+            "stop",
+        ],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+def test_clients_that_call_as_soon_as_they_can(machine, client):
+    machine.start(SLOW)
+    allowed = gap_alone(machine, client) + MORE_THAN_ALONE
+    gaps = []
+    for _ in range(CLIENTS):
+        process = prepared_client(f"{client.namespace}/ik_node")
+        with process:
+            states, first = set_off(machine, client)
+            print("go", file=process.stdin, flush=True)
+            client.wait_for(lambda process=process: process.poll() is not None, "the client")
+            answers = json.loads(process.stdout.read())
+        machine.wait_for_state("idle")
+        machine.catch_up()
+        assert all(answers.values()), answers
+        # The stop came in mid-motion.
+        assert machine.states_since(states) == ["stopping", "idle"]
+        gaps.append(longest_gap(client, machine.commands, first))
+    assert max(gaps) < allowed, gaps
+
+
+def test_clients_that_cannot_be_answered(machine, client, nodes, unfit_node):
+    poses = client.record(PoseStamped, "platform_pose")
+    nodes.start("fk_node")
+    machine.start(SLOW)
+    client.wait_for(lambda: poses, "poses")
+    allowed = gap_alone(machine, client) + MORE_THAN_ALONE
+    states, _ = set_off(machine, client)
+    streams = (machine.commands, machine.measured, poses)
+    first = [len(stream) for stream in streams]
+    callers = [
+        caller
+        for node in ("ik_node", "simulator_node", "fk_node")
+        for caller in callers_of_all_services(client, unfit_node, node)
+    ]
+    for caller in callers:
+        caller.call_async(harmless_request(caller.srv_type))
+    # Shorter than any answer is kept before it is tried at the price of a gap.
+    client.wait_for(lambda: len(machine.commands) > first[0] + 1000, "commands")
+    client.wait_for(lambda: "stopping" in machine.states_since(states), "the stop")
+    machine.catch_up()
+    gaps = [longest_gap(client, stream, begin) for stream, begin in zip(streams, first)]
+    assert max(gaps) < allowed, gaps
+
+
+def harmless_request(kind):
+    """Return a request that changes nothing, save that it may stop the motion."""
+    return SetBool.Request(data=True) if kind is SetBool else kind.Request()
+
+
+def callers_of_all_services(client, node, server):
+    """Return an unfit client of each service of ``server``."""
+    services = []
+
+    def known():
+        with suppress(NodeNameNonExistentError):
+            services[:] = node.get_service_names_and_types_by_node(server, client.namespace)
+        return len(services) >= OWN_SERVICES
+
+    client.wait_for(known, f"the services of {server}")
+    for name, (kind,) in services:
+        package, _, type_name = kind.split("/")
+        service_type = getattr(import_module(f"{package}.srv"), type_name)
+        yield node.create_client(service_type, name, qos_profile=UNFIT)
