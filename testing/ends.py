@@ -1,76 +1,86 @@
-"""What a client that ends without a clean shutdown does to the stream of commands."""
+"""What a client that ends without a clean shutdown does to the control cycle."""
 
 from __future__ import annotations
 
 import heapq
-import itertools
 import os
 import signal
 import subprocess
 import sys
 import tempfile
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
 
-from sensor_msgs.msg import JointState
+from diagnostic_msgs.msg import DiagnosticArray
 
 from testing.client import Client
 from testing.machine import Machine
 
 ENDED_CLIENT = Path(__file__).with_name("ended_client.py")
-TOGETHER = 8  # clients at a time
+TOGETHER = 4  # clients at a time
 WAYS = {"exit": 0, "kill": -signal.SIGKILL}  # how a client ends, and its exit code then
 
 
 def run_in_real_time(pid: int) -> bool:
-    """Put a process before all others, if that is allowed here.
+    """Put a process before all others, if that is allowed here, and its main thread first.
 
-    Then a gap in what it publishes is made by the middleware, not by others that want a processor.
+    Then a delay of its cycle is made by the middleware, not by who wants a processor, be it
+    another process or the threads that deal with several new clients at once.
     """
     try:
         for task in Path(f"/proc/{pid}/task").iterdir():
-            os.sched_setscheduler(int(task.name), os.SCHED_FIFO, os.sched_param(10))
+            priority = 20 if task.name == str(pid) else 10
+            os.sched_setscheduler(int(task.name), os.SCHED_FIFO, os.sched_param(priority))
     except PermissionError:
         return False
     return True
 
 
-class Stream:
-    """The stamps of a machine's commands: times of the publisher, whenever they are heard."""
+class Delays:
+    """The largest delay of a control cycle in each second, as ``ik_node`` itself measures it.
+
+    A listener that waits for a processor loses commands: their stamps would show its gaps.
+    """
 
     def __init__(self, machine: Machine) -> None:
-        """Listen to the commands of the ``machine``."""
+        """Listen to the diagnostics of the ``machine``."""
         self._client: Client = machine.client
-        self._stamps: list[int] = []
-        topic = f"{machine.namespace}/joint_commands"
-        machine.client.node.create_subscription(JointState, topic, self._hear, 5000)
+        self._name = f"{machine.namespace}/ik_node"[1:]
+        self._delays: list[float] = []
+        topic, callback = "/diagnostics", self._hear
+        machine.client.node.create_subscription(DiagnosticArray, topic, callback, 100)
 
-    def _hear(self, message: JointState) -> None:
-        self._stamps.append(self._client.time_of(message))
+    def _hear(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name == self._name:
+                values = {entry.key: entry.value for entry in status.values}
+                self._delays.append(float(values["largest delay of a cycle [s]"]))
 
     def start(self) -> None:
-        """Forget what was heard, and wait for the next command."""
-        self._stamps.clear()
-        self._client.wait_for(lambda: self._stamps, "a command")
+        """Forget what was heard, and wait for the end of the second."""
+        self._wait_for_more()
+        self._delays.clear()
 
-    def longest_gaps(self) -> list[float]:
-        """Return the five longest times between two commands until now [s], the longest first."""
-        now = self._client.now()
-        self._client.wait_for(lambda: self._stamps[-1] >= now, "a command of this moment")
-        gaps = (1e-9 * (after - before) for before, after in itertools.pairwise(self._stamps))
-        return heapq.nlargest(5, gaps)
+    def largest(self) -> list[float]:
+        """Return the five largest delays until now [s], the largest first; of different seconds."""
+        self._wait_for_more()
+        return heapq.nlargest(5, self._delays)
+
+    def _wait_for_more(self) -> None:
+        count = len(self._delays)
+        self._client.wait_for(lambda: len(self._delays) > count, "diagnostics of ik_node")
 
 
-def gaps_alone(machine: Machine, stream: Stream, seconds: float) -> list[float]:
-    """Return the longest gaps in the commands while nothing happens [s]."""
+def delays_alone(machine: Machine, delays: Delays, seconds: float) -> list[float]:
+    """Return the largest delays of a cycle [s] while nothing happens."""
+    delays.start()
     machine.client.spin_for(seconds)
-    return stream.longest_gaps()
+    return delays.largest()
 
 
-def gaps_beside_ends(machine: Machine, stream: Stream, way: str, count: int) -> list[float]:
-    """Return the longest gaps in the commands [s] while ``count`` clients end, a few at a time."""
-    stream.start()
+def delays_beside_ends(machine: Machine, delays: Delays, way: str, count: int) -> list[float]:
+    """Return the largest delays of a cycle [s] while ``count`` clients end, a few at a time."""
+    delays.start()
     for first in range(0, count, TOGETHER):
         with ExitStack() as stack:
             clients = [
@@ -78,11 +88,10 @@ def gaps_beside_ends(machine: Machine, stream: Stream, way: str, count: int) -> 
                 for _ in range(min(TOGETHER, count - first))
             ]
             machine.client.wait_for(partial(_have_ended, clients), "the end of clients")
-    return stream.longest_gaps()
+    return delays.largest()
 
 
 def _have_ended(clients: list[EndingClient]) -> bool:
-    # Each has to be asked, as that is what ends it.
     return all([client.has_ended() for client in clients])
 
 
@@ -90,7 +99,7 @@ class EndingClient:
     """A process that asks ``ik_node`` for a parameter, and ends in one of the ways."""
 
     def __init__(self, namespace: str, way: str) -> None:
-        """Start the process beside the machine in ``namespace``."""
+        """Start it in a ``namespace``; the ``way`` is "exit" or "kill"."""
         self._way = way
         self._output = tempfile.TemporaryFile("w+")
         role = "exit" if way == "exit" else "wait"
@@ -116,7 +125,7 @@ class EndingClient:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the process for certain."""
+        """End it for certain."""
         self._process.kill()
         self._process.wait()
         self._output.close()
