@@ -25,6 +25,8 @@ NAP = 0.05  # s after which a condition is looked at without a message, too
 DEEP_QUEUE = QoSProfile(depth=5000)
 # Deeper than that of the publisher: a client that is kept waiting must not miss a state.
 LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# Answers are not kept by services, so a reader of kept ones is never connected to them.
+UNFIT = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Probe:

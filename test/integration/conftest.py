@@ -8,7 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import rclpy
 from rclpy.context import Context
+from rclpy.node import Node
 
 from testing.client import Client
 from testing.domain import own_context, own_domain, set_transport
@@ -72,3 +74,14 @@ def other_machine(client: Client, nodes: Launcher, namespace: str) -> Machine:
 def nodes(ros_domain: int, tmp_path: Path, namespace: str) -> Iterator[Launcher]:
     with launched(tmp_path, namespace) as launcher:
         yield launcher
+
+
+@pytest.fixture
+def unfit_node(ros_domain: int) -> Iterator[Node]:
+    """Return a node of another participant, for clients that no service can answer."""
+    context = Context()
+    rclpy.init(context=context, args=[])
+    node = Node("unfit", context=context)
+    yield node
+    node.destroy_node()
+    context.try_shutdown()

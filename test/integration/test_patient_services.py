@@ -4,32 +4,15 @@ from __future__ import annotations
 
 import time
 
-import pytest
-import rclpy
-from rclpy.context import Context
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import SetBool
 
+from testing.client import UNFIT
 from tri_glide_kinematics.ros import patient_services
 from tri_glide_kinematics.ros.patient_services import PatientServices
 
 # The middleware waits for 100 ms.
 BLOCK = 0.09
 LONGEST_NAP = 0.005  # s: far less than that, as a busy computer adds to it
-# Answers are not kept by services, so a reader of kept ones is never connected to them.
-UNFIT = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-@pytest.fixture
-def unfit_node(ros_domain):
-    """Return a node of another participant."""
-    context = Context()
-    rclpy.init(context=context, args=[])
-    node = Node("unfit", context=context)
-    yield node
-    node.destroy_node()
-    context.try_shutdown()
 
 
 class Greeter:

@@ -9,15 +9,12 @@ from contextlib import suppress
 from importlib import import_module
 
 import numpy as np
-import pytest
-import rclpy
 from geometry_msgs.msg import PoseStamped
-from rclpy.context import Context
-from rclpy.node import Node, NodeNameNonExistentError
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.node import NodeNameNonExistentError
 from std_srvs.srv import SetBool
 
 from testing import fresh_client
+from testing.client import UNFIT
 
 FAR = (0.0, 0.0, 0.5)
 # So slow that it takes longer to get there than all clients take to start.
@@ -30,19 +27,6 @@ SUBSCRIPTIONS = 100
 CLIENTS = 8
 CALLED = ("get_parameters", "stop")
 OWN_SERVICES = 7  # of rclpy, in each node
-# Answers are not kept by services, so a reader of kept ones is never connected to them.
-UNFIT = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-@pytest.fixture
-def unfit_node(ros_domain):
-    """Return a node of another participant, for clients that no service can answer."""
-    context = Context()
-    rclpy.init(context=context, args=[])
-    node = Node("unfit", context=context)
-    yield node
-    node.destroy_node()
-    context.try_shutdown()
 
 
 def longest_gap(client, messages, first=0):
