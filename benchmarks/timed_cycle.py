@@ -49,4 +49,6 @@ def main(output: Path, name: str) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2])
+    # What is left is for the node, which refuses arguments that it does not know.
+    file, name = sys.argv.pop(1), sys.argv.pop(1)
+    main(Path(file), name)
