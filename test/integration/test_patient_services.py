@@ -105,6 +105,18 @@ def test_after_some_time_an_answer_is_sent_when_that_does_no_harm(client, unfit_
     client.wait_for(future.done, "the answer")
 
 
+def test_requests_that_come_in_fast_do_not_put_off_kept_answers(client, unfit_node, monkeypatch):
+    monkeypatch.setattr(patient_services, "PATIENCE", 0.2)
+    greeter = Greeter(client, unfit_node)
+    greeter.ask_in_vain()
+    future = greeter.ask()
+
+    # Faster than kept answers are looked at.
+    flood = client.node.create_timer(0.01, lambda: greeter.unfit.call_async(SetBool.Request()))
+    client.wait_for(future.done, "the answer", 5.0)
+    flood.cancel()
+
+
 def test_an_answer_that_nobody_takes_is_given_up(client, unfit_node, monkeypatch, capfd):
     monkeypatch.setattr(patient_services, "GIVE_UP_AFTER", 0.2)
     greeter = Greeter(client, unfit_node, may_wait=never)

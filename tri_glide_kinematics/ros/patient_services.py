@@ -73,6 +73,7 @@ class PatientServices:
         self._node = node
         self._may_wait = may_wait
         self._waiting: deque[_Answer] = deque()
+        self._readers: dict[Service, set[bytes]] = {}
         self._timer = node.create_timer(
             RETRY_PERIOD, self._send_kept, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
@@ -95,18 +96,27 @@ class PatientServices:
         service.send_response = send_or_keep  # type: ignore[method-assign]
 
     def _clients_are_known(self, service: Service) -> bool:
-        """Tell whether the reader of answers of each client is known, as its writer is."""
+        """Tell whether the reader of answers of each client is known, as its writer is.
+
+        A reader counts from the second look on: the middleware tells of it a moment before it is
+        connected to the service.
+        """
         name = service.service_name
         requests = self._node.get_publishers_info_by_topic(f"rq{name}Request", no_mangle=True)
         answers = self._node.get_subscriptions_info_by_topic(f"rr{name}Reply", no_mangle=True)
-        readers = Counter(_participant(reader) for reader in answers if _may_read(reader))
-        return not Counter(map(_participant, requests)) - readers
+        readers = {bytes(reader.endpoint_gid) for reader in answers if _may_read(reader)}
+        before, self._readers[service] = self._readers.get(service, set()), readers
+        reading = Counter(reader[PARTICIPANT] for reader in readers & before)
+        asking = Counter(bytes(writer.endpoint_gid[PARTICIPANT]) for writer in requests)
+        return not asking - reading
 
     def _keep(self, answer: _Answer) -> None:
         if len(self._waiting) == MAX_WAITING:
             self._give_up(self._waiting.popleft())
         self._waiting.append(answer)
-        self._timer.reset()
+        # Begun anew with each request, the wait would not end while requests come in faster.
+        if self._timer.is_canceled():
+            self._timer.reset()
 
     def _send_kept(self) -> None:
         now = time.monotonic()
@@ -136,10 +146,6 @@ class PatientServices:
         self._node.get_logger().warning(
             f"{answer.service.service_name}: gave up an answer, as a client was never discovered"
         )
-
-
-def _participant(endpoint: TopicEndpointInfo) -> bytes:
-    return bytes(endpoint.endpoint_gid[PARTICIPANT])
 
 
 def _may_read(reader: TopicEndpointInfo) -> bool:
