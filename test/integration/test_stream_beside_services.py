@@ -21,7 +21,7 @@ FAR = (0.0, 0.0, 0.5)
 SLOW = {"speed_scale": 0.003}
 # What a gap may be longer than those before [s]: the middleware would wait for 0.1 s, and a busy
 # computer starts a process meanwhile.
-MORE_THAN_ALONE = 0.05
+MORE_THAN_ALONE = 0.09
 # They put off the discovery of the readers of answers.
 SUBSCRIPTIONS = 100
 CLIENTS = 8
