@@ -110,6 +110,10 @@ def main(role: str, rate: float = 0.0) -> None:
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except RuntimeError:
+        # A signal may come while a callback publishes, which then fails: rclpy's errors are such.
+        if rclpy.ok():
+            raise
     finally:
         # The thread that a signal wakes may do the same at this very moment.
         with suppress(RuntimeError):
