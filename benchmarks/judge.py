@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,7 @@ class Scenario:
         geometry: of the machine.
         workspace: limits of the place.
         limits: of the sliders, before they are changed.
+        in_pieces: whether plans are made in pieces, of which a random number fits in each cycle.
     """
 
     kind: MotionKind
@@ -60,10 +61,16 @@ class Scenario:
     geometry: TriGlideGeometry = DEFAULT_GEOMETRY
     workspace: WorkspaceLimits = WIDE
     limits: SliderLimits = LIMITS
+    in_pieces: bool = False
+
+    def __str__(self) -> str:
+        """Return what tells it from the others."""
+        number = SCENARIOS.index(self)
+        return f"{number}-{self.kind.value}-{self.dt}{'-in pieces' if self.in_pieces else ''}"
 
 
 UNEQUAL_LIMITS = SliderLimits((1.0, 0.6, 0.8), (10.0, 12.0, 6.0), (200.0, 150.0, 300.0))
-SCENARIOS = (
+WITHIN_COMMANDS = (
     Scenario(MotionKind.SLIDER, 0.001),
     Scenario(MotionKind.LINEAR, 0.001),
     Scenario(MotionKind.SLIDER, 0.002, DEFAULT_GEOMETRY, NARROW),
@@ -71,6 +78,7 @@ SCENARIOS = (
     Scenario(MotionKind.SLIDER, 0.001, UNEQUAL, WIDE, UNEQUAL_LIMITS),
     Scenario(MotionKind.LINEAR, 0.002, UNEQUAL, WIDE, UNEQUAL_LIMITS),
 )
+SCENARIOS = (*WITHIN_COMMANDS, *(replace(each, in_pieces=True) for each in WITHIN_COMMANDS))
 
 
 @dataclass

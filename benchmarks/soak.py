@@ -69,6 +69,12 @@ def random_pauses(rng: np.random.Generator, count: int) -> list[int]:
     return [*pauses, count]
 
 
+def some_pieces(rng: np.random.Generator) -> Callable[[], bool]:
+    """Return what says yes a random number of times: how much planning fits in a cycle."""
+    left = iter(range(int(rng.integers(0, 6))))
+    return lambda: next(left, None) is not None
+
+
 def soak_all(
     soak: Callable[[Scenario, int, int, Findings], None],
     what: str,

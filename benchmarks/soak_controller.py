@@ -22,7 +22,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from benchmarks.judge import SCENARIOS, Findings, Judge, Scenario
-from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all
+from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all, some_pieces
 from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.in_position import InPositionBounds
 from tri_glide_kinematics.control.operating_state import (
@@ -58,7 +58,9 @@ class Adversary:
         self._rng = rng
         self._findings = findings
         self._workspace = Workspace(TriGlide(scenario.geometry), scenario.workspace)
-        self.engine = MotionEngine(self._workspace, scenario.limits, kind=scenario.kind)
+        self.engine = MotionEngine(
+            self._workspace, scenario.limits, kind=scenario.kind, in_pieces=scenario.in_pieces
+        )
         self._statuses: list[ControllerStatus] = []
         self._limits = (scenario.limits, 1.0)
         limits = scenario.workspace
@@ -115,11 +117,13 @@ class Adversary:
         controller = self.controller
         self._now += self._scenario.dt
         before = self._last
-        setpoint = controller.cycle(self._now)
+        was_planning = self.engine.preparing
+        setpoint = controller.cycle(self._now, some_pieces(self._rng))
         if setpoint is None and before is not None and any(before.velocities):
             self._violated("the stream ended in motion")
         self._check_state(setpoint)
-        self._check_plans()
+        self._check_plans(was_planning)
+        controller.plan(some_pieces(self._rng))
         goes_on = setpoint is not None and before is not None and not self._restarted
         self._restarted = False
         self._last = setpoint
@@ -156,13 +160,13 @@ class Adversary:
         if self._now - self._stopped_at > LONGEST_STOP:
             self._violated(f"a stop did not lead to rest, it is {status.state.value}")
 
-    def _check_plans(self) -> None:
+    def _check_plans(self, was_planning: bool) -> None:
         """Check that each plan was asked for: by a command, or by a change of state."""
         made = self.engine.plan_number - self._plan_number
         self._plan_number = self.engine.plan_number
         self._findings.plans += made
         was_idle, self._was_idle = self._was_idle, self.controller.state is IDLE
-        if was_idle and made and not self._acted:
+        if was_idle and made and not (self._acted or was_planning):
             self._violated("idle, and then a motion that nobody asked for")
         self._acted = False
         # Two commands had their turn since the last step: limits, which may need a plan to brake

@@ -20,7 +20,7 @@ import numpy as np
 
 from benchmarks import edge_jogs, linear_moves
 from benchmarks.judge import Findings, Judge, Scenario
-from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all
+from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all, some_pieces
 from tri_glide_kinematics.motion.engine import MotionEngine, SliderLimits
 from tri_glide_kinematics.motion.limit_use import TOLERANCES
 from tri_glide_kinematics.motion.limits import QUANTITIES
@@ -40,7 +40,9 @@ class Adversary:
         self._rng = rng
         self._findings = findings
         self.workspace = Workspace(TriGlide(scenario.geometry), scenario.workspace)
-        self.engine = MotionEngine(self.workspace, scenario.limits, kind=scenario.kind)
+        self.engine = MotionEngine(
+            self.workspace, scenario.limits, kind=scenario.kind, in_pieces=scenario.in_pieces
+        )
         self._twist = np.zeros(3)
         actions: tuple[tuple[float, Callable[[], object]], ...] = (
             (0.30, self._move),
@@ -158,6 +160,8 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
             else:
                 streak += 1
                 heights[row] = engine.step(scenario.dt).heights
+                if engine.preparing:
+                    engine.work(some_pieces(rng))
             if known is None or known[0] is not engine.limits or known[1] != engine.speed_scale:
                 known = engine.limits, engine.speed_scale
                 effective = known[0].with_velocity_scaled(known[1])

@@ -21,6 +21,7 @@ from motion_machine import (
 from numpy.polynomial import Polynomial
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion import verification
 from tri_glide_kinematics.motion.engine import MotionKind, SliderLimits
 from tri_glide_kinematics.motion.errors import PlanningError
@@ -36,6 +37,11 @@ from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
 
 def nothing(*_arguments, **_options) -> None:
     """Take the place of a check."""
+
+
+def nothing_in_pieces(*_arguments, **_options) -> Interruptible[None]:
+    """Take the place of a check that can be interrupted."""
+    yield
 
 
 def ignored(monkeypatch, owner, name: str) -> None:
@@ -103,12 +109,12 @@ def test_travel_is_checked_as_ruckig_does_not_enforce_it(monkeypatch):
     planner = MotionPlanner(WORKSPACE, MotionKind.SLIDER)
 
     def highest() -> float:
-        plan = planner.move(fast, (0.0, 0.0, 0.5), LIMITS, WORKSPACE, moving=True)
+        plan = at_once(planner.move(fast, (0.0, 0.0, 0.5), LIMITS, WORKSPACE, moving=True))
         return float(plan.sample(np.linspace(0.0, plan.duration, 500)).heights.max())
 
     with pytest.raises(KinematicsError):
         highest()
-    monkeypatch.setattr(Workspace, "check_path", nothing)
+    monkeypatch.setattr(Workspace, "path_check", nothing_in_pieces)
     with pytest.raises(KinematicsError):
         highest()
     ignored(monkeypatch, verification, "check_travel")
@@ -138,7 +144,7 @@ def bending_move() -> float:
 
 def test_path_of_slider_moves_is_checked(monkeypatch):
     assert bending_move() == -math.inf
-    monkeypatch.setattr(Workspace, "check_path", nothing)
+    monkeypatch.setattr(Workspace, "path_check", nothing_in_pieces)
     assert bending_move() > 5e-3
 
 
@@ -154,7 +160,7 @@ def blocked_line() -> float:
 
 def test_line_of_linear_moves_is_checked(monkeypatch):
     assert blocked_line() == -math.inf
-    monkeypatch.setattr(Workspace, "check_way", nothing)
+    monkeypatch.setattr(Workspace, "way_check", nothing_in_pieces)
     assert blocked_line() > 1e-4
 
 
@@ -170,10 +176,12 @@ def jog_outwards() -> float:
 
 def test_jog_ends_at_the_edge(monkeypatch):
     assert jog_outwards() <= 1e-9
-    to_the_edge = Workspace.exit_distance
-    monkeypatch.setattr(
-        Workspace, "exit_distance", lambda *arguments: to_the_edge(*arguments) + 2e-3
-    )
+    to_the_edge = Workspace.exit_search
+
+    def beyond_the_edge(*arguments) -> Interruptible[float]:
+        return (yield from to_the_edge(*arguments)) + 2e-3
+
+    monkeypatch.setattr(Workspace, "exit_search", beyond_the_edge)
     assert jog_outwards() > 1e-3
 
 
@@ -244,7 +252,7 @@ def turns_at_the_side_of_the_box() -> float:
 def test_blends_are_checked_for_the_workspace(monkeypatch):
     """Beside its line, too, the platform has to be inside."""
     assert turns_at_the_side_of_the_box() <= 5e-5
-    ignored(monkeypatch, verification, "check_blend")
+    monkeypatch.setattr(verification, "check_blend", nothing_in_pieces)
     assert turns_at_the_side_of_the_box() > 1e-3
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from tri_glide_kinematics.control.engine_commands import EngineCommands
+from tri_glide_kinematics.control.engine_commands import CarriedOut, EngineCommands
 from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.in_position import Arrival, InPositionBounds
 from tri_glide_kinematics.control.inbox import TargetPosition, TargetVelocity
@@ -104,8 +104,11 @@ class MotionController:
         """Why it is doing that."""
         return self._states.reason
 
-    def cycle(self, now: float) -> SliderState | None:
-        """Advance by one period and return the new setpoint; None while not leading."""
+    def cycle(self, now: float, may_go_on: Callable[[], bool] = lambda: True) -> SliderState | None:
+        """Advance by one period and return the new setpoint; None while not leading.
+
+        ``may_go_on`` is asked, after each piece of planning, for another one before the setpoint.
+        """
         self._commands.next_cycle()
         if not self._leading:
             return None
@@ -115,15 +118,19 @@ class MotionController:
                 self._fault(silence)
             elif self.state is JOGGING and (silence := self.twists.silence(now)) is not None:
                 self._brake(silence, asked_for=False)
-        try:
-            self._carry_out()
-        except KinematicsError as error:
-            self._on_refusal(str(error))
+        self.plan(may_go_on)
         setpoint = self._commands.step()
         self._commanded = setpoint.heights
+        # A plan that was ready begins with this setpoint.
+        self._take(self._commands.taken)
         if self._engine.phase is MotionPhase.IDLE and self._commands.target is None:
             self._stand_still(now)
         return setpoint
+
+    def plan(self, may_go_on: Callable[[], bool]) -> None:
+        """Go on with the planning of commands: by a piece at least, and while ``may_go_on``."""
+        if self._leading:
+            self._take(lambda moving: self._commands.carry_out(moving, may_go_on))
 
     def measured(self, heights: Vector3, now: float, stamp: float = 0.0) -> None:
         """Take in measured heights [m]; the first usable ones end the waiting.
@@ -247,9 +254,19 @@ class MotionController:
         elif reason is not None and self._leading:
             self._fault(reason)
 
+    def _take(self, carry_out: Callable[[bool], CarriedOut | None]) -> None:
+        """Take note of a command that is carried out, or tell why it is refused."""
+        try:
+            self._note(carry_out(self.state is MOVING))
+        except KinematicsError as error:
+            self._on_refusal(str(error))
+
     def _carry_out(self) -> None:
         """Carry out the command whose turn it is; raise a KinematicsError if it is refused."""
-        done = self._commands.carry_out(moving=self.state is MOVING)
+        self._note(self._commands.carry_out(self.state is MOVING))
+
+    def _note(self, done: CarriedOut | None) -> None:
+        """Tell of a target that the engine has taken."""
         if done is not None:
             self.newest_target.take(done)
             state = MOVING if isinstance(done.target, TargetPosition) else JOGGING
@@ -270,11 +287,11 @@ class MotionController:
         if self.state is not FAULT:
             self.twists.need_release()
             self._commands.drop_target()
-            self._engine.stop()
+            self._commands.stop()
             self._states.change(FAULT, reason)
 
     def _brake(self, reason: str, asked_for: bool = True, then: OperatingState = IDLE) -> None:
-        self._engine.stop()
+        self._commands.stop()
         self._states.stop(reason, asked_for=asked_for, then=then)
 
     def _stand_still(self, now: float) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from tri_glide_kinematics.control.inbox import (
+    Command,
     Inbox,
     Kind,
     NewLimits,
@@ -13,6 +14,7 @@ from tri_glide_kinematics.control.inbox import (
     TargetVelocity,
 )
 from tri_glide_kinematics.control.twists import TwistStream
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
 from tri_glide_kinematics.motion.errors import NoRoomError
 from tri_glide_kinematics.motion.limits import SliderLimits
@@ -33,7 +35,7 @@ class CarriedOut(NamedTuple):
 
 
 class EngineCommands:
-    """The commands that wait for an engine: a target and limits at most."""
+    """Commands for an engine: a target and limits at most that wait, and one that is planned."""
 
     def __init__(
         self,
@@ -57,12 +59,15 @@ class EngineCommands:
         self._inbox = Inbox(period)
         self._limits = NewLimits(engine.limits, engine.speed_scale)
         self._cycle = 0
+        self._begun: Command | None = None
 
     @property
     def target(self) -> TargetPosition | TargetVelocity | None:
-        """The target that waits."""
-        waiting = self._inbox.peek(Kind.TARGET)
-        return None if isinstance(waiting, NewLimits) else waiting
+        """The newest target that waits, or is being planned."""
+        for command in (self._inbox.peek(Kind.TARGET), self._begun):
+            if isinstance(command, (TargetPosition, TargetVelocity)):
+                return command
+        return None
 
     def next_cycle(self) -> None:
         """Begin a new cycle."""
@@ -73,15 +78,24 @@ class EngineCommands:
         self._inbox.put(Kind.TARGET, target)
 
     def drop_target(self) -> TargetPosition | TargetVelocity | None:
-        """Forget, and return, the target that waits."""
+        """Forget the targets that wait or are being planned; return the newest."""
         target = self.target
         self._inbox.drop(Kind.TARGET)
+        if not isinstance(self._begun, NewLimits):
+            self._begun = None
+            self._engine.keep_goal()
         return target
 
     def drop_twist(self) -> None:
-        """Forget the target that waits, if it is a twist."""
+        """Forget the newest target, if it is a twist."""
         if isinstance(self.target, TargetVelocity):
             self.drop_target()
+
+    def stop(self) -> None:
+        """Let the engine come to rest; a target that waits is not forgotten."""
+        if not isinstance(self._begun, NewLimits):
+            self._begun = None
+        self._engine.stop()
 
     def put_limits(self, limits: SliderLimits, speed_scale: float) -> None:
         """Let limits wait, in place of older ones, unless they are the newest already."""
@@ -90,24 +104,50 @@ class EngineCommands:
             self._limits = new
             self._inbox.put(Kind.LIMITS, new)
 
-    def carry_out(self, moving: bool) -> CarriedOut | None:
+    def carry_out(
+        self, moving: bool, may_go_on: Callable[[], bool] | None = None
+    ) -> CarriedOut | None:
         """Carry out the command whose turn it is; return a target that was taken.
 
         Args:
             moving: whether the engine moves to a position: a jog without room does not end that.
+            may_go_on: asked, after each piece of planning, for another one. None to plan nothing
+                now, unless the engine plans within its commands.
 
         Raises:
             KinematicsError: if the engine refuses the command.
         """
-        command = self._inbox.take(self._cycle, self._engine.phase is MotionPhase.IDLE)
-        if isinstance(command, NewLimits):
-            self._engine.set_limits(command.sliders, command.speed_scale)
-        elif isinstance(command, TargetPosition):
-            self._engine.move_to(command.position)
-            return CarriedOut(command, str(command))
-        elif isinstance(command, TargetVelocity):
-            return self._jog(command, moving)
-        return None
+        refusal = None
+        if not self._engine.preparing:
+            command = self._inbox.take(self._cycle, self._engine.phase is MotionPhase.IDLE)
+            if command is not None:
+                self._begun = command
+                refusal = self._begin(command)
+        if may_go_on is not None:
+            self._engine.work(may_go_on)
+        return self.taken(moving, refusal)
+
+    def taken(self, moving: bool, refusal: KinematicsError | None = None) -> CarriedOut | None:
+        """Return the target that the engine has taken, if it has just done so.
+
+        Args:
+            moving: whether the engine moves to a position.
+            refusal: why it was refused, if that is known already.
+
+        Raises:
+            KinematicsError: if the engine refuses the command.
+        """
+        if self._engine.preparing:
+            return None
+        command, self._begun = self._begun, None
+        if command is None:
+            return None
+        refusal = refusal or self._engine.take_refusal()
+        if isinstance(command, TargetVelocity):
+            return self._jogged(command, refusal, moving)
+        if refusal is not None:
+            raise refusal
+        return CarriedOut(command, str(command)) if isinstance(command, TargetPosition) else None
 
     def step(self) -> SliderState:
         """Advance the engine by a cycle, and return its setpoint."""
@@ -117,15 +157,28 @@ class EngineCommands:
             self._on_refusal(str(refusal))
         return setpoint
 
-    def _jog(self, twist: TargetVelocity, moving: bool) -> CarriedOut:
+    def _begin(self, command: Command) -> KinematicsError | None:
+        """Give a ``command`` to the engine; return why it refuses it, if that is known at once."""
         try:
-            self._engine.jog(twist.velocity)
-        except NoRoomError as error:
+            if isinstance(command, NewLimits):
+                self._engine.set_limits(command.sliders, command.speed_scale)
+            elif isinstance(command, TargetPosition):
+                self._engine.move_to(command.position)
+            else:
+                self._engine.jog(command.velocity)
+        except KinematicsError as error:
+            return error
+        return None
+
+    def _jogged(
+        self, twist: TargetVelocity, refusal: KinematicsError | None, moving: bool
+    ) -> CarriedOut:
+        if isinstance(refusal, NoRoomError) and not moving:
             # A move goes on. A jog comes to rest, as its direction is not wanted any more.
-            if moving:
-                raise
             self._engine.stop()
-            done = CarriedOut(twist, f"{twist}, held at the edge: {error}", held_at_edge=True)
+            done = CarriedOut(twist, f"{twist}, held at the edge: {refusal}", held_at_edge=True)
+        elif refusal is not None:
+            raise refusal
         else:
             done = CarriedOut(twist, f"{twist}{self._twists.remark(twist.pause)}")
         self._twists.accept(twist.received)

@@ -1,23 +1,24 @@
 """The motion engine: targets in, slider setpoints out; no clock and no ROS.
 
 At every instant the engine holds a plan that leads to rest and was verified as a whole. A command
-makes a new plan from the present setpoint; only if that is verified too does it replace the held
-one. So whatever is commanded, and in whatever order, all that comes out is part of a verified plan.
+makes a new plan from a setpoint of it; only if that is verified too does it replace the held one.
+So whatever is commanded, and in whatever order, all that comes out is part of a verified plan.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from tri_glide_kinematics.checks import finite_vector
-from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.commands import DriveLimits, Jog, Move, jog_of
-from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase
+from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, Move, jog_of
+from tri_glide_kinematics.motion.execution import PlanExecution
+from tri_glide_kinematics.motion.held_motion import MotionPhase, PlanRole
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.plan_holder import PlanHolder
 from tri_glide_kinematics.motion.planner import MotionKind
 from tri_glide_kinematics.motion.plans import SampledPlan, SliderState
+from tri_glide_kinematics.motion.preparation import only_held
 from tri_glide_kinematics.motion.replanning import Replanning
 from tri_glide_kinematics.tri_glide.errors import NoPoseError
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
@@ -32,18 +33,19 @@ __all__ = [
     "SliderState",
 ]
 
-# What could not be done at once is tried again after this time of motion [s].
-RETRY_INTERVAL = 0.008
 
-
-class MotionEngine(PlanHolder):
+class MotionEngine(PlanExecution):
     """Commanded state of the three sliders, stepped by a given time.
 
-    Commands never touch the setpoint itself: they replace the plan of what comes next, from the
-    next step on. Each raises a ``KinematicsError`` with the reason if it is refused; the engine
-    then goes on with what it did. Each is planned within its call, which takes some milliseconds in
-    mid-motion. A caller that receives commands faster than that should pass on the newest only, as
-    the controller of the node does.
+    Commands never touch the setpoint itself: they replace the plan of what comes next. Each raises
+    a ``KinematicsError`` with the reason if it is refused; the engine goes on with what it did.
+
+    A plan takes some milliseconds in mid-motion. By default it is made within the call of the
+    command. With ``in_pieces`` it is made in calls of ``work``, in what time a control cycle has
+    left: it begins at a later setpoint, and until then the held plan goes on. Why there is none is
+    told by ``take_refusal`` then. A new goal takes the place of one that is still ``preparing``; a
+    caller that receives goals faster than they are carried out should hold back the newest until
+    then, as the controller of the node does.
     """
 
     def __init__(
@@ -53,6 +55,7 @@ class MotionEngine(PlanHolder):
         *,
         kind: MotionKind = MotionKind.SLIDER,
         speed_scale: float = 1.0,
+        in_pieces: bool = False,
     ) -> None:
         """Prepare the engine; ``start`` begins.
 
@@ -62,18 +65,16 @@ class MotionEngine(PlanHolder):
             kind: of moves to a position. A jog is straight in both.
             speed_scale: factor of the velocity limits and of the speed of jogs, in (0, 1].
                 Accelerations and jerks are not scaled, so that a stop is never slower.
+            in_pieces: whether plans are made by ``work``, and not within a command.
 
         Raises:
             NotFiniteError: if the scale is NaN or infinite.
             OutOfBoundsError: if it is not in (0, 1].
         """
-        super().__init__(DriveLimits(limits, speed_scale))
+        super().__init__(Replanning(workspace, kind), DriveLimits(limits, speed_scale), in_pieces)
         self._machine: TriGlide = workspace.machine
         self._workspace = workspace
-        self._replanning = Replanning(workspace, kind)
         self._kind = kind
-        self._retry_at = math.inf
-        self._refusal: KinematicsError | None = None
 
     @property
     def kind(self) -> MotionKind:
@@ -96,6 +97,7 @@ class MotionEngine(PlanHolder):
         """
         h1, h2, h3 = finite_vector("heights", heights, 3)
         self._machine.forward((h1, h2, h3))
+        self._preparation = None
         self._replace(self._replanning.at_rest((h1, h2, h3), self._newest_limits))
 
     def move_to(self, position: Sequence[float]) -> None:
@@ -115,9 +117,10 @@ class MotionEngine(PlanHolder):
         x, y, z = finite_vector("position", position, 3)
         move = Move((x, y, z))
         if move == held.goal:
-            return
-        self._workspace.check_position((x, y, z))
-        self._replace(self._replanning.with_goal(held, self._time, move))
+            self.keep_goal()
+        else:
+            self._workspace.check_position((x, y, z))
+            self._prepare_goal(move)
 
     def jog(self, velocity: Sequence[float]) -> None:
         """Move the platform along a direction, up to the edge of the workspace at most.
@@ -139,12 +142,14 @@ class MotionEngine(PlanHolder):
         jog = jog_of((x, y, z))
         if jog is None:
             self.stop()
-        elif not (
+        elif (
             isinstance(held.goal, Jog)
             and held.goal.is_renewed_by(jog)
             and self.phase is not MotionPhase.IDLE
         ):
-            self._replace(self._replanning.with_goal(held, self._time, jog))
+            self.keep_goal()
+        else:
+            self._prepare_goal(jog)
 
     def stop(self) -> None:
         """Come to rest as soon as the limits allow, and forget the goal.
@@ -153,8 +158,17 @@ class MotionEngine(PlanHolder):
             NotStartedError: before the start.
         """
         held = self._holding()
+        self.keep_goal()
         if held.goal is not None:
-            self._replace(self._replanning.stopped(held, self._time))
+            role = PlanRole.BRAKES if held.role is PlanRole.BRAKES else PlanRole.EARLIER
+            self._replace(replace(held, goal=None, role=role))
+            self._prepare(lambda now, time: only_held(self._replanning.stopped(now, time)))
+
+    def keep_goal(self) -> None:
+        """Give up a new goal that is still being prepared; what is held goes on."""
+        if self._preparation is not None and self._preparation.goal is not None:
+            self._preparation = None
+            self._look_ahead()
 
     def check_position(self, position: Sequence[float]) -> None:
         """Check what can be said of a target without a plan: that it is inside the workspace.
@@ -214,41 +228,24 @@ class MotionEngine(PlanHolder):
         """
         self._change(DriveLimits(self._newest_limits.sliders, speed_scale))
 
-    def step(self, dt: float) -> SliderState:
-        """Advance by ``dt`` [s] and return the setpoint.
-
-        Raises:
-            NotStartedError: before the start.
-            OutOfBoundsError: if ``dt`` is not greater than zero, or NaN.
-        """
-        held = self._held
-        time = self._time + dt
-        # Nearly always there is nothing to do but go on. NaN is not greater than zero, either.
-        if held is None or not dt > 0.0 or time >= self._retry_at:
-            if not 0.0 < dt < math.inf:
-                raise OutOfBoundsError("dt", dt, "finite and greater than 0", "s")
-            if self._time >= self._retry_at:
-                self._replace(*self._replanning.tried_again(self._holding(), self._time))
-            held = self._holding()
-            time = self._time + dt
-        self._time = time
-        return held.plan.state(time)
-
-    def take_refusal(self) -> KinematicsError | None:
-        """Return, once, why something that had to wait could not be done after all."""
-        refusal, self._refusal = self._refusal, None
-        return refusal
-
-    def _replace(self, held: HeldMotion, refusal: KinematicsError | None = None) -> None:
-        """Hold something else, keep a ``refusal``, and see to it that what waits is tried again."""
-        self._hold(held)
-        self._refusal = refusal or self._refusal
-        waits = held.waits(self._time)
-        self._retry_at = min(self._time + RETRY_INTERVAL, held.plan.duration) if waits else math.inf
+    def _prepare_goal(self, goal: Command) -> None:
+        held = self._holding()
+        if held.pending is not None:
+            # It has its turn when the limits are in force; what is prepared for them knows it then.
+            self._replace(replace(held, goal=goal))
+            if self._preparation is not None:
+                self._prepare(self._replanning.tried_again)
+        else:
+            self._prepare(
+                lambda now, time: only_held(self._replanning.with_goal(now, time, goal)), goal
+            )
 
     def _change(self, limits: DriveLimits) -> None:
         """Put limits in force now, or slow down until that is possible."""
-        if self._held is None:
+        held = self._held
+        if held is None:
             self._first_limits = limits
         elif limits != self._newest_limits:
-            self._replace(*self._replanning.with_limits(self._held, self._time, limits))
+            goal = self._preparation.goal if self._preparation is not None else None
+            self._replace(replace(held, goal=goal or held.goal, pending=limits))
+            self._prepare(self._replanning.tried_again)

@@ -100,9 +100,9 @@ class PlanHolder:
             raise NotStartedError
         return self._held
 
-    def _hold(self, held: HeldMotion) -> None:
-        """Hold something else; a new plan begins with the present setpoint."""
+    def _hold(self, held: HeldMotion, elapsed: float = 0.0) -> None:
+        """Hold something else; of a new plan ``elapsed`` seconds are past already."""
         if self._held is None or held.plan is not self._held.plan:
-            self._time = 0.0
+            self._time = elapsed
             self._plan_number += 1
         self._held = held

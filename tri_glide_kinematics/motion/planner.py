@@ -12,6 +12,7 @@ from enum import Enum
 from functools import partial
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import verification
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.line_builders import LineBuilder, LineToEdge, LineToPosition
@@ -35,7 +36,7 @@ LEAST_BRAKE_FRACTION = 0.5
 # Targets closer than this are reached [m].
 SAME_PLACE = 1e-9
 
-Candidate = Callable[[], Plan]
+Candidate = Callable[[], Interruptible[Plan]]
 
 
 class MotionKind(Enum):
@@ -65,7 +66,7 @@ class MotionPlanner:
         region: Workspace,
         moving: bool,
         held: SequencePlan | None = None,
-    ) -> Plan:
+    ) -> Interruptible[Plan]:
         """Return a plan to rest at a platform ``position`` [m].
 
         Args:
@@ -80,7 +81,7 @@ class MotionPlanner:
             KinematicsError: if there is no way, with the reason.
         """
         if not moving:
-            return self._move_from_rest(state, position, limits, region)
+            return (yield from self._move_from_rest(state, position, limits, region))
 
         def candidates() -> Iterator[Candidate]:
             if self._kind is MotionKind.SLIDER:
@@ -91,9 +92,9 @@ class MotionPlanner:
             for braking in self._brakings(state, limits, region):
                 yield partial(self._then_move, braking, position, limits)
             if held is not None:
-                yield partial(self._then_move, lambda: held, position, limits)
+                yield partial(self._move_after, held, position, limits)
 
-        return _first(candidates())
+        return (yield from _first(candidates()))
 
     def jog(
         self,
@@ -103,7 +104,7 @@ class MotionPlanner:
         limits: SliderLimits,
         region: Workspace,
         moving: bool,
-    ) -> Plan:
+    ) -> Interruptible[Plan]:
         """Return a plan along ``direction`` up to the edge of the workspace.
 
         Args:
@@ -119,7 +120,8 @@ class MotionPlanner:
         """
         builder = LineToEdge(region, direction, speed)
         if not moving:
-            return self._lines.jog(state, builder, limits, FROM_REST_BLEND_FRACTION, speed)
+            fraction = FROM_REST_BLEND_FRACTION
+            return (yield from self._lines.jog(state, builder, limits, fraction, speed))
 
         def candidates() -> Iterator[Candidate]:
             for fraction in BLEND_FRACTIONS:
@@ -128,11 +130,11 @@ class MotionPlanner:
             for braking in self._brakings(state, limits, region):
                 yield partial(self._then_jog, braking, direction, limits, speed)
 
-        return _first(candidates())
+        return (yield from _first(candidates()))
 
     def stop(
         self, state: SliderState, limits: SliderLimits, region: Workspace, on_line: bool
-    ) -> Plan:
+    ) -> Interruptible[Plan]:
         """Return a plan that comes to rest soon.
 
         Args:
@@ -144,7 +146,7 @@ class MotionPlanner:
         Raises:
             KinematicsError: if no braking keeps all limits now.
         """
-        return _first(self._brakings(state, limits, region, on_line))
+        return (yield from _first(self._brakings(state, limits, region, on_line)))
 
     def region(self, state: SliderState, region_of_motion: Workspace | None = None) -> Workspace:
         """Return where the platform may be on a way that begins at ``state``.
@@ -165,38 +167,49 @@ class MotionPlanner:
 
     def _move_from_rest(
         self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
-    ) -> Plan:
+    ) -> Interruptible[Plan]:
         """Return the plan of the kind of motion, which has no alternatives from rest."""
         if self._kind is MotionKind.SLIDER:
-            return self._slider_move(state, position, limits, region)
+            return (yield from self._slider_move(state, position, limits, region))
         start = self._machine.forward(state.heights)
         if math.dist(start, position) < SAME_PLACE:
             return CubicPlan(state, ((), (), ()))
-        region.check_way(start, position)
-        return self._lines.from_rest(StraightLine.between(self._geometry, start, position), limits)
+        yield from region.way_check(start, position)
+        line = StraightLine.between(self._geometry, start, position)
+        return (yield from self._lines.from_rest(line, limits))
 
-    def _then_move(self, braking: Candidate, position: Vector3, limits: SliderLimits) -> Plan:
+    def _then_move(
+        self, braking: Candidate, position: Vector3, limits: SliderLimits
+    ) -> Interruptible[Plan]:
         """Return a braking and then the move from where it rests."""
-        first = braking()
+        first = yield from braking()
+        return (yield from self._move_after(first, position, limits))
+
+    def _move_after(
+        self, first: Plan, position: Vector3, limits: SliderLimits
+    ) -> Interruptible[Plan]:
+        """Return the plan ``first`` and then the move from where it rests."""
         stopped = first.state(first.duration)
-        second = self._move_from_rest(stopped, position, limits, self.region(stopped))
+        region = self.region(stopped)
+        second = yield from self._move_from_rest(stopped, position, limits, region)
         return SequencePlan((first, second))
 
     def _then_jog(
         self, braking: Candidate, direction: Vector3, limits: SliderLimits, speed: float
-    ) -> Plan:
+    ) -> Interruptible[Plan]:
         """Return a braking and then the jog from where it rests."""
-        first = braking()
+        first = yield from braking()
         stopped = first.state(first.duration)
-        return SequencePlan(
-            (first, self.jog(stopped, direction, speed, limits, self.region(stopped), moving=False))
-        )
+        region = self.region(stopped)
+        second = yield from self.jog(stopped, direction, speed, limits, region, moving=False)
+        return SequencePlan((first, second))
 
     def _slider_move(
         self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
-    ) -> Plan:
+    ) -> Interruptible[Plan]:
         plan = self._sliders.move(state, self._machine.inverse(position), limits)
-        verification.check_slider_path(plan, self._workspace.limits, region)
+        yield
+        yield from verification.check_slider_path(plan, self._workspace.limits, region)
         return plan
 
     def _line_moves(
@@ -212,11 +225,14 @@ class MotionPlanner:
             yield partial(self._blended, candidate, limits, region)
 
     def _blended(
-        self, candidate: Callable[[], LinePlan], limits: SliderLimits, region: Workspace
-    ) -> Plan:
+        self,
+        candidate: Callable[[], Interruptible[LinePlan]],
+        limits: SliderLimits,
+        region: Workspace,
+    ) -> Interruptible[Plan]:
         """Return the plan of ``candidate`` if its blend is inside the workspace."""
-        plan = candidate()
-        verification.check_blend(plan, limits, self._workspace.limits, region)
+        plan = yield from candidate()
+        yield from verification.check_blend(plan, limits, self._workspace.limits, region)
         return plan
 
     def _brakings(
@@ -224,15 +240,17 @@ class MotionPlanner:
     ) -> Iterator[Candidate]:
         """Yield plans that come to rest, along the line or with each slider by itself."""
 
-        def along(fraction: float) -> Plan:
-            plan = self._lines.brake(state, limits, fraction)
-            region.check_segment(plan.line.start, plan.line.point(float(plan.scaling.ways[-1])))
-            verification.check_blend(plan, limits, self._workspace.limits, region)
+        def along(fraction: float) -> Interruptible[Plan]:
+            plan = yield from self._lines.brake(state, limits, fraction)
+            end = plan.line.point(float(plan.scaling.ways[-1]))
+            yield from region.segment_check(plan.line.start, end)
+            yield from verification.check_blend(plan, limits, self._workspace.limits, region)
             return plan
 
-        def apart() -> Plan:
+        def apart() -> Interruptible[Plan]:
             plan = self._sliders.brake(state, limits)
-            verification.check_slider_path(plan, self._workspace.limits, region)
+            yield
+            yield from verification.check_slider_path(plan, self._workspace.limits, region)
             return plan
 
         if not on_line:
@@ -244,7 +262,7 @@ class MotionPlanner:
         yield partial(along, LEAST_BRAKE_FRACTION)
 
 
-def _first(candidates: Iterable[Candidate]) -> Plan:
+def _first(candidates: Iterable[Candidate]) -> Interruptible[Plan]:
     """Return the first plan that can be made.
 
     Raises:
@@ -253,8 +271,9 @@ def _first(candidates: Iterable[Candidate]) -> Plan:
     refusal: KinematicsError | None = None
     for candidate in candidates:
         try:
-            return candidate()
+            return (yield from candidate())
         except KinematicsError as error:
             refusal = error
+        yield
     assert refusal is not None
     raise refusal

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import verification
 from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, stays_within
 from tri_glide_kinematics.motion.held_motion import HeldMotion, PlanRole
@@ -44,34 +45,36 @@ class Replanning:
         plan = CubicPlan(SliderState(heights, AT_REST, AT_REST), ((), (), ()))
         return HeldMotion(plan, None, PlanRole.LEADS_TO_GOAL, self._workspace, limits)
 
-    def with_goal(self, held: HeldMotion, time: float, goal: Command) -> HeldMotion:
+    def with_goal(self, held: HeldMotion, time: float, goal: Command) -> Interruptible[HeldMotion]:
         """Return a plan to ``goal``, or the held one with that goal if limits are pending.
 
         Raises:
             KinematicsError: if there is none.
         """
         if held.pending is None:
-            return self._planned(held, time, goal, held.limits, or_after=True)
+            return (yield from self._planned(held, time, goal, held.limits, or_after=True))
         return replace(held, goal=goal)
 
-    def stopped(self, held: HeldMotion, time: float) -> HeldMotion:
+    def stopped(self, held: HeldMotion, time: float) -> Interruptible[HeldMotion]:
         """Return a plan that comes to rest as soon as possible, without a goal."""
-        return self._braked(replace(held, goal=None), time)
+        return (yield from self._braked(replace(held, goal=None), time))
 
-    def with_limits(self, held: HeldMotion, time: float, limits: DriveLimits) -> Replanned:
+    def with_limits(
+        self, held: HeldMotion, time: float, limits: DriveLimits
+    ) -> Interruptible[Replanned]:
         """Put ``limits`` in force, or slow down until that is possible."""
-        return self.tried_again(replace(held, pending=limits), time)
+        return (yield from self.tried_again(replace(held, pending=limits), time))
 
-    def tried_again(self, held: HeldMotion, time: float) -> Replanned:
+    def tried_again(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:
         """Put pending limits in force if that is possible now, and brake if not."""
         plan, refusal = held.plan, None
         if held.pending is not None:
-            held, refusal = self._with_pending_in_force(held, time)
+            held, refusal = yield from self._with_pending_in_force(held, time)
         if held.plan is plan and held.waits(time):
-            held = self._braked(held, time)
+            held = yield from self._braked(held, time)
         return Replanned(held, refusal)
 
-    def _with_pending_in_force(self, held: HeldMotion, time: float) -> Replanned:
+    def _with_pending_in_force(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:
         """Put pending limits in force if the motion can go on inside them."""
         limits, goal = held.pending, held.goal
         assert limits is not None
@@ -79,7 +82,8 @@ class Replanning:
         if not resting and goal is not None:
             if stays_within(held.plan.state(time), limits.effective):
                 try:
-                    return Replanned(self._planned(held, time, goal, limits, or_after=False))
+                    planned = self._planned(held, time, goal, limits, or_after=False)
+                    return Replanned((yield from planned))
                 except KinematicsError:
                     pass
         if (
@@ -89,19 +93,20 @@ class Replanning:
         ):
             held = replace(held, limits=limits, pending=None)
             if goal is not None and held.role is not PlanRole.LEADS_TO_GOAL:
-                return self._resumed(held, time, goal)
+                return (yield from self._resumed(held, time, goal))
         return Replanned(held)
 
-    def _resumed(self, held: HeldMotion, time: float, goal: Command) -> Replanned:
+    def _resumed(self, held: HeldMotion, time: float, goal: Command) -> Interruptible[Replanned]:
         """Go on to a goal that had to wait; if there is no way, give it up with the reason."""
         try:
-            return Replanned(self._planned(held, time, goal, held.limits, or_after=True))
+            planned = self._planned(held, time, goal, held.limits, or_after=True)
+            return Replanned((yield from planned))
         except KinematicsError as error:
             return Replanned(replace(held, goal=None), error)
 
     def _planned(
         self, held: HeldMotion, time: float, goal: Command, limits: DriveLimits, *, or_after: bool
-    ) -> HeldMotion:
+    ) -> Interruptible[HeldMotion]:
         """Return a plan that leads to ``goal``.
 
         Args:
@@ -119,13 +124,17 @@ class Replanning:
         plan: Plan
         if isinstance(goal, Jog):
             speed = goal.speed * limits.speed_scale
-            plan = self._planner.jog(state, goal.direction, speed, limits.effective, region, moving)
+            plan = yield from self._planner.jog(
+                state, goal.direction, speed, limits.effective, region, moving
+            )
         else:
             after = SequencePlan((held.plan,), time) if or_after else None
-            plan = self._planner.move(state, goal.position, limits.effective, region, moving, after)
+            plan = yield from self._planner.move(
+                state, goal.position, limits.effective, region, moving, after
+            )
         return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits)
 
-    def _braked(self, held: HeldMotion, time: float) -> HeldMotion:
+    def _braked(self, held: HeldMotion, time: float) -> Interruptible[HeldMotion]:
         """Return ``held`` with a plan that comes to rest as soon as possible, if there is one."""
         remaining = held.plan.duration - time
         if held.role is PlanRole.BRAKES or remaining <= 0.0:
@@ -133,7 +142,7 @@ class Replanning:
         state, region = held.plan.state(time), self._region(held, time)
         on_line = self._kind is MotionKind.LINEAR or not isinstance(held.plan, CubicPlan)
         try:
-            plan = self._planner.stop(state, held.limits.effective, region, on_line)
+            plan = yield from self._planner.stop(state, held.limits.effective, region, on_line)
         except KinematicsError:
             return replace(held, role=PlanRole.EARLIER)
         sooner = plan if plan.duration < remaining else held.plan

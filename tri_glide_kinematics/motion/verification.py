@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.constant_jerk import after
 from tri_glide_kinematics.motion.errors import (
     PlanningError,
@@ -127,7 +128,9 @@ def height_extremes(plan: CubicPlan, since: float = 0.0) -> tuple[FloatArray, Fl
     return heights.min(axis=0), heights.max(axis=0)
 
 
-def check_slider_path(plan: CubicPlan, travel: WorkspaceLimits, region: Workspace) -> None:
+def check_slider_path(
+    plan: CubicPlan, travel: WorkspaceLimits, region: Workspace
+) -> Interruptible[None]:
     """Check travel, by the exact extremes of the heights, and the path of the platform.
 
     Args:
@@ -143,16 +146,16 @@ def check_slider_path(plan: CubicPlan, travel: WorkspaceLimits, region: Workspac
     check_travel(lowest, highest, plan, travel)
     if isinstance(plan, StraightPlan):
         # Over the way there is no acceleration, whatever there is over time.
-        region.check_path(plan.at, plan.length, 0.0)
+        yield from region.path_check(plan.at, plan.length, 0.0)
     else:
         # Accelerations are largest where pieces begin.
         peaks = np.abs(plan.pieces[2]).max(axis=0, initial=0.0)
-        region.check_path(plan.state, plan.duration, math.hypot(*peaks.tolist()))
+        yield from region.path_check(plan.state, plan.duration, math.hypot(*peaks.tolist()))
 
 
 def check_blend(
     plan: LinePlan, limits: SliderLimits, travel: WorkspaceLimits, region: Workspace
-) -> None:
+) -> Interruptible[None]:
     """Check travel and path for as long as the platform is beside the line of the plan.
 
     Args:
@@ -174,7 +177,7 @@ def check_blend(
     # What a slider can move beyond both ends of a piece under its largest acceleration.
     excess = np.square(np.diff(times)).max() / 8.0 * np.array(limits.acceleration)
     check_travel(heights.min(axis=0) - excess, heights.max(axis=0) + excess, plan, travel)
-    region.check_path(plan.state, duration, math.hypot(*limits.acceleration))
+    yield from region.path_check(plan.state, duration, math.hypot(*limits.acceleration))
 
 
 def check_travel(

@@ -20,6 +20,7 @@ from collections.abc import Callable
 from math import hypot, inf, sqrt
 from typing import NamedTuple
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.tri_glide.conditioning import extreme_singular_values
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
 from tri_glide_kinematics.workspace.bounds import ROUNDING
@@ -116,7 +117,7 @@ class ConditionField:
 
 def first_outside(
     probe: Callable[[float], Sample], end: float, acceleration: float
-) -> tuple[float, float] | None:
+) -> Interruptible[tuple[float, float] | None]:
     """Find where a path leaves the inside, or prove that it does not.
 
     Args:
@@ -142,6 +143,7 @@ def first_outside(
         elif samples == MAX_SAMPLES:
             return reached.time, following.time
         else:
+            yield
             ahead.append(probe(0.5 * (reached.time + following.time)))
             samples += 1
     return None

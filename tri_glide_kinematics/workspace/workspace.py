@@ -18,6 +18,7 @@ from typing import Protocol
 
 from tri_glide_kinematics.checks import finite_vector, non_negative, positive
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
@@ -147,35 +148,7 @@ class Workspace:
         Raises:
             KinematicsError: see the class; about the first place of the line that is outside.
         """
-        first, last = _vector("start", start), _vector("end", end)
-        self.check_position(first)
-        self.check_way(first, last)
-
-    def check_way(self, first: Vector3, last: Vector3) -> None:
-        """Check as ``check_segment`` does, from a place that is known to be inside.
-
-        Args:
-            first: inside. Shape (3,) [m].
-            last: Shape (3,) [m].
-
-        Raises:
-            KinematicsError: see the class; about the first place of the line that is outside.
-        """
-        length = dist(first, last)
-        if length == 0.0:
-            return
-        direction = (
-            (last[0] - first[0]) / length,
-            (last[1] - first[1]) / length,
-            (last[2] - first[2]) / length,
-        )
-        bound, leaves = self._bounds.first_exit(first, direction)
-        outside = self._trace_line(first, direction, min(length, leaves.distance))
-        if outside:
-            self._refuse(_along(first, direction, outside[1]))
-        if leaves.distance < length:
-            worst = bound.value(_along(first, direction, min(length, leaves.worst)))
-            raise bound.error(_along(first, direction, leaves.distance), worst)
+        at_once(self.segment_check(start, end))
 
     def exit_distance(
         self, start: Iterable[float], direction: Iterable[float], maximum: float
@@ -196,18 +169,7 @@ class Workspace:
             WrongShapeError: if a vector has not three numbers.
             OutOfBoundsError: if ``direction`` is zero or ``maximum`` negative.
         """
-        first = _vector("start", start)
-        way = _vector("direction", direction)
-        length = non_negative("maximum", maximum, "m")
-        size = positive("length of direction", hypot(*way))
-        unit = (way[0] / size, way[1] / size, way[2] / size)
-        try:
-            self.check_position(first)
-        except KinematicsError:
-            return 0.0
-        length = min(length, self._bounds.first_exit(first, unit)[1].distance)
-        outside = self._trace_line(first, unit, length)
-        return outside[0] if outside else length
+        return at_once(self.exit_search(start, direction, maximum))
 
     def check_path(
         self,
@@ -225,6 +187,64 @@ class Workspace:
         Raises:
             KinematicsError: see the class; about the first place of the path that is outside.
         """
+        at_once(self.path_check(state, duration, acceleration_bound))
+
+    def segment_check(self, start: Iterable[float], end: Iterable[float]) -> Interruptible[None]:
+        """Check as ``check_segment`` does, interruptibly."""
+        first, last = _vector("start", start), _vector("end", end)
+        self.check_position(first)
+        yield from self.way_check(first, last)
+
+    def way_check(self, first: Vector3, last: Vector3) -> Interruptible[None]:
+        """Check as ``check_segment`` does, from a place that is known to be inside.
+
+        Args:
+            first: inside. Shape (3,) [m].
+            last: Shape (3,) [m].
+
+        Raises:
+            KinematicsError: see the class; about the first place of the line that is outside.
+        """
+        length = dist(first, last)
+        if length == 0.0:
+            return
+        direction = (
+            (last[0] - first[0]) / length,
+            (last[1] - first[1]) / length,
+            (last[2] - first[2]) / length,
+        )
+        bound, leaves = self._bounds.first_exit(first, direction)
+        outside = yield from self._trace_line(first, direction, min(length, leaves.distance))
+        if outside:
+            self._refuse(_along(first, direction, outside[1]))
+        if leaves.distance < length:
+            worst = bound.value(_along(first, direction, min(length, leaves.worst)))
+            raise bound.error(_along(first, direction, leaves.distance), worst)
+
+    def exit_search(
+        self, start: Iterable[float], direction: Iterable[float], maximum: float
+    ) -> Interruptible[float]:
+        """Search as ``exit_distance`` does, interruptibly."""
+        first = _vector("start", start)
+        way = _vector("direction", direction)
+        length = non_negative("maximum", maximum, "m")
+        size = positive("length of direction", hypot(*way))
+        unit = (way[0] / size, way[1] / size, way[2] / size)
+        try:
+            self.check_position(first)
+        except KinematicsError:
+            return 0.0
+        length = min(length, self._bounds.first_exit(first, unit)[1].distance)
+        outside = yield from self._trace_line(first, unit, length)
+        return outside[0] if outside else length
+
+    def path_check(
+        self,
+        state: Callable[[float], SliderMotionState],
+        duration: float,
+        acceleration_bound: float,
+    ) -> Interruptible[None]:
+        """Check as ``check_path`` does, interruptibly."""
         forward, bounds, field = self.machine.forward, self._bounds, self._field
 
         def probe(time: float) -> Sample:
@@ -241,13 +261,13 @@ class Workspace:
                 return Sample(time, False)
             return Sample(time, True, around, hypot(*setpoint.velocities), slack, travel)
 
-        outside = first_outside(probe, duration, acceleration_bound)
+        outside = yield from first_outside(probe, duration, acceleration_bound)
         if outside:
             self._refuse(self.check_heights(state(outside[1]).heights))
 
     def _trace_line(
         self, start: Vector3, direction: Vector3, length: float
-    ) -> tuple[float, float] | None:
+    ) -> Interruptible[tuple[float, float] | None]:
         """Return distances inside and outside the condition number, if the line breaks it."""
         speed = hypot(direction[0], direction[1])
 
@@ -259,7 +279,7 @@ class Workspace:
             # The platform itself moves along the line, so no gain lies between.
             return Sample(distance, True, Surroundings(around.radius, 1.0, around.slope), speed)
 
-        return first_outside(probe, length, 0.0)
+        return (yield from first_outside(probe, length, 0.0))
 
     def _check_condition(self, position: Vector3) -> None:
         """Raise an error if the condition number is too large."""

@@ -7,6 +7,7 @@ import pytest
 from strategies import DEFAULT_LIMITS
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.derivative_bounds import derivative_bounds, slowdown
@@ -50,10 +51,14 @@ def plans(count: int, seed: int, blended: bool):
         start, middle, end = places(3, int(rng.integers(1 << 30)))
         try:
             WORKSPACE.check_segment(start, middle)
-            plan = motion.from_rest(StraightLine.between(DEFAULT_GEOMETRY, start, middle), LIMITS)
+            plan = at_once(
+                motion.from_rest(StraightLine.between(DEFAULT_GEOMETRY, start, middle), LIMITS)
+            )
             if blended:
                 state = plan.state(float(rng.random()) * plan.duration)
-                plan = motion.in_motion(state, LineToPosition(WORKSPACE, tuple(end)), LIMITS, 0.3)
+                plan = at_once(
+                    motion.in_motion(state, LineToPosition(WORKSPACE, tuple(end)), LIMITS, 0.3)
+                )
         except KinematicsError:
             continue
         if blended and plan.blend is None:

@@ -20,6 +20,7 @@ from benchmarks.linear_moves import (
     time_to_turn,
 )
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.errors import NoRoomError, PlanningError
 from tri_glide_kinematics.motion.limit_use import are_within
 from tri_glide_kinematics.motion.limits import SliderLimits
@@ -69,7 +70,7 @@ def test_sliders_keep_their_limits(measured):
 @pytest.mark.parametrize("limits", [LIMITS, UNEQUAL_LIMITS])
 @pytest.mark.parametrize("end", [(0.1, 0.05, 0.35), (-0.05, 0.08, 0.2), (0.02, 0.01, 0.31)])
 def test_one_limit_is_used_in_full_from_rest(limits, end):
-    plan = LinearMotion(MACHINE).from_rest(line_between((0.02, 0.01, 0.3), end), limits)
+    plan = at_once(LinearMotion(MACHINE).from_rest(line_between((0.02, 0.01, 0.3), end), limits))
     factors = slowdown(derivative_bounds(plan.line, plan.scaling), limits)
     assert factors.max() == pytest.approx(1.0, rel=1e-9)
 
@@ -80,7 +81,7 @@ def test_lower_bound_is_met_where_the_optimum_is_known():
         line = line_between((0.02, 0.01, 0.1), (0.02, 0.01, 0.1 + way))
         optimum = time_between_rests(way, 1.0, 10.0, 200.0)
         assert lower_bound(line, LIMITS) == pytest.approx(optimum, rel=1e-6)
-        assert LinearMotion(MACHINE).from_rest(line, LIMITS).duration < 1.06 * optimum
+        assert at_once(LinearMotion(MACHINE).from_rest(line, LIMITS)).duration < 1.06 * optimum
 
 
 def test_parts_of_the_lower_bound_against_integration():
@@ -106,7 +107,7 @@ def test_parts_of_the_lower_bound_against_integration():
 @pytest.mark.parametrize("limits", [LIMITS, UNEQUAL_LIMITS, SliderLimits.uniform(1e-3, 0.01, 0.1)])
 def test_short_and_slow_lines_are_planned_too(length, limits):
     line = line_between((0.05, 0.02, 0.3), (0.05 + length, 0.02 + 0.3 * length, 0.3))
-    plan = LinearMotion(MACHINE).from_rest(line, limits)
+    plan = at_once(LinearMotion(MACHINE).from_rest(line, limits))
     check_line_limits(plan, limits)
     assert np.allclose(
         MACHINE.forward(plan.state(9e9).heights), line.point(line.length), atol=1e-14
@@ -135,7 +136,7 @@ def lines_to_the_edge(count, margin, condition):
 )
 def test_lines_to_where_arms_lie_flat_take_no_ages(margin, condition, longest):
     for line in lines_to_the_edge(100, margin, condition):
-        plan = LinearMotion(MACHINE).from_rest(line, LIMITS)
+        plan = at_once(LinearMotion(MACHINE).from_rest(line, LIMITS))
         check_line_limits(plan, LIMITS)
         assert plan.duration < longest
 
@@ -144,7 +145,7 @@ def test_lines_that_cannot_be_followed_are_refused_and_never_planned_wrong():
     refused = 0
     for line in lines_to_the_edge(100, 1e-6, 1e6):
         try:
-            plan = LinearMotion(MACHINE).from_rest(line, LIMITS)
+            plan = at_once(LinearMotion(MACHINE).from_rest(line, LIMITS))
         except PlanningError as error:
             assert "lies flat" in str(error)
             refused += 1
@@ -158,7 +159,7 @@ def test_lines_that_cannot_be_followed_are_refused_and_never_planned_wrong():
 def test_a_jerk_that_is_no_limit_makes_no_move_long(scale):
     limits = SliderLimits.uniform(1.0, 1.0, 1e5).with_velocity_scaled(scale)
     line = line_between((-0.06, -0.05, 0.22), (0.06, 0.05, 0.28))
-    plan = LinearMotion(MACHINE).from_rest(line, limits)
+    plan = at_once(LinearMotion(MACHINE).from_rest(line, limits))
     check_line_limits(plan, limits)
     assert plan.duration < 1.5 * lower_bound(line, limits)
 
@@ -167,7 +168,7 @@ def test_jog_keeps_the_speed_of_the_platform():
     state = SliderState(MACHINE.inverse((-0.1, 0.0, 0.3)), AT_REST, AT_REST)
     direction = (0.2 / math.sqrt(0.05), 0.1 / math.sqrt(0.05), 0.0)
     builder = LineToEdge(WORKSPACE, direction, 0.05)
-    plan = LinearMotion(MACHINE).jog(state, builder, LIMITS, 0.1, 0.05)
+    plan = at_once(LinearMotion(MACHINE).jog(state, builder, LIMITS, 0.1, 0.05))
     line = plan.line
     sampled = plan.sample(np.linspace(0.0, plan.duration, 500))
     speeds = np.gradient(
@@ -186,7 +187,7 @@ def moving_state(seed: int) -> tuple[SliderState, np.random.Generator]:
             WORKSPACE.check_segment(start, end)
         except KinematicsError:
             continue
-        plan = motion.from_rest(line_between(start, end), LIMITS)
+        plan = at_once(motion.from_rest(line_between(start, end), LIMITS))
         return plan.state(rng.uniform(0.1, 0.9) * plan.duration), rng
 
 
@@ -212,7 +213,7 @@ def test_new_target_in_mid_motion_blends_without_a_step():
             partial(motion.delayed, state, builder, LIMITS),
         ):
             try:
-                plan = way()
+                plan = at_once(way())
             except KinematicsError:
                 continue
             blended += 1
@@ -231,12 +232,12 @@ def test_new_target_in_mid_motion_blends_without_a_step():
 def test_same_target_in_mid_motion_stays_on_the_line():
     motion = LinearMotion(MACHINE)
     line = line_between((-0.1, 0.02, 0.2), (0.12, -0.05, 0.4))
-    plan = motion.from_rest(line, LIMITS)
+    plan = at_once(motion.from_rest(line, LIMITS))
     builder = LineToPosition(WORKSPACE, line.point(line.length))
     for part in np.linspace(0.05, 0.9, 18):
         time = float(part) * plan.duration
         looser = SliderLimits.uniform(1.2, 12.0, 250.0)
-        again = motion.in_motion(plan.state(time), builder, looser, 0.1)
+        again = at_once(motion.in_motion(plan.state(time), builder, looser, 0.1))
         assert again.blend is None
         assert_continues(again, plan.state(time), 250.0)
         assert np.allclose(again.line.direction, line.direction, rtol=0.0, atol=1e-9)
@@ -245,13 +246,13 @@ def test_same_target_in_mid_motion_stays_on_the_line():
 def test_brake_stays_on_the_line_and_is_soon_over():
     motion = LinearMotion(MACHINE)
     line = line_between((-0.1, 0.02, 0.2), (0.12, -0.05, 0.4))
-    plan = motion.from_rest(line, LIMITS)
+    plan = at_once(motion.from_rest(line, LIMITS))
     braked = 0
     for part in np.linspace(0.1, 0.9, 17):
         state = plan.state(float(part) * plan.duration)
         for strength in (0.75, 0.5):
             try:
-                brake = motion.brake(state, LIMITS, strength)
+                brake = at_once(motion.brake(state, LIMITS, strength))
             except KinematicsError:
                 continue
             braked += 1
@@ -266,27 +267,27 @@ def test_brake_stays_on_the_line_and_is_soon_over():
 def test_nothing_brakes_at_rest():
     state = SliderState((0.6, 0.6, 0.6), AT_REST, AT_REST)
     with pytest.raises(PlanningError, match="no direction"):
-        LinearMotion(MACHINE).brake(state, LIMITS, 0.9)
+        at_once(LinearMotion(MACHINE).brake(state, LIMITS, 0.9))
 
 
 def test_target_too_near_to_stop_at_is_refused():
     motion = LinearMotion(MACHINE)
     line = line_between((-0.1, 0.02, 0.2), (0.12, -0.05, 0.4))
-    state = motion.from_rest(line, LIMITS).state(0.2)
+    state = at_once(motion.from_rest(line, LIMITS)).state(0.2)
     x, y, z = MACHINE.forward(state.heights)
     u, v, w = line.direction
     builder = LineToPosition(WORKSPACE, (x + 0.003 * u, y + 0.003 * v, z + 0.003 * w))
     with pytest.raises(PlanningError, match="cannot stop"):
-        motion.in_motion(state, builder, LIMITS, 0.3)
+        at_once(motion.in_motion(state, builder, LIMITS, 0.3))
 
 
 def test_line_to_the_edge_ends_short_of_the_edge_and_needs_room():
     builder = LineToEdge(WORKSPACE, (1.0, 0.0, 0.0), 0.1)
-    line = builder.limited(builder.line((0.0, 0.0, 0.3)))
+    line = at_once(builder.limited(builder.line((0.0, 0.0, 0.3))))
     WORKSPACE.check_position(line.point(line.length))
     with pytest.raises(KinematicsError):
         WORKSPACE.check_position(line.point(line.length + 1e-3))
     with pytest.raises(NoRoomError) as caught:
-        builder.limited(builder.line(line.point(line.length)))
+        at_once(builder.limited(builder.line(line.point(line.length))))
     assert caught.value.direction == (1.0, 0.0, 0.0)
     assert "reach" in str(caught.value)

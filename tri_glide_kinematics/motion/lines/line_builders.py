@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.errors import NoRoomError
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
@@ -24,7 +25,7 @@ class LineBuilder(Protocol):
     def line(self, start: Vector3) -> StraightLine:
         """Return the line that begins at ``start`` [m], of any length."""
 
-    def limited(self, line: StraightLine) -> StraightLine:
+    def limited(self, line: StraightLine) -> Interruptible[StraightLine]:
         """Return the ``line`` with its final length, inside the workspace.
 
         Raises:
@@ -44,13 +45,13 @@ class LineToPosition:
         """Return the line from ``start`` to the position."""
         return StraightLine.between(self._region.machine.geometry, start, self._position)
 
-    def limited(self, line: StraightLine) -> StraightLine:
+    def limited(self, line: StraightLine) -> Interruptible[StraightLine]:
         """Return the ``line``.
 
         Raises:
             KinematicsError: if it leaves the workspace.
         """
-        self._region.check_segment(line.start, self._position)
+        yield from self._region.segment_check(line.start, self._position)
         return line
 
 
@@ -72,14 +73,14 @@ class LineToEdge:
         """Return the beginning of the line from ``start``."""
         return StraightLine(self._region.machine.geometry, start, self._direction, 0.0)
 
-    def limited(self, line: StraightLine) -> StraightLine:
+    def limited(self, line: StraightLine) -> Interruptible[StraightLine]:
         """Return the line up to the edge.
 
         Raises:
             NoRoomError: if it begins there.
         """
         longest = max(self._longest, 3.0 * EDGE_CLEARANCE)
-        distance = self._region.exit_distance(line.start, line.direction, longest)
+        distance = yield from self._region.exit_search(line.start, line.direction, longest)
         if distance < 2.0 * EDGE_CLEARANCE:
             raise NoRoomError(line.start, line.direction, self._edge(line))
         geometry = self._region.machine.geometry
@@ -106,6 +107,7 @@ class LineToStop:
         """Return the beginning of the line from ``start``."""
         return StraightLine(self._geometry, start, self._direction, 0.0)
 
-    def limited(self, line: StraightLine) -> StraightLine:
+    def limited(self, line: StraightLine) -> Interruptible[StraightLine]:
         """Return the ``line``; where it ends is known only when the plan is made."""
+        yield from ()
         return line

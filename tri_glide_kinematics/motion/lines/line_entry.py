@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from ruckig import Synchronization
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.line_builders import LineBuilder
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
@@ -50,18 +51,21 @@ class LineEntry:
         self._machine = machine
         self._ruckig = RuckigPlanner(3)
 
-    def resting(self, state: SliderState, builder: LineBuilder, limits: SliderLimits) -> Entry:
+    def resting(
+        self, state: SliderState, builder: LineBuilder, limits: SliderLimits
+    ) -> Interruptible[Entry]:
         """Return the entry at rest: the blend brakes all of the motion.
 
         Raises:
             KinematicsError: if no line begins where the sliders rest.
         """
         blend = self._brake(state, limits, 1.0)
-        return Entry(builder.limited(builder.line(self._begin(state, blend))), 0.0, 0.0, blend)
+        line = yield from builder.limited(builder.line(self._begin(state, blend)))
+        return Entry(line, 0.0, 0.0, blend)
 
     def moving(
         self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
-    ) -> Entry:
+    ) -> Interruptible[Entry]:
         """Return the entry that keeps the motion along the line.
 
         Args:
@@ -76,12 +80,15 @@ class LineEntry:
         line = builder.line(self._machine.forward(state.heights))
         speed, acceleration, residual = _divided(state, line, limits)
         if residual is None:
-            return Entry(builder.limited(line), speed, acceleration, None)
+            line = yield from builder.limited(line)
+            return Entry(line, speed, acceleration, None)
         # The residual depends on where the line begins, and this on how far the residual brakes.
         for _ in range(2):
+            yield
             line = builder.line(self._begin(state, self._brake(residual, limits, fraction)))
             speed, acceleration, divided = _divided(state, line, limits)
             residual = divided or residual
+        yield
         (x, y, z), (h1, h2, h3) = state.heights, line.start_heights
         offsets = (x - h1, y - h2, z - h3)
         phases = self._ruckig.to_rest_at(
@@ -93,7 +100,8 @@ class LineEntry:
             Synchronization.No,
         )
         blend = CubicPlan(SliderState(offsets, residual.velocities, residual.accelerations), phases)
-        return Entry(builder.limited(line), speed, acceleration, blend)
+        line = yield from builder.limited(line)
+        return Entry(line, speed, acceleration, blend)
 
     def _brake(self, residual: SliderState, limits: SliderLimits, fraction: float) -> CubicPlan:
         """Return offsets with the velocities and accelerations of ``residual`` that end at zero."""

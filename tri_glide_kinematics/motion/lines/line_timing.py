@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.constant_jerk import evaluate, rest_to_rest
 from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.knots import knots, knots_with_blend, lasting, shortest_piece
@@ -43,7 +44,7 @@ class LineTiming:
         """Prepare ruckig."""
         self._ruckig = RuckigPlanner(1)
 
-    def from_rest(self, line: StraightLine, limits: SliderLimits) -> TimeScaling:
+    def from_rest(self, line: StraightLine, limits: SliderLimits) -> Interruptible[TimeScaling]:
         """Return the shortest time scaling found from rest to rest at the end of ``line``.
 
         It is stretched by the factor with which all limits just hold.
@@ -56,6 +57,7 @@ class LineTiming:
             PlanningError: if the line comes so close to the reach of an arm that none is found.
         """
         parametrisation = parametrise(line, limits, NORM)
+        yield
         target, rate, acceleration, jerk = (
             float(parametrisation.coordinates[-1]),
             float(parametrisation.rates.min()),
@@ -70,6 +72,7 @@ class LineTiming:
         times = np.array(knots(phases, PIECES, shortest))
         scaling = parametrisation.time_scaling(evaluate(phases, (0.0, 0.0, 0.0), times))
         scaling = scaling.with_ends((0.0, 0.0, 0.0), line.length)
+        yield
         bounds = derivative_bounds(line, scaling)
         # This is looked at before the motion is stretched, which would hide it.
         if not bounds.backwards <= NO_WAY_BACK * float(scaling.speeds.max()):

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import verification
 from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.knots import shortest_piece, with_knots_of
@@ -54,7 +55,7 @@ class LinearMotion:
         self._timing = LineTiming()
         self._jogs = JogTiming()
 
-    def from_rest(self, line: StraightLine, limits: SliderLimits) -> LinePlan:
+    def from_rest(self, line: StraightLine, limits: SliderLimits) -> Interruptible[LinePlan]:
         """Return the shortest plan found from rest at the start of ``line`` to rest at its end.
 
         Args:
@@ -64,11 +65,12 @@ class LinearMotion:
         Raises:
             PlanningError: if the line comes so close to the reach of an arm that none is found.
         """
-        return LinePlan(line, self._timing.from_rest(line, limits))
+        scaling = yield from self._timing.from_rest(line, limits)
+        return LinePlan(line, scaling)
 
     def in_motion(
         self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
-    ) -> LinePlan:
+    ) -> Interruptible[LinePlan]:
         """Return a plan that goes over from ``state`` to a line without stopping.
 
         Args:
@@ -80,13 +82,16 @@ class LinearMotion:
         Raises:
             KinematicsError: if it does not keep the limits, or there is none.
         """
-        entry = self._entry.moving(state, builder, limits, fraction)
+        entry = yield from self._entry.moving(state, builder, limits, fraction)
         _check_length(entry.blend, state, limits, LONGEST_BLEND)
+        yield
         parametrisation = parametrise(entry.line, limits, NORM)
         speed_factor = 1.0
         for attempt in range(ATTEMPTS):
+            yield
             scaling = self._timing.in_motion(entry, parametrisation, 1.0 - fraction, speed_factor)
             plan = LinePlan(entry.line, scaling, entry.blend)
+            yield
             try:
                 verification.check_line_limits(plan, limits)
             except SliderLimitError as error:
@@ -97,7 +102,9 @@ class LinearMotion:
                 return plan
         raise AssertionError("the last attempt returns or raises")
 
-    def delayed(self, state: SliderState, builder: LineBuilder, limits: SliderLimits) -> LinePlan:
+    def delayed(
+        self, state: SliderState, builder: LineBuilder, limits: SliderLimits
+    ) -> Interruptible[LinePlan]:
         """Return a plan that brakes, and begins with the line before all sliders rest.
 
         Args:
@@ -108,12 +115,13 @@ class LinearMotion:
         Raises:
             KinematicsError: if it does not keep the limits, or there is none.
         """
-        entry = self._entry.resting(state, builder, limits)
+        entry = yield from self._entry.resting(state, builder, limits)
         assert entry.blend is not None
         shortest = shortest_piece(entry.line.length, max(limits.acceleration))
-        undelayed = self._timing.from_rest(entry.line, limits)
+        undelayed = yield from self._timing.from_rest(entry.line, limits)
         refusal: SliderLimitError | None = None
         for delay in DELAYS:
+            yield
             scaling = undelayed.delayed(delay * entry.blend.duration)
             times = scaling.times.tolist()
             if entry.blend.duration > times[-1]:
@@ -133,7 +141,7 @@ class LinearMotion:
         limits: SliderLimits,
         fraction: float,
         platform_speed: float,
-    ) -> LinePlan:
+    ) -> Interruptible[LinePlan]:
         """Return a plan that goes over to steady speed along a line, and to rest at its end.
 
         Args:
@@ -146,12 +154,15 @@ class LinearMotion:
         Raises:
             KinematicsError: if it does not keep the limits, or there is none.
         """
-        entry = self._entry.moving(state, builder, limits, fraction)
+        entry = yield from self._entry.moving(state, builder, limits, fraction)
         _check_length(entry.blend, state, limits, LONGEST_JOG_BLEND)
+        yield
         parametrisation = parametrise(entry.line, limits, JOG_NORM, platform_speed)
         factors = JogFactors(begin=1.0 - fraction)
         for _ in range(JOG_ATTEMPTS):
+            yield
             timed = self._jogs.time_scaling(entry, parametrisation, factors)
+            yield
             slowdowns = slowdown(derivative_bounds(entry.line, timed.scaling, entry.blend), limits)
             if slowdowns.max() <= 1.0 + RELATIVE_ROUNDING:
                 break
@@ -159,9 +170,12 @@ class LinearMotion:
         scaling = timed.scaling
         if entry.blend is None and entry.speed == 0.0:
             scaling = scaling.slower(max(float(slowdowns.max()), 1.0))
+        yield
         return _checked(LinePlan(entry.line, scaling, entry.blend), limits)
 
-    def brake(self, state: SliderState, limits: SliderLimits, fraction: float) -> LinePlan:
+    def brake(
+        self, state: SliderState, limits: SliderLimits, fraction: float
+    ) -> Interruptible[LinePlan]:
         """Return a plan that comes to rest along the direction in which the platform moves.
 
         Args:
@@ -178,8 +192,10 @@ class LinearMotion:
             raise PlanningError("the platform moves in no direction")
         x, y, z = velocity
         builder = LineToStop(self._machine.geometry, (x / speed, y / speed, z / speed))
-        entry = self._entry.moving(state, builder, limits, 1.0 - fraction)
+        entry = yield from self._entry.moving(state, builder, limits, 1.0 - fraction)
+        yield
         scaling = self._timing.braking(entry, limits, fraction)
+        yield
         return _checked(LinePlan(entry.line, scaling, entry.blend), limits)
 
 
