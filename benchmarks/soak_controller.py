@@ -87,6 +87,7 @@ class Adversary:
         self._restarted = False
         self._acted = True
         self._was_idle = False
+        self._was_planning = False
         self._plan_number = self.engine.plan_number
         actions: tuple[tuple[float, Callable[[], object]], ...] = (
             (0.22, self._move),
@@ -117,13 +118,11 @@ class Adversary:
         controller = self.controller
         self._now += self._scenario.dt
         before = self._last
-        was_planning = self.engine.preparing
+        self._was_planning = self.engine.preparing
         setpoint = controller.cycle(self._now, some_pieces(self._rng))
         if setpoint is None and before is not None and any(before.velocities):
             self._violated("the stream ended in motion")
         self._check_state(setpoint)
-        self._check_plans(was_planning)
-        controller.plan(some_pieces(self._rng))
         goes_on = setpoint is not None and before is not None and not self._restarted
         self._restarted = False
         self._last = setpoint
@@ -137,6 +136,12 @@ class Adversary:
                 self._findings.refusals[type(error).__name__] += 1
         self._offset *= 0.9
         return self._heights, goes_on
+
+    def plan(self) -> None:
+        """Let the controller use what is left of the cycle."""
+        self.controller.plan(some_pieces(self._rng))
+        self._check_state(self._last)
+        self._check_plans()
 
     def _check_state(self, setpoint: SliderState | None) -> None:
         status = self.controller.status
@@ -160,13 +165,13 @@ class Adversary:
         if self._now - self._stopped_at > LONGEST_STOP:
             self._violated(f"a stop did not lead to rest, it is {status.state.value}")
 
-    def _check_plans(self, was_planning: bool) -> None:
+    def _check_plans(self) -> None:
         """Check that each plan was asked for: by a command, or by a change of state."""
         made = self.engine.plan_number - self._plan_number
         self._plan_number = self.engine.plan_number
         self._findings.plans += made
         was_idle, self._was_idle = self._was_idle, self.controller.state is IDLE
-        if was_idle and made and not (self._acted or was_planning):
+        if was_idle and made and not (self._acted or self._was_planning):
             self._violated("idle, and then a motion that nobody asked for")
         self._acted = False
         # Two commands had their turn since the last step: limits, which may need a plan to brake
@@ -288,6 +293,7 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
             streaks[row] = streak
             engine = adversary.engine
             bounds[row] = engine.limits.with_velocity_scaled(engine.speed_scale).table
+            adversary.plan()
         judge.add(heights, bounds, streaks)
         done += count
 

@@ -85,12 +85,11 @@ class PlanExecution(PlanHolder):
         return refusal
 
     def _prepare(self, making: Making, goal: Command | None = None) -> None:
-        """Begin to make what is held next; unless that goes in pieces, do all of it."""
+        """Make what is held next: a first piece of it, and the others unless that is for later."""
         lead = self._lead_time.after(self._last_step) if self._in_pieces else 0.0
         self._preparation = Preparation(making, goal, self._holding(), self._time, lead)
         self._look_ahead()
-        if not self._in_pieces:
-            self._work(lambda: True)
+        self._work(lambda: not self._in_pieces)
 
     def _work(self, may_go_on: Callable[[], bool]) -> None:
         preparation = self._preparation
@@ -108,22 +107,22 @@ class PlanExecution(PlanHolder):
                 self._take(preparation)
 
     def _take(self, preparation: Preparation) -> None:
-        """Hold what is ready. It begins in the next step; what begins at rest may be late."""
+        """Hold what is ready, as it begins now or in the next step."""
         assert preparation.ready is not None
         self._preparation = None
-        self._replace(*preparation.ready, min(self._time - preparation.start, 0.0))
+        self._replace(*preparation.ready, preparation.elapsed(self._time))
 
     def _on_event(self, dt: float) -> None:
         """Do what is due before a step of ``dt`` [s]."""
         preparation = self._preparation
         if preparation is not None:
             self._last_step = dt
-            if not preparation.begins_before(self._time + dt):
+            if not preparation.is_due(self._time, dt):
                 return
             if preparation.ready is not None:
                 self._take(preparation)
             elif not preparation.begins_at_rest:
-                preparation.begin_anew(self._time + dt, dt)
+                preparation.begin_anew(self._time, dt)
                 self._look_ahead()
         elif self._time >= self._retry_at:
             self._prepare(self._replanning.tried_again)

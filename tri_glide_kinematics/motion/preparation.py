@@ -92,12 +92,21 @@ class Preparation:
         return self.start >= self._held.plan.duration
 
     def has_begun(self, time: float) -> bool:
-        """Return whether it is in force at a ``time`` in the held plan [s]."""
+        """Return whether it has begun at a ``time`` in the held plan [s]."""
         return time > self.start - SAME_TIME
 
-    def begins_before(self, time: float) -> bool:
-        """Return whether a part of it lies before a ``time`` in the held plan [s]."""
-        return time > self.start + SAME_TIME
+    def is_due(self, time: float, step: float) -> bool:
+        """Return whether it begins in the ``step`` [s] that is next, at a ``time`` [s].
+
+        Where it begins at rest it begins with a whole step, so that new limits do.
+        """
+        if self.begins_at_rest:
+            return self.has_begun(time)
+        return time + step > self.start + SAME_TIME
+
+    def elapsed(self, time: float) -> float:
+        """Return how much of it is past at a ``time`` in the held plan, where it is due [s]."""
+        return 0.0 if self.begins_at_rest else time - self.start
 
     def work(self, may_go_on: Callable[[], bool]) -> None:
         """Go on with it, by one piece at least, until it is ready or may not go on.
