@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SampledPlan, SliderState
 from tri_glide_kinematics.motion.sliders.slider_motion import SliderMotion
@@ -32,8 +33,8 @@ def heights() -> st.SearchStrategy[tuple[float, float, float]]:
 def moving_plan(first: Vector3, second: Vector3, part: float) -> CubicPlan:
     """Return a move that begins when a ``part`` of another one is over."""
     motion = SliderMotion()
-    one = motion.move(HOME, first, LIMITS)
-    return motion.move(one.state(part * one.duration), second, LIMITS)
+    one = at_once(motion.move(HOME, first, LIMITS))
+    return at_once(motion.move(one.state(part * one.duration), second, LIMITS))
 
 
 def dense(plan: CubicPlan, count: int = 4001) -> SampledPlan:

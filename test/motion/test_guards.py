@@ -94,7 +94,7 @@ def test_slider_plans_are_compared_with_the_limits(monkeypatch):
         moving.move_to((0.1, 0.05, 0.45))
         run(moving, 0.05)
         lower = SliderLimits.uniform(0.2, 10.0, 200.0)
-        plan = SliderMotion().brake(moving.state, lower)
+        plan = at_once(SliderMotion().brake(moving.state, lower))
         return float(np.abs(plan.sample(np.linspace(0.0, plan.duration, 500)).velocities).max())
 
     with pytest.raises(KinematicsError, match="velocity"):

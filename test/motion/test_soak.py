@@ -44,7 +44,7 @@ def test_judge_notices_travel_reach_and_conditioning():
     for heights, text in (
         ((0.9, 0.84, 0.84), "travel"),
         ((0.6, 0.75, 0.6), "workspace"),
-        ((0.6, 0.6, 0.86), "condition"),
+        ((0.5, 0.85, 0.5), "condition"),
     ):
         findings = Findings()
         Judge(narrow, findings).add(np.tile(heights, (4, 1)), bounds, np.arange(4))

@@ -207,7 +207,7 @@ class MotionPlanner:
     def _slider_move(
         self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
     ) -> Interruptible[Plan]:
-        plan = self._sliders.move(state, self._machine.inverse(position), limits)
+        plan = yield from self._sliders.move(state, self._machine.inverse(position), limits)
         yield
         yield from verification.check_slider_path(plan, self._workspace.limits, region)
         return plan
@@ -232,6 +232,7 @@ class MotionPlanner:
     ) -> Interruptible[Plan]:
         """Return the plan of ``candidate`` if its blend is inside the workspace."""
         plan = yield from candidate()
+        yield
         yield from verification.check_blend(plan, limits, self._workspace.limits, region)
         return plan
 
@@ -248,7 +249,7 @@ class MotionPlanner:
             return plan
 
         def apart() -> Interruptible[Plan]:
-            plan = self._sliders.brake(state, limits)
+            plan = yield from self._sliders.brake(state, limits)
             yield
             yield from verification.check_slider_path(plan, self._workspace.limits, region)
             return plan

@@ -144,6 +144,7 @@ def check_slider_path(
     """
     lowest, highest = height_extremes(plan)
     check_travel(lowest, highest, plan, travel)
+    yield
     if isinstance(plan, StraightPlan):
         # Over the way there is no acceleration, whatever there is over time.
         yield from region.path_check(plan.at, plan.length, 0.0)
@@ -177,6 +178,7 @@ def check_blend(
     # What a slider can move beyond both ends of a piece under its largest acceleration.
     excess = np.square(np.diff(times)).max() / 8.0 * np.array(limits.acceleration)
     check_travel(heights.min(axis=0) - excess, heights.max(axis=0) + excess, plan, travel)
+    yield
     yield from region.path_check(plan.state, duration, math.hypot(*limits.acceleration))
 
 

@@ -5,6 +5,7 @@ Ruckig gives the jerks. They are integrated, and every plan is compared with the
 
 from __future__ import annotations
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import verification
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState
@@ -21,7 +22,9 @@ class SliderMotion:
         self._ruckig = RuckigPlanner(3)
         self._leader = RuckigPlanner(1)
 
-    def move(self, state: SliderState, heights: Vector3, limits: SliderLimits) -> CubicPlan:
+    def move(
+        self, state: SliderState, heights: Vector3, limits: SliderLimits
+    ) -> Interruptible[CubicPlan]:
         """Return the plan from ``state`` to rest at ``heights`` [m].
 
         From rest the sliders keep the ratio of their ways, so that the path is a straight line
@@ -36,6 +39,7 @@ class SliderMotion:
         else:
             bounds = (limits.velocity, limits.acceleration, limits.jerk)
             plan = CubicPlan(state, self._ruckig.to_rest_at(heights, *state, bounds))
+        yield
         verification.check_slider_limits(plan, limits)
         return plan
 
@@ -63,7 +67,7 @@ class SliderMotion:
         )
         return StraightPlan(state.heights, ratios, phases)
 
-    def brake(self, state: SliderState, limits: SliderLimits) -> CubicPlan:
+    def brake(self, state: SliderState, limits: SliderLimits) -> Interruptible[CubicPlan]:
         """Return the plan that brings each slider to rest as soon as possible.
 
         Raises:
@@ -76,5 +80,6 @@ class SliderMotion:
             (limits.velocity, limits.acceleration, limits.jerk),
         )
         plan = CubicPlan(state, jerks)
+        yield
         verification.check_slider_limits(plan, limits)
         return plan
