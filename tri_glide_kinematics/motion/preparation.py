@@ -130,11 +130,12 @@ class Preparation:
             time: now, in the held plan [s].
             step: time between two setpoints [s].
         """
+        self._begun = time
         self._lead = in_steps(MORE_TIME * max(self._lead, step), step)
         self._begin_at(time + self._lead)
 
     def taken(self, time: float) -> float:
-        """Return how long it has taken so far [s], ``time`` being that in the held plan."""
+        """Return how long it has taken since it was last begun [s], at a ``time`` [s]."""
         return max(time - self._begun, 0.0)
 
 
