@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from motion_machine import HOME, LIMITS, OTHER, TARGET, WORKSPACE, each_kind
 
@@ -52,20 +54,20 @@ def test_goal_without_a_plan_is_refused(kind):
 @each_kind
 def test_stop_brakes_and_has_no_goal(kind):
     replanning, held, time = on_the_way(kind)
-    after = at_once(replanning.stopped(held, time))
+    after = at_once(replanning.braked(replace(held, goal=None), time))
     assert_goes_on(held, time, after)
     assert (after.goal, after.role) == (None, PlanRole.BRAKES)
     # The held plan, which leads to rest as well, goes on if no braking is over sooner.
     assert after.plan is held.plan or after.plan.duration < held.plan.duration - time
     # A stop that is under way is kept.
-    assert at_once(replanning.stopped(after, time)).plan is after.plan
+    assert at_once(replanning.braked(after, time)).plan is after.plan
 
 
 @each_kind
 def test_limits_that_can_be_kept_are_in_force_at_once(kind):
     replanning, held, time = on_the_way(kind)
     higher = DriveLimits(SliderLimits.uniform(2.0, 20.0, 400.0), 1.0)
-    after, refusal = at_once(replanning.with_limits(held, time, higher))
+    after, refusal = at_once(replanning.tried_again(replace(held, pending=higher), time))
     assert_goes_on(held, time, after)
     assert (after.limits, after.pending, after.goal) == (higher, None, held.goal)
     assert refusal is None
@@ -74,7 +76,7 @@ def test_limits_that_can_be_kept_are_in_force_at_once(kind):
 @each_kind
 def test_limits_that_cannot_be_kept_wait_until_the_motion_is_slow(kind):
     replanning, held, time = on_the_way(kind)
-    waiting, _ = at_once(replanning.with_limits(held, time, SLOW))
+    waiting, _ = at_once(replanning.tried_again(replace(held, pending=SLOW), time))
     assert_goes_on(held, time, waiting)
     assert (waiting.limits, waiting.pending, waiting.goal) == (FULL, SLOW, held.goal)
     assert waiting.role is not PlanRole.LEADS_TO_GOAL
@@ -92,7 +94,7 @@ def test_limits_that_cannot_be_kept_wait_until_the_motion_is_slow(kind):
 @each_kind
 def test_goal_that_has_no_plan_when_limits_are_in_force_is_given_up_with_the_reason(kind):
     replanning, held, time = on_the_way(kind)
-    waiting, _ = at_once(replanning.with_limits(held, time, SLOW))
+    waiting, _ = at_once(replanning.tried_again(replace(held, pending=SLOW), time))
     impossible = at_once(replanning.with_goal(waiting, 0.01, Move((0.5, 0.0, 0.3))))
     after, refusal = at_once(replanning.tried_again(impossible, waiting.plan.duration))
     assert isinstance(refusal, KinematicsError)

@@ -51,7 +51,20 @@ class Jog:
         )
 
 
-Command = Move | Jog
+@dataclass(frozen=True)
+class Track:
+    """Follow a target that moves.
+
+    Attributes:
+        position: of the target now. Shape (3,) [m].
+        velocity: of the target. Shape (3,) [m/s].
+    """
+
+    position: Vector3
+    velocity: Vector3
+
+
+Command = Move | Jog | Track
 
 
 def jog_of(velocity: Vector3) -> Jog | None:

@@ -12,14 +12,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from tri_glide_kinematics.checks import finite_vector
-from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, Move, jog_of
+from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, Move, Track, jog_of
 from tri_glide_kinematics.motion.execution import PlanExecution
 from tri_glide_kinematics.motion.held_motion import MotionPhase, PlanRole
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.planner import MotionKind
 from tri_glide_kinematics.motion.plans import SampledPlan, SliderState
 from tri_glide_kinematics.motion.preparation import only_held
-from tri_glide_kinematics.motion.replanning import Replanning
+from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
 from tri_glide_kinematics.tri_glide.errors import NoPoseError
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.workspace.workspace import Workspace
@@ -32,7 +32,6 @@ __all__ = [
     "SliderLimits",
     "SliderState",
 ]
-
 
 class MotionEngine(PlanExecution):
     """Commanded state of the three sliders, stepped by a given time.
@@ -71,9 +70,8 @@ class MotionEngine(PlanExecution):
             NotFiniteError: if the scale is NaN or infinite.
             OutOfBoundsError: if it is not in (0, 1].
         """
-        super().__init__(Replanning(workspace, kind), DriveLimits(limits, speed_scale), in_pieces)
+        super().__init__(workspace, kind, DriveLimits(limits, speed_scale), in_pieces)
         self._machine: TriGlide = workspace.machine
-        self._workspace = workspace
         self._kind = kind
 
     @property
@@ -98,6 +96,7 @@ class MotionEngine(PlanExecution):
         h1, h2, h3 = finite_vector("heights", heights, 3)
         self._machine.forward((h1, h2, h3))
         self._preparation = None
+        self._tracks = False
         self._replace(self._replanning.at_rest((h1, h2, h3), self._newest_limits))
 
     def move_to(self, position: Sequence[float]) -> None:
@@ -148,8 +147,39 @@ class MotionEngine(PlanExecution):
             and self.phase is not MotionPhase.IDLE
         ):
             self.keep_goal()
-        else:
+        elif not self._track_jog(held, jog):
             self._prepare_goal(jog)
+
+    def track(self, position: Sequence[float], velocity: Sequence[float]) -> None:
+        """Follow a target that moves; it is taken to go on as it does until the next call.
+
+        The machine catches up with it and then follows it, as far as limits and workspace let it:
+        at an edge it waits for the target to come back.
+
+        Args:
+            position: of the target now. Shape (3,) [m].
+            velocity: of the target now. Shape (3,) [m/s].
+
+        Raises:
+            NotStartedError: before the start.
+            KinematicsError: if the target is no place in the workspace, the numbers are no finite
+                vectors, or the platform is outside the workspace. A target that was tracked is
+                followed no farther then.
+        """
+        held = self._holding()
+        x, y, z = finite_vector("position", position, 3)
+        dx, dy, dz = finite_vector("velocity", velocity, 3)
+        target = Track((x, y, z), (dx, dy, dz))
+        begins = not (self._tracks and isinstance(held.goal, Track))
+        if begins:
+            self._workspace.check_heights(held.plan.state(self._time).heights)
+            self._workspace.check_position(target.position)
+        self._pursuit.report(target, begins=begins)
+        if begins:
+            self._begin_to_track(target)
+        else:
+            self._replace(replace(held, goal=target))
+            self._workspace.check_position(target.position)
 
     def stop(self) -> None:
         """Come to rest as soon as the limits allow, and forget the goal.
@@ -159,10 +189,15 @@ class MotionEngine(PlanExecution):
         """
         held = self._holding()
         self.keep_goal()
-        if held.goal is not None:
-            role = PlanRole.BRAKES if held.role is PlanRole.BRAKES else PlanRole.EARLIER
-            self._replace(replace(held, goal=None, role=role))
-            self._prepare(lambda now, time: only_held(self._replanning.stopped(now, time)))
+        if held.goal is None:
+            return
+        braking = isinstance(held.plan, TrackedStep) or held.role is PlanRole.BRAKES
+        role = PlanRole.BRAKES if braking else PlanRole.EARLIER
+        self._tracks = False
+        self._preparation = None
+        self._replace(replace(held, goal=None, role=role))
+        if not braking:
+            self._prepare_braking()
 
     def keep_goal(self) -> None:
         """Give up a new goal that is still being prepared; what is held goes on."""
@@ -232,6 +267,7 @@ class MotionEngine(PlanExecution):
         held = self._holding()
         if held.pending is not None:
             # It has its turn when the limits are in force; what is prepared for them knows it then.
+            self._tracks = False
             self._replace(replace(held, goal=goal))
             if self._preparation is not None:
                 self._prepare(self._replanning.tried_again)
@@ -248,4 +284,6 @@ class MotionEngine(PlanExecution):
         elif limits != self._newest_limits:
             goal = self._preparation.goal if self._preparation is not None else None
             self._replace(replace(held, goal=goal or held.goal, pending=limits))
-            self._prepare(self._replanning.tried_again)
+            # The next step of tracking keeps them, if it can.
+            if not self._tracks:
+                self._prepare(self._replanning.tried_again)

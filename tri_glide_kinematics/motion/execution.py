@@ -8,32 +8,49 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.commands import Command, DriveLimits
-from tri_glide_kinematics.motion.held_motion import HeldMotion
+from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, Track
+from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase, PlanRole
 from tri_glide_kinematics.motion.plan_holder import PlanHolder
+from tri_glide_kinematics.motion.planner import MotionKind
 from tri_glide_kinematics.motion.plans import SliderState
-from tri_glide_kinematics.motion.preparation import LeadTime, Making, Preparation
+from tri_glide_kinematics.motion.preparation import LeadTime, Making, Preparation, only_held
+from tri_glide_kinematics.motion.pursuit import Pursuit
 from tri_glide_kinematics.motion.replanning import Replanning
+from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
+from tri_glide_kinematics.workspace.workspace import Workspace
 
 # What could not be done at once is tried again after this time of motion [s].
 RETRY_INTERVAL = 0.008
 
+# The first step of tracking, before any other was made, is taken to be this long [s].
+FIRST_STEP = 0.002
+
 
 class PlanExecution(PlanHolder):
-    """A held plan that is stepped, and at most one that is being prepared."""
+    """A held plan that is stepped, and at most one that is being prepared.
 
-    def __init__(self, replanning: Replanning, limits: DriveLimits, in_pieces: bool) -> None:
+    While something is tracked, each step is a plan of its own, made when it is its turn.
+    """
+
+    def __init__(
+        self, workspace: Workspace, kind: MotionKind, limits: DriveLimits, in_pieces: bool
+    ) -> None:
         """Hold nothing yet.
 
         Args:
-            replanning: makes plans.
+            workspace: where the platform may be, and of which machine.
+            kind: of moves.
             limits: for the start.
             in_pieces: whether plans are made by ``work``, and not when they are asked for.
         """
         super().__init__(limits)
-        self._replanning = replanning
+        self._workspace = workspace
+        self._replanning = Replanning(workspace, kind)
+        self._pursuit = Pursuit(workspace)
+        self._tracks = False
         self._in_pieces = in_pieces
         self._lead_time = LeadTime()
         self._last_step = 0.0
@@ -46,6 +63,11 @@ class PlanExecution(PlanHolder):
     def preparing(self) -> bool:
         """Whether a plan is being made, or waits for the setpoint at which it begins."""
         return self._preparation is not None
+
+    @property
+    def tracks(self) -> bool:
+        """Whether something is tracked, so that a new velocity or target needs no plan."""
+        return self._tracks
 
     def step(self, dt: float) -> SliderState:
         """Advance by ``dt`` [s] and return the setpoint.
@@ -63,6 +85,8 @@ class PlanExecution(PlanHolder):
             self._holding()
             self._on_event(dt)
             held = self._holding()
+            if self._tracks:
+                self._pursuit.advance(dt)
             # A plan that has just begun may do so a rounding error later.
             time = max(self._time + dt, 0.0)
         self._time = time
@@ -110,13 +134,18 @@ class PlanExecution(PlanHolder):
         """Hold what is ready, as it begins now or in the next step."""
         assert preparation.ready is not None
         self._preparation = None
+        if preparation.goal is not None:
+            self._tracks = False
         self._replace(*preparation.ready, preparation.elapsed(self._time))
 
     def _on_event(self, dt: float) -> None:
         """Do what is due before a step of ``dt`` [s]."""
+        self._last_step = dt
         preparation = self._preparation
+        if self._tracks and (preparation is None or preparation.goal is None):
+            if self._take_step(dt):
+                return
         if preparation is not None:
-            self._last_step = dt
             if not preparation.is_due(self._time, dt):
                 return
             if preparation.ready is not None:
@@ -124,8 +153,58 @@ class PlanExecution(PlanHolder):
             elif not preparation.begins_at_rest:
                 preparation.begin_anew(self._time, dt)
                 self._look_ahead()
-        elif self._time >= self._retry_at:
+        elif self._time >= self._retry_at and not self._tracks:
             self._prepare(self._replanning.tried_again)
+
+    def _track_jog(self, held: HeldMotion, jog: Jog) -> bool:
+        """Go over to a ``jog`` in motion at once, if there is a certified step; return whether.
+
+        From rest, and outside the workspace, a jog is planned.
+        """
+        if self.phase is MotionPhase.IDLE or held.region is not self._workspace:
+            return False
+        tracking = replace(held, goal=jog)
+        if not (self._tracks and isinstance(held.goal, Jog)):
+            step = self._pursuit.next(tracking, self._time, self._last_step or FIRST_STEP)
+            if step is None:
+                return False
+            tracking = step
+        self._tracks = True
+        self._preparation = None
+        self._replace(tracking)
+        return True
+
+    def _begin_to_track(self, target: Track) -> None:
+        """Track a ``target`` as soon as a step is certified, and brake until then."""
+        held = replace(self._holding(), goal=target, region=self._workspace)
+        self._tracks = True
+        self._preparation = None
+        if self._time < held.plan.duration and held.role is not PlanRole.BRAKES:
+            self._replace(replace(held, role=PlanRole.EARLIER))
+            self._prepare_braking()
+        else:
+            self._replace(held)
+
+    def _prepare_braking(self) -> None:
+        self._prepare(lambda held, time: only_held(self._replanning.braked(held, time)))
+
+    def _take_step(self, dt: float) -> bool:
+        """Track for ``dt`` [s] if such a step is certified; return whether it is."""
+        held = self._holding()
+        tracking = self._pursuit.next(held, self._time, dt)
+        if tracking is not None:
+            self._preparation = None
+            self._replace(tracking)
+        elif self._time >= held.plan.duration and held.pending is not None:
+            self._replace(replace(held, limits=held.pending, pending=None))
+        # A jog ends where it comes to rest; a target may go on.
+        plan = self._holding().plan
+        if isinstance(held.goal, Jog) and (
+            plan.ends_at_rest if isinstance(plan, TrackedStep) else self._time >= plan.duration
+        ):
+            self._tracks = False
+            self._look_ahead()
+        return tracking is not None
 
     def _replace(
         self, held: HeldMotion, refusal: KinematicsError | None = None, elapsed: float = 0.0
@@ -139,5 +218,9 @@ class PlanExecution(PlanHolder):
 
     def _look_ahead(self) -> None:
         """Note when there is something to do besides going on."""
-        preparation = self._preparation
-        self._event_at = self._retry_at if preparation is None else preparation.start
+        if self._tracks:
+            self._event_at = -math.inf
+        elif self._preparation is not None:
+            self._event_at = self._preparation.start
+        else:
+            self._event_at = self._retry_at

@@ -9,6 +9,7 @@ start at measured heights     no motion                none      none, in force 
 a goal                        leads to it              new       none
 a goal while limits wait      as it was                new       as they were
 stop                          brakes                   none      as they were
+a step of tracking            step, then braking       same      none, the newest in force
 new limits that can be kept   leads to the goal        same      none, in force from now on
 new limits that cannot        brakes                   same      new
 limits that can be kept now   leads to the goal        same      none, in force from now on
@@ -24,7 +25,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog
+from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, Track
 from tri_glide_kinematics.motion.plans import Plan
 from tri_glide_kinematics.workspace.workspace import Workspace
 
@@ -35,6 +36,7 @@ class MotionPhase(Enum):
     IDLE = "idle"
     MOVING = "moving"
     JOGGING = "jogging"
+    TRACKING = "tracking"
     STOPPING = "stopping"
 
 
@@ -69,6 +71,8 @@ class HeldMotion:
 
     def phase(self, time: float) -> MotionPhase:
         """Return what is being done ``time`` seconds after the start of the plan."""
+        if isinstance(self.goal, Track):
+            return MotionPhase.TRACKING
         if time >= self.plan.duration and self.pending is None:
             return MotionPhase.IDLE
         if self.goal is None:

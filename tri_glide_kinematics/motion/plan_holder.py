@@ -9,6 +9,7 @@ from tri_glide_kinematics.motion.errors import NotStartedError
 from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import SampledPlan, SliderState
+from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 
@@ -102,7 +103,10 @@ class PlanHolder:
 
     def _hold(self, held: HeldMotion, elapsed: float = 0.0) -> None:
         """Hold something else; of a new plan ``elapsed`` seconds are past already."""
-        if self._held is None or held.plan is not self._held.plan:
+        last = self._held.plan if self._held else None
+        if held.plan is not last:
             self._time = elapsed
-            self._plan_number += 1
+            # The steps of tracking are one motion.
+            if not (isinstance(last, TrackedStep) and isinstance(held.plan, TrackedStep)):
+                self._plan_number += 1
         self._held = held

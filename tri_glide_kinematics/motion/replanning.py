@@ -55,15 +55,19 @@ class Replanning:
             return (yield from self._planned(held, time, goal, held.limits, or_after=True))
         return replace(held, goal=goal)
 
-    def stopped(self, held: HeldMotion, time: float) -> Interruptible[HeldMotion]:
-        """Return a plan that comes to rest as soon as possible, without a goal."""
-        return (yield from self._braked(replace(held, goal=None), time))
-
-    def with_limits(
-        self, held: HeldMotion, time: float, limits: DriveLimits
-    ) -> Interruptible[Replanned]:
-        """Put ``limits`` in force, or slow down until that is possible."""
-        return (yield from self.tried_again(replace(held, pending=limits), time))
+    def braked(self, held: HeldMotion, time: float) -> Interruptible[HeldMotion]:
+        """Return ``held`` with a plan that comes to rest as soon as possible, if there is one."""
+        remaining = held.plan.duration - time
+        if held.role is PlanRole.BRAKES or remaining <= 0.0:
+            return replace(held, role=PlanRole.BRAKES)
+        state, region = held.plan.state(time), self._region(held, time)
+        on_line = self._kind is MotionKind.LINEAR or not isinstance(held.plan, CubicPlan)
+        try:
+            plan = yield from self._planner.stop(state, held.limits.effective, region, on_line)
+        except KinematicsError:
+            return replace(held, role=PlanRole.EARLIER)
+        sooner = plan if plan.duration < remaining else held.plan
+        return replace(held, plan=sooner, role=PlanRole.BRAKES)
 
     def tried_again(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:
         """Put pending limits in force if that is possible now, and brake if not."""
@@ -71,7 +75,7 @@ class Replanning:
         if held.pending is not None:
             held, refusal = yield from self._with_pending_in_force(held, time)
         if held.plan is plan and held.waits(time):
-            held = yield from self._braked(held, time)
+            held = yield from self.braked(held, time)
         return Replanned(held, refusal)
 
     def _with_pending_in_force(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:
@@ -133,20 +137,6 @@ class Replanning:
                 state, goal.position, limits.effective, region, moving, after
             )
         return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits)
-
-    def _braked(self, held: HeldMotion, time: float) -> Interruptible[HeldMotion]:
-        """Return ``held`` with a plan that comes to rest as soon as possible, if there is one."""
-        remaining = held.plan.duration - time
-        if held.role is PlanRole.BRAKES or remaining <= 0.0:
-            return replace(held, role=PlanRole.BRAKES)
-        state, region = held.plan.state(time), self._region(held, time)
-        on_line = self._kind is MotionKind.LINEAR or not isinstance(held.plan, CubicPlan)
-        try:
-            plan = yield from self._planner.stop(state, held.limits.effective, region, on_line)
-        except KinematicsError:
-            return replace(held, role=PlanRole.EARLIER)
-        sooner = plan if plan.duration < remaining else held.plan
-        return replace(held, plan=sooner, role=PlanRole.BRAKES)
 
     def _region(self, held: HeldMotion, time: float) -> Workspace:
         """Return where the platform may be on a way that begins at a ``time``."""

@@ -21,6 +21,7 @@ from tri_glide_kinematics.motion.lines.derivative_bounds import derivative_bound
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
 from tri_glide_kinematics.motion.plans import CubicPlan, Plan, SequencePlan
 from tri_glide_kinematics.motion.sliders.straight_plan import StraightPlan
+from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 from tri_glide_kinematics.workspace.workspace import Workspace
@@ -37,6 +38,8 @@ def keeps_limits(plan: Plan, limits: SliderLimits, since: float) -> bool:
     try:
         if isinstance(plan, SequencePlan):
             return all(keeps_limits(part, limits, past) for part, past in plan.parts(since))
+        if isinstance(plan, TrackedStep):
+            plan = plan.as_cubic()
         if isinstance(plan, LinePlan):
             check_line_limits(plan, limits, since)
         elif isinstance(plan, CubicPlan):
