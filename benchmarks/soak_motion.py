@@ -44,12 +44,15 @@ class Adversary:
             self.workspace, scenario.limits, kind=scenario.kind, in_pieces=scenario.in_pieces
         )
         self._twist = np.zeros(3)
+        self._target, self._target_velocity = np.zeros(3), np.zeros(3)
         actions: tuple[tuple[float, Callable[[], object]], ...] = (
             (0.30, self._move),
             (0.06, self._move_nearby),
             (0.14, self._jog),
             (0.16, self._jog_onwards),
             (0.08, self._jog_again),
+            (0.10, self._track),
+            (0.10, self._track_onwards),
             (0.08, self._stop),
             (0.05, self._set_limits),
             (0.05, self._set_scale),
@@ -91,6 +94,23 @@ class Adversary:
     def _jog_again(self) -> None:
         self.engine.jog(self._twist.tolist())
 
+    def _track(self) -> None:
+        """Follow a target anywhere in the workspace, which so may have jumped, or one nearby."""
+        self._target = np.array(random_place(self._rng, self.workspace))
+        if self._rng.random() < 0.5:
+            here = np.array(self._scenario_machine().forward(self.engine.state.heights))
+            self._target = here + 10.0 ** self._rng.uniform(-6.0, -2.0) * self._rng.normal(size=3)
+        size = 10.0 ** self._rng.uniform(-3.0, 0.3)
+        self._target_velocity = size * self._rng.normal(size=3)
+        self.engine.track(self._target.tolist(), self._target_velocity.tolist())
+
+    def _track_onwards(self) -> None:
+        """Let some time of the target pass, and its velocity change."""
+        self._target = self._target + float(self._rng.uniform(0.0, 0.05)) * self._target_velocity
+        change = 10.0 ** self._rng.uniform(-6.0, -0.5) * np.linalg.norm(self._target_velocity)
+        self._target_velocity = self._target_velocity + change * self._rng.normal(size=3)
+        self.engine.track(self._target.tolist(), self._target_velocity.tolist())
+
     def _stop(self) -> None:
         self.engine.stop()
 
@@ -116,6 +136,8 @@ class Adversary:
             lambda: engine.move_to((9.0, 0.0, 0.3)),
             lambda: engine.move_to((0.0, 0.3)),
             lambda: engine.jog((bad, 0.0, 0.0)),
+            lambda: engine.track((0.0, 0.0, 0.3), (bad, 0.0, 0.0)),
+            lambda: engine.track((bad, 0.0, 0.3), (0.0, 0.0, 0.0)),
             lambda: engine.jog((0.1, 0.0, 0.0, 0.0)),
             lambda: engine.set_speed_scale(bad),
             lambda: engine.set_speed_scale(0.0),

@@ -33,6 +33,7 @@ __all__ = [
     "SliderState",
 ]
 
+
 class MotionEngine(PlanExecution):
     """Commanded state of the three sliders, stepped by a given time.
 
