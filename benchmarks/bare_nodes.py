@@ -83,6 +83,28 @@ def pose(_: float) -> Node:
     return node
 
 
+def pose_and_twist(_: float) -> Node:
+    """Return a node that answers each JointState with a PoseStamped and a TwistStamped."""
+    from geometry_msgs.msg import PoseStamped, TwistStamped
+    from sensor_msgs.msg import JointState
+
+    node = Node("pose_and_twist")
+    place, motion = PoseStamped(), TwistStamped()
+    places = node.create_publisher(PoseStamped, "platform_pose", 10)
+    motions = node.create_publisher(TwistStamped, "platform_twist", 10)
+
+    def on_joint_state(measured: JointState) -> None:
+        place.header.stamp = motion.header.stamp = measured.header.stamp
+        point, linear = place.pose.position, motion.twist.linear
+        point.x, point.y, point.z = measured.position
+        places.publish(place)
+        linear.x, linear.y, linear.z = measured.velocity
+        motions.publish(motion)
+
+    node.create_subscription(JointState, "joint_states", on_joint_state, qos_profile_sensor_data)
+    return node
+
+
 def server(_: float) -> Node:
     """Return a node that answers an empty service call."""
     from std_srvs.srv import Trigger
@@ -98,7 +120,7 @@ def server(_: float) -> Node:
 
 
 ROLES: dict[str, Callable[[float], Node]] = {
-    role.__name__: role for role in (bare, timer, setpoints, machine, pose, server)
+    role.__name__: role for role in (bare, timer, setpoints, machine, pose, pose_and_twist, server)
 }
 
 

@@ -1,13 +1,15 @@
-"""A node whose timer callback is timed: ``python -m benchmarks.timed_cycle FILE NODE``.
+"""A node whose cycle is timed: ``python -m benchmarks.timed_cycle FILE NODE``.
 
-NODE is ``ik_node``, or a role of ``bare_nodes``. At the end, FILE gets one row for each call of the
-fastest timer: when it began and how long it took, both in nanoseconds of the steady clock.
+NODE is ``ik_node``, or a role of ``bare_nodes`` with a fast timer. At the end, FILE gets one row
+for each cycle: when its callback began and how long it took, both in nanoseconds of the steady
+clock.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic_ns
 from typing import Any
@@ -19,33 +21,53 @@ from rclpy.timer import Timer
 RATE = 1000.0  # 1/s
 LONGEST_PERIOD = 0.1  # s; slower timers do other things
 
+Rows = list[tuple[int, int]]
+
 
 def main(output: Path, name: str) -> None:
     """Run the node until it is interrupted, then write the file."""
-    rows: list[tuple[int, int]] = []
+    rows: Rows = []
+    if name == "ik_node":
+        _run_ik_node(rows)
+    else:
+        _run_bare(name, rows)
+    np.save(output, np.array(rows, dtype=np.int64).reshape(-1, 2))
+
+
+def _run_ik_node(rows: Rows) -> None:
+    from tri_glide_kinematics.ros import cycle_loop
+    from tri_glide_kinematics.ros.run import run
+
+    class TimedLoop(cycle_loop.CycleLoop):
+        def __init__(self, node: Node, cycle: cycle_loop.Cycle, *others: Any) -> None:
+            super().__init__(node, replace(cycle, step=_timed(cycle.step, rows)), *others)
+
+    setattr(cycle_loop, "CycleLoop", TimedLoop)  # noqa: B010 - mypy knows no other way
+    run("tri_glide_kinematics.nodes.ik_node", "IkNode")
+
+
+def _run_bare(role: str, rows: Rows) -> None:
+    from benchmarks import bare_nodes
+
     create_timer = Node.create_timer
 
     def create_timed_timer(
         node: Node, period: float, callback: Callable[[], object], *others: Any, **named: Any
     ) -> Timer:
-        def timed() -> None:
-            begin = monotonic_ns()
-            callback()
-            rows.append((begin, monotonic_ns() - begin))
-
-        wanted = timed if period < LONGEST_PERIOD else callback
+        wanted = _timed(callback, rows) if period < LONGEST_PERIOD else callback
         return create_timer(node, period, wanted, *others, **named)
 
     setattr(Node, "create_timer", create_timed_timer)  # noqa: B010 - mypy knows no other way
-    if name == "ik_node":
-        from tri_glide_kinematics.ros.run import run
+    bare_nodes.main(role, RATE)
 
-        run("tri_glide_kinematics.nodes.ik_node", "IkNode")
-    else:
-        from benchmarks import bare_nodes
 
-        bare_nodes.main(name, RATE)
-    np.save(output, np.array(rows, dtype=np.int64).reshape(-1, 2))
+def _timed(callback: Callable[[], object], rows: Rows) -> Callable[[], None]:
+    def timed() -> None:
+        begin = monotonic_ns()
+        callback()
+        rows.append((begin, monotonic_ns() - begin))
+
+    return timed
 
 
 if __name__ == "__main__":

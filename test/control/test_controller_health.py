@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control.controller_health import status_of
+from tri_glide_kinematics.control.controller_health import delay_counts, status_of
 from tri_glide_kinematics.control.health import Level
+from tri_glide_kinematics.control.loop_statistics import LoopStatistics
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
     FAULT,
@@ -31,3 +32,17 @@ def test_a_fault_is_an_error_and_what_refuses_motion_a_warning(state):
 @pytest.mark.parametrize("state", OperatingState)
 def test_a_missed_target_is_a_warning_at_least(state):
     assert health(state, missed=True).level == max(health(state).level, Level.WARN)
+
+
+def test_classes_of_delays_have_names():
+    loop = LoopStatistics(0.002)
+    for now in (0.0, 0.002, 0.0047, 0.0067):
+        loop.cycle(now)
+    assert delay_counts(loop) == {
+        "cycles late by up to 0.1 periods": 2,
+        "cycles late by 0.1 to 0.25 periods": 0,
+        "cycles late by 0.25 to 0.5 periods": 1,
+        "cycles late by 0.5 to 1 periods": 0,
+        "cycles late by 1 to 5 periods": 0,
+        "cycles late by more than five periods": 0,
+    }

@@ -55,3 +55,17 @@ def test_the_longest_delay_is_kept_though_it_was_no_stall():
     loop.report()
     assert loop.total_stalls == 0
     assert loop.longest_delay == pytest.approx(0.003)
+
+
+def test_each_delay_is_counted_in_its_class():
+    loop = LoopStatistics(1.0)
+    now = 0.0
+    loop.cycle(now)
+    for delay in (-0.5, 0.0, 0.1, 0.11, 0.25, 0.3, 0.5, 0.6, 1.0, 1.1, 5.0, 5.1, 40.0):
+        # Multiples of a power of two: no rounding moves them into the next class.
+        now += 1.0 + round(1024.0 * delay - 0.5) / 1024.0
+        loop.cycle(now)
+    assert loop.histogram == [3, 2, 2, 2, 2, 2]
+    assert (loop.total_late, loop.total_stalls) == (6, 2)
+    loop.report()
+    assert sum(loop.histogram) == 13

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.health import Health, Level
-from tri_glide_kinematics.control.loop_statistics import LoopStatistics
+from tri_glide_kinematics.control.loop_statistics import CLASSES, LoopStatistics
 from tri_glide_kinematics.control.operating_state import DISABLED, FAULT, WAITING
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.status import ControllerStatus
@@ -76,10 +76,18 @@ def health_of(
             "largest delay of a cycle [s]": timing.largest_delay,
             "late cycles in the last second": timing.late_cycles,
             "late cycles": loop.total_late,
-            "cycles late by more than five periods": loop.total_stalls,
+            **delay_counts(loop),
             "largest delay of a cycle since the start [s]": loop.longest_delay,
             "refused commands in the last second": refused_now,
             "unusable measurements in the last second": unusable,
             "tracking error [m]": supervisor.tracking_error,
         },
     )
+
+
+def delay_counts(loop: LoopStatistics) -> dict[str, int]:
+    """Return how many cycles were how late since the start."""
+    lower = ("", *(f"{end:g} to " for end in CLASSES[:-1]))
+    names = [f"{begin or 'up to '}{end:g} periods" for begin, end in zip(lower, CLASSES)]
+    names.append("more than five periods")
+    return {f"cycles late by {name}": count for name, count in zip(names, loop.histogram)}

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from typing import NamedTuple
 
 # A cycle is late if it starts later than this part of a period after it should have.
 LATE = 0.5
 # A cycle that is later than this many periods is a stall.
 STALL = 5.0
+# Upper ends of the classes of delays, in periods; the last class has none.
+CLASSES = (0.1, 0.25, LATE, 1.0, STALL)
 
 
 class LoopReport(NamedTuple):
@@ -33,17 +36,17 @@ class LoopStatistics:
     """Collects the intervals between cycles.
 
     Attributes:
-        total_late: late cycles since the start.
-        total_stalls: stalls since the start.
+        histogram: number of cycles since the start in each class of delays; Shape (6,). The first
+            class has those that were early, too.
         longest_delay: most that an interval was longer than the period, since the start [s].
     """
 
     def __init__(self, period: float) -> None:
         """Expect a cycle each ``period`` [s]."""
-        self.total_late = 0
-        self.total_stalls = 0
+        self.histogram = [0] * (len(CLASSES) + 1)
         self.longest_delay = 0.0
         self._period = period
+        self._ends = tuple(end * period for end in CLASSES)
         self._last = math.nan
         self._cycles = 0
         self._time = 0.0
@@ -51,6 +54,16 @@ class LoopStatistics:
         self._largest = 0.0
         self._late = 0
         self._stalls = 0
+
+    @property
+    def total_late(self) -> int:
+        """Late cycles since the start."""
+        return sum(self.histogram[CLASSES.index(LATE) + 1 :])
+
+    @property
+    def total_stalls(self) -> int:
+        """Stalls since the start."""
+        return self.histogram[-1]
 
     def cycle(self, now: float) -> float | None:
         """Note that a cycle starts ``now`` [s].
@@ -66,17 +79,16 @@ class LoopStatistics:
         self._cycles += 1
         self._time += interval
         self._squares += delay * delay
+        self.histogram[bisect_left(self._ends, delay)] += 1
         if delay > self._largest:
             self._largest = delay
             self.longest_delay = max(self.longest_delay, delay)
         if delay <= LATE * self._period:
             return None
         self._late += 1
-        self.total_late += 1
         if delay <= STALL * self._period:
             return None
         self._stalls += 1
-        self.total_stalls += 1
         return delay
 
     def report(self) -> LoopReport:

@@ -10,6 +10,7 @@ from sensor_msgs.msg import JointState
 from tri_glide_kinematics.control.health import Health, Level
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.diagnostics import DiagnosticsPublisher
 from tri_glide_kinematics.ros.from_parameters import check_joint_names, machine_of
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
@@ -24,7 +25,7 @@ class FkNode(Node):
     The platform does not rotate, so the twist holds for every point of it.
 
     Attributes:
-        urgent: what is to be looked at each time.
+        cycle: what it does again and again.
     """
 
     def __init__(self) -> None:
@@ -47,11 +48,10 @@ class FkNode(Node):
         self._pose_publisher = self.create_publisher(PoseStamped, "platform_pose", reliable)
         self._twist_publisher = self.create_publisher(TwistStamped, "platform_twist", reliable)
         DiagnosticsPublisher(self, self._health)
-        self.urgent = (
-            self.create_subscription(
-                JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data
-            ),
+        measured = self.create_subscription(
+            JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data
         )
+        self.cycle = Cycle((measured,))
         PatientServices(self)
 
     def _on_joint_state(self, message: JointState) -> None:

@@ -25,6 +25,7 @@ from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderState
 from tri_glide_kinematics.ros.command_outputs import CommandOutputs
+from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.diagnostics import DiagnosticsPublisher, status_message
 from tri_glide_kinematics.ros.from_parameters import (
     check_joint_names,
@@ -57,7 +58,7 @@ class IkNode(Node):
     """Turns messages into calls of the controller, and its setpoints into messages.
 
     Attributes:
-        urgent: what is to be looked at in each cycle.
+        cycle: what it does again and again.
     """
 
     def __init__(self) -> None:
@@ -111,8 +112,7 @@ class IkNode(Node):
         DiagnosticsPublisher(self, self._health)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(STATUS_PERIOD, self._publish_status, clock=steady)
-        self.urgent = (
-            self.create_timer(period, self._cycle, clock=steady),
+        urgent = (
             self.create_subscription(
                 JointState, "joint_states", self._on_measured, qos_profile_sensor_data
             ),
@@ -120,6 +120,7 @@ class IkNode(Node):
             self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY),
             self.create_service(Trigger, "~/stop", self._on_stop),
         )
+        self.cycle = Cycle(urgent, period, self._cycle)
         PatientServices(self, lambda: self._engine.phase is MotionPhase.IDLE)
 
     def _cycle(self) -> None:

@@ -14,6 +14,7 @@ from sensor_msgs.msg import JointState
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders, SliderFaults
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.from_parameters import check_joint_names, check_travel
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.messages import SliderReader, set_stamp
@@ -27,7 +28,7 @@ class SimulatorNode(Node):
     """Three simulated sliders on topics.
 
     Attributes:
-        urgent: what is to be looked at in each cycle.
+        cycle: what it does again and again.
     """
 
     def __init__(self) -> None:
@@ -51,13 +52,11 @@ class SimulatorNode(Node):
         self._publisher = self.create_publisher(JointState, "joint_states", QoSProfile(depth=10))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._reasons.end_of_second, clock=steady)
-        self.urgent = (
-            self.create_timer(self._period, self._cycle, clock=steady),
-            # Best effort, so that no old command is sent again after the connection was lost.
-            self.create_subscription(
-                JointState, "joint_commands", self._on_command, qos_profile_sensor_data
-            ),
+        # Best effort, so that no old command is sent again after the connection was lost.
+        commands = self.create_subscription(
+            JointState, "joint_commands", self._on_command, qos_profile_sensor_data
         )
+        self.cycle = Cycle((commands,), self._period, self._cycle)
         PatientServices(self)
 
     def _on_command(self, message: JointState) -> None:

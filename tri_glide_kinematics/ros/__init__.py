@@ -1,6 +1,6 @@
 """ROS: what the nodes share.
 
-Starting and spinning (``run``, ``cycle_executor``, ``transport``, ``command_line``, ``processes``),
+Starting and spinning (``run``, ``cycle_loop``, ``transport``, ``command_line``, ``processes``),
 parameters (``parameters`` holds the tables), messages (``messages``, ``*_messages``,
 ``command_outputs``), services and diagnostics.
 """

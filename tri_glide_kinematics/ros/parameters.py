@@ -180,6 +180,20 @@ IN_POSITION = (
     ),
 )
 
+SYSTEM = (
+    Parameter(
+        "realtime_priority",
+        0,
+        "priority among processes that come before all ordinary ones (SCHED_FIFO); 0 for an "
+        "ordinary one",
+        "",
+        0,
+        99,
+    ),
+    Parameter("lock_memory", False, "whether the memory of the node is never swapped out"),
+    Parameter("cpu_core", -1, "core on which the node stays; -1 for any", "", -1, 4095),
+)
+
 IK_NODE = (
     *GEOMETRY,
     JOINT_NAMES,
@@ -227,9 +241,10 @@ IK_NODE = (
         0.001,
         1.0,
     ),
+    *SYSTEM,
 )
 
-FK_NODE = (*GEOMETRY, JOINT_NAMES, BASE_FRAME)
+FK_NODE = (*GEOMETRY, JOINT_NAMES, BASE_FRAME, *SYSTEM)
 
 SIMULATOR_NODE = (
     JOINT_NAMES,
@@ -282,6 +297,7 @@ SIMULATOR_NODE = (
     Parameter(
         "stuck_sliders", (False, False, False), "fault: these sliders do not move", live=True
     ),
+    *SYSTEM,
 )
 
 NODES = {"ik_node": IK_NODE, "fk_node": FK_NODE, "simulator_node": SIMULATOR_NODE}

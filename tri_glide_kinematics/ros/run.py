@@ -9,6 +9,7 @@ from __future__ import annotations
 import gc
 import signal
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -107,35 +108,51 @@ def _spin(node: Node) -> None:
     rclpy's own services raise on some contents (a parameter of an unknown type, for instance).
     That is the sender's mistake and must not stop a machine, so it is logged and survived.
     """
-    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
-    urgent = getattr(node, "urgent", None)
-    if urgent is None:
-        executor = SingleThreadedExecutor()
-    else:
-        from tri_glide_kinematics.ros.cycle_executor import CycleExecutor
+    def survive(error: Exception) -> None:
+        if isinstance(error, FatalError):
+            raise error
+        if node.context.ok():
+            node.get_logger().error(f"dropped a request: {type(error).__name__}: {error}")
 
-        executor = CycleExecutor(urgent)
-    executor.add_node(node)
+    spin, close = _spinner_of(node, survive)
     # What was made so far stays. The collector of garbage need not look at it again and again,
     # which takes longer than a fast cycle.
     gc.freeze()
     try:
-        while node.context.ok():
-            try:
-                executor.spin_once()
-            except ExternalShutdownException:
-                return
-            except FatalError:
-                raise
-            except Exception as error:
-                if node.context.ok():
-                    node.get_logger().error(f"dropped a request: {type(error).__name__}: {error}")
+        spin()
     finally:
         gc.unfreeze()
         # Left to the end of the interpreter, what it holds may be gone before it, which Python 3.10
         # reports with a traceback.
-        executor.shutdown()
+        close()
+
+
+def _spinner_of(
+    node: Node, survive: Callable[[Exception], None]
+) -> tuple[Callable[[], None], Callable[[], object]]:
+    """Return what spins a node, in its own cycle if it has one, and what has to be called then."""
+    cycle = getattr(node, "cycle", None)
+    if cycle is not None:
+        from tri_glide_kinematics.ros.cycle_loop import CycleLoop
+        from tri_glide_kinematics.ros.realtime import ask_of_system
+
+        ask_of_system(node)
+        loop = CycleLoop(node, cycle, survive)
+        return loop.spin, loop.close
+    from rclpy.executors import SingleThreadedExecutor
+
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+
+    def spin() -> None:
+        while node.context.ok():
+            try:
+                executor.spin_once()
+            except Exception as error:
+                survive(error)
+
+    return spin, executor.shutdown
 
 
 def _missing(module: str) -> str:

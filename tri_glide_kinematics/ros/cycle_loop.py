@@ -1,0 +1,130 @@
+"""The loop of a node that has a cycle: it sleeps until an absolute time, and never waits else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import monotonic, sleep
+
+from rclpy.node import Node
+
+from tri_glide_kinematics.ros.other_turns import OtherTurns
+from tri_glide_kinematics.ros.urgent_inputs import Input, Survive, UrgentInputs
+
+# After this part of a period, what has come in and is not handled yet waits for the next cycle.
+INPUT_SHARE = 0.25
+# The same for a node that has no period [s].
+INPUT_TIME = 0.005
+# In a sleep that would go on for longer than this, others get their turns, too [s].
+ROOM = 0.005
+# Background work ends this long before the next cycle [s]: a sleep may end that much too late.
+WORK_MARGIN = 0.0002
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """What a node does again and again.
+
+    Attributes:
+        urgent: what is looked at in each cycle, in this order.
+        period: from cycle to cycle [s]; None for a cycle whenever something urgent comes in.
+        step: is done in each cycle, once all that came in is handled.
+        work: is called after each cycle with the time.monotonic() until which it may work [s],
+            which is past where there is no time left. It is not called without a period.
+    """
+
+    urgent: tuple[Input, ...]
+    period: float | None = None
+    step: Callable[[], None] = lambda: None
+    work: Callable[[float], None] | None = None
+
+
+class CycleLoop:
+    """Handles what is urgent, steps, works, and gives turns to all else.
+
+    Times are those of the steady clock: a clock that is set changes nothing. Cycles that a stall
+    has made impossible are left out; the next ones come when they would have come without it.
+    """
+
+    def __init__(self, node: Node, cycle: Cycle, survive: Survive) -> None:
+        """Prepare to run the ``cycle`` of ``node``.
+
+        Args:
+            node: whose subscriptions, services and timers are served.
+            cycle: what is done.
+            survive: gets what a callback raises, and raises what ends the node.
+        """
+        self._context = node.context
+        self._cycle = cycle
+        self._survive = survive
+        self._inputs = UrgentInputs(cycle.urgent, node.context, survive)
+        self._others = OtherTurns(node, cycle.urgent)
+        self._next = monotonic()
+
+    def spin(self) -> None:
+        """Run until the context is shut down.
+
+        Raises:
+            Exception: what ``survive`` raises.
+        """
+        self._next = monotonic()
+        if self._cycle.period is None:
+            while self._context.ok():
+                self._react()
+        else:
+            while self._context.ok():
+                self._run_cycle(self._cycle.period)
+
+    def close(self) -> None:
+        """Let go of the node."""
+        self._others.shutdown()
+
+    def _react(self) -> None:
+        """Wait for what is urgent, and handle it."""
+        now = monotonic()
+        if now < self._others.due:
+            self._do(lambda: self._inputs.wait(self._others.due - now))
+        self._inputs.handle(monotonic() + INPUT_TIME)
+        self._do(self._cycle.step)
+        self._give_turn()
+
+    def _run_cycle(self, period: float) -> None:
+        """Wait for the next cycle, and run it."""
+        if not self._wait():
+            return
+        now = monotonic()
+        self._next += period * (1 + math.floor((now - self._next) / period))
+        self._inputs.handle(now + INPUT_SHARE * period)
+        self._do(self._cycle.step)
+        self._give_turn()
+        work = self._cycle.work
+        if work is not None:
+            until = self._next - WORK_MARGIN
+            self._do(lambda: work(until))
+
+    def _wait(self) -> bool:
+        """Sleep until the next cycle, and return whether there is to be one.
+
+        Others get their turns in a sleep that is long enough for them.
+        """
+        while (left := self._next - (now := monotonic())) > 0.0:
+            nap = self._others.due - now
+            if left - nap < ROOM:
+                sleep(left)
+                continue
+            sleep(max(nap, 0.0))
+            if not self._context.ok():
+                return False
+            self._give_turn()
+        return True
+
+    def _give_turn(self) -> None:
+        if monotonic() >= self._others.due:
+            self._do(self._others.give)
+
+    def _do(self, call: Callable[[], None]) -> None:
+        try:
+            call()
+        except Exception as error:
+            self._survive(error)
