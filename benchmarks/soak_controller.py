@@ -33,6 +33,7 @@ from tri_glide_kinematics.control.operating_state import (
     WAITING,
 )
 from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
@@ -42,6 +43,7 @@ from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 TWIST_TIMEOUT = 0.1  # s
+TARGET_TIMEOUT = 0.2  # s
 MEASURED_TIMEOUT = 0.05  # s
 LONGEST_STOP = 3.0  # s, for the slowest limits that are given here
 JOINTS = ("slider_1", "slider_2", "slider_3")
@@ -68,7 +70,7 @@ class Adversary:
             self.engine,
             Supervisor(SupervisionBounds(MEASURED_TIMEOUT, 0.02, 0.05, (9.0,) * 3), JOINTS),
             period=scenario.dt,
-            twist_timeout=TWIST_TIMEOUT,
+            streams=Streams.with_timeouts(TWIST_TIMEOUT, TARGET_TIMEOUT),
             in_position_bounds=InPositionBounds(0.0005, 0.01, 0.1, 0.005),
             start_disabled=False,
             travel=(limits.lower_heights, limits.upper_heights),
@@ -82,6 +84,7 @@ class Adversary:
         self._last: SliderState | None = None
         self._stopped_at = math.inf
         self._twist = np.zeros(3)
+        self._target, self._target_velocity, self._seen = np.zeros(3), np.zeros(3), 0.0
         self._allowed_plans = 1
         self._services = 0
         self._restarted = False
@@ -95,6 +98,8 @@ class Adversary:
             (0.14, self._jog),
             (0.10, self._jog_again),
             (0.04, self._release),
+            (0.12, self._track),
+            (0.20, self._track_onwards),
             (0.08, self._stop),
             (0.03, self._disable),
             (0.05, self._enable),
@@ -211,6 +216,23 @@ class Adversary:
         x, y, z = self._twist.tolist()
         self._allowed_plans += 1
         self.controller.jog((x, y, z), self._now)
+
+    def _track(self) -> None:
+        """Follow a target that may have jumped, and move anyhow."""
+        self._target = np.array(random_place(self._rng, self._workspace))
+        self._target_velocity = 10.0 ** self._rng.uniform(-3.0, 0.0) * self._rng.normal(size=3)
+        self._seen = self._now
+        self._track_onwards()
+
+    def _track_onwards(self) -> None:
+        self._target = self._target + (self._now - self._seen) * self._target_velocity
+        self._seen = self._now
+        x, y, z = self._target.tolist()
+        dx, dy, dz = self._target_velocity.tolist()
+        # Until the first step of tracking a braking is held.
+        self._allowed_plans += 2
+        seen = self._now + float(self._rng.uniform(-0.05, 0.01))
+        self.controller.track((x, y, z), (dx, dy, dz), seen, self._now)
 
     def _release(self) -> None:
         self._allowed_plans += 1

@@ -16,6 +16,7 @@ from tri_glide_kinematics.control.operating_state import (
     STOPPING,
     WAITING,
 )
+from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase
@@ -26,6 +27,7 @@ from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 PERIOD, TWIST_TIMEOUT, MEASURED_TIMEOUT = 0.002, 0.1, 0.2
+TARGET_TIMEOUT = 0.3
 HOME = (0.6, 0.6, 0.6)
 LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
@@ -54,7 +56,7 @@ class Rig:
             self.engine,
             supervisor,
             period=PERIOD,
-            twist_timeout=TWIST_TIMEOUT,
+            streams=Streams.with_timeouts(TWIST_TIMEOUT, TARGET_TIMEOUT),
             in_position_bounds=IN_POSITION,
             start_disabled=start_disabled,
             travel=(LOWER, UPPER),

@@ -6,7 +6,7 @@ import pytest
 
 from tri_glide_kinematics.control.engine_commands import EngineCommands
 from tri_glide_kinematics.control.inbox import TargetPosition, TargetVelocity
-from tri_glide_kinematics.control.twists import TwistStream
+from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
 from tri_glide_kinematics.motion.errors import NoRoomError
 from tri_glide_kinematics.motion.limits import SliderLimits
@@ -27,7 +27,9 @@ def commands_at(heights):
     )
     engine = MotionEngine(workspace, LIMITS)
     engine.start(heights)
-    return EngineCommands(engine, PERIOD, TwistStream(0.1), lambda text: None), engine
+    return EngineCommands(
+        engine, PERIOD, Streams.with_timeouts(0.1, 0.5), lambda text: None
+    ), engine
 
 
 def test_a_target_waits_while_limits_have_their_turn():
@@ -38,7 +40,7 @@ def test_a_target_waits_while_limits_have_their_turn():
     assert commands.carry_out(moving=False) is None
     assert commands.target is TARGET
     commands.step()
-    commands.next_cycle()
+    commands.next_cycle(0.0)
     done = commands.carry_out(moving=False)
     assert done is not None and done.target is TARGET
     assert engine.target == TARGET.position and engine.speed_scale == 0.5

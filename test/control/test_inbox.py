@@ -27,8 +27,8 @@ def test_in_a_flood_the_newest_has_its_turn_once_in_the_interval(period):
     for cycle in range(200):
         for part in range(3):
             inbox.put(Kind.TARGET, target(cycle + 0.1 * part))
-        command = inbox.take(cycle, resting=False)
-        assert inbox.take(cycle, resting=False) is None
+        command = inbox.take(cycle, in_each=False)
+        assert inbox.take(cycle, in_each=False) is None
         if command is not None:
             taken.append(cycle)
             assert command == target(cycle + 0.2)
@@ -41,8 +41,8 @@ def test_at_rest_each_cycle_has_a_turn():
     inbox = Inbox(0.001)
     for cycle in range(5):
         inbox.put(Kind.TARGET, target(cycle))
-        assert inbox.take(cycle, resting=True) == target(cycle)
-        assert inbox.take(cycle, resting=True) is None
+        assert inbox.take(cycle, in_each=True) == target(cycle)
+        assert inbox.take(cycle, in_each=True) is None
 
 
 def test_no_kind_keeps_another_from_its_turn():
@@ -51,7 +51,7 @@ def test_no_kind_keeps_another_from_its_turn():
     for cycle in range(60):
         inbox.put(Kind.TARGET, target(cycle))
         inbox.put(Kind.LIMITS, LIMITS)
-        command = inbox.take(cycle, resting=True)
+        command = inbox.take(cycle, in_each=True)
         kinds.append(type(command))
     assert abs(kinds.count(NewLimits) - kinds.count(TargetPosition)) <= 1
 
@@ -62,5 +62,5 @@ def test_what_is_dropped_is_told_and_gone():
     inbox.put(Kind.LIMITS, LIMITS)
     assert inbox.peek(Kind.TARGET) == inbox.drop(Kind.TARGET) == target(1.0)
     assert inbox.peek(Kind.TARGET) is inbox.drop(Kind.TARGET) is None
-    assert inbox.take(0, resting=True) == LIMITS
-    assert inbox.take(1, resting=True) is None
+    assert inbox.take(0, in_each=True) == LIMITS
+    assert inbox.take(1, in_each=True) is None

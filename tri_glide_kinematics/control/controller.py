@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from tri_glide_kinematics.control.engine_commands import CarriedOut, EngineCommands
 from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.in_position import Arrival, InPositionBounds
-from tri_glide_kinematics.control.inbox import TargetPosition, TargetVelocity
+from tri_glide_kinematics.control.inbox import TargetPosition, TargetVelocity, TrackedTarget
 from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
@@ -17,19 +17,22 @@ from tri_glide_kinematics.control.operating_state import (
     JOGGING,
     MOVING,
     STOPPING,
+    TRACKING,
     WAITING,
     OperatingState,
     StateMachine,
 )
 from tri_glide_kinematics.control.starting import StartingPlace
 from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.control.streams import Stream, Streams
 from tri_glide_kinematics.control.supervision import Supervisor
-from tri_glide_kinematics.control.twists import TwistStream
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.commands import jog_of
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.vectors import Vector3
+
+STATE_OF = {TargetPosition: MOVING, TargetVelocity: JOGGING, TrackedTarget: TRACKING}
 
 NO_MEASUREMENT = "no measured slider heights yet"
 RAMP_NOT_OVER = "the ramp to a stop is not over yet"
@@ -43,7 +46,7 @@ class MotionController:
     measured heights. So while it does not lead, somebody may move the machine by hand.
 
     Attributes:
-        twists: of jogs; their timeout can be changed.
+        streams: of what has to be renewed; their timeouts can be changed.
         newest_target: when it counts as reached can be changed.
     """
 
@@ -53,7 +56,7 @@ class MotionController:
         supervisor: Supervisor,
         *,
         period: float,
-        twist_timeout: float,
+        streams: Streams,
         in_position_bounds: InPositionBounds,
         start_disabled: bool,
         travel: tuple[Sequence[float], Sequence[float]],
@@ -66,19 +69,19 @@ class MotionController:
             engine: not started yet.
             supervisor: of the measured heights.
             period: time of one cycle [s].
-            twist_timeout: longest time between two twists of a jog [s].
+            streams: of what has to be renewed.
             in_position_bounds: when a target counts as reached.
             start_disabled: whether ``enable`` has to be called first.
             travel: lower and upper ends of the sliders' travel, each of shape (3,) [m].
             on_change: gets the first status, and each one with another state or reason.
             on_refusal: gets the reason why a command that had waited is refused.
         """
-        self.twists = TwistStream(twist_timeout)
+        self.streams = streams
         self.newest_target = NewestTarget(in_position_bounds)
         self._engine = engine
         self._supervisor = supervisor
         self._on_refusal = on_refusal
-        self._commands = EngineCommands(engine, period, self.twists, on_refusal)
+        self._commands = EngineCommands(engine, period, streams, on_refusal)
         self._start = StartingPlace(supervisor, travel)
         first = (DISABLED, "started disabled") if start_disabled else (WAITING, NO_MEASUREMENT)
         self._states = StateMachine(*first, lambda: on_change(self.status))
@@ -104,19 +107,26 @@ class MotionController:
         """Why it is doing that."""
         return self._states.reason
 
+    @property
+    def _stream(self) -> Stream | None:
+        """What has to be renewed for the present motion to go on."""
+        if self.state is JOGGING:
+            return self.streams.twists
+        return self.streams.targets if self.state is TRACKING else None
+
     def cycle(self, now: float, may_go_on: Callable[[], bool] = lambda: True) -> SliderState | None:
         """Advance by one period and return the new setpoint; None while not leading.
 
         ``may_go_on`` is asked, after each piece of planning, for another one before the setpoint.
         """
-        self._commands.next_cycle()
+        self._commands.next_cycle(now)
         if not self._leading:
             return None
         if self.state is not FAULT:
             silence = self._supervisor.cycle(now)
             if silence is not None:
                 self._fault(silence)
-            elif self.state is JOGGING and (silence := self.twists.silence(now)) is not None:
+            elif (stream := self._stream) and (silence := stream.silence(now)) is not None:
                 self._brake(silence, asked_for=False)
         self.plan(may_go_on)
         setpoint = self._commands.step()
@@ -175,23 +185,43 @@ class MotionController:
             KinematicsError: with the reason, if it is refused; what went on goes on.
         """
         released = jog_of(velocity) is None
-        pause = self.twists.receive(now, released)
+        pause = self.streams.twists.receive(now, released)
         if released:
             self._commands.drop_twist()
             if self.state is JOGGING:
                 self._brake("twist of zero", asked_for=False)
             return
         self._states.check_accepting()
-        self.twists.check_released()
+        self.streams.twists.check_released()
         self._commands.put(TargetVelocity(velocity, now, pause))
+        self._carry_out()
+
+    def track(self, position: Vector3, velocity: Vector3, seen: float, now: float) -> None:
+        """Follow a moving target until the timeout after the last call.
+
+        Args:
+            position: of the target. Shape (3,) [m].
+            velocity: of the target. Shape (3,) [m/s].
+            seen: when it was so [s].
+            now: time of receipt [s].
+
+        Raises:
+            KinematicsError: with the reason, if it is refused; what went on goes on.
+        """
+        pause = self.streams.targets.receive(now)
+        self._states.check_accepting()
+        self.streams.targets.check_released()
+        if self.state is not TRACKING:
+            self._engine.check_position(position)
+        self._commands.put(TrackedTarget(position, velocity, seen, now, pause))
         self._carry_out()
 
     def stop(self) -> str:
         """Ramp to a stop, and return what happens in words.
 
-        Poses are refused until the sliders are at rest; twists until their stream has paused.
+        Poses are refused until the sliders are at rest; streams until they have paused.
         """
-        self.twists.need_release()
+        self.streams.need_release()
         dropped = self._commands.drop_target()
         state, reason = self.state, self.reason
         if state is FAULT and self._leading:
@@ -230,7 +260,7 @@ class MotionController:
         Raises:
             CommandRefusedError: while a fault still ramps to a stop.
         """
-        self.twists.need_release()
+        self.streams.need_release()
         self._commands.drop_target()
         if self.state is FAULT and self._leading:
             raise CommandRefusedError(RAMP_NOT_OVER)
@@ -269,8 +299,7 @@ class MotionController:
         """Tell of a target that the engine has taken."""
         if done is not None:
             self.newest_target.take(done)
-            state = MOVING if isinstance(done.target, TargetPosition) else JOGGING
-            self._states.change(state, done.reason)
+            self._states.change(STATE_OF[type(done.target)], done.reason)
 
     def _lead(self, heights: Vector3, reason: str) -> None:
         self._engine.start(heights)
@@ -285,7 +314,7 @@ class MotionController:
 
     def _fault(self, reason: str) -> None:
         if self.state is not FAULT:
-            self.twists.need_release()
+            self.streams.need_release()
             self._commands.drop_target()
             self._commands.stop()
             self._states.change(FAULT, reason)

@@ -10,14 +10,18 @@ from tri_glide_kinematics.control.inbox import (
     Inbox,
     Kind,
     NewLimits,
+    Target,
     TargetPosition,
     TargetVelocity,
+    TrackedTarget,
 )
-from tri_glide_kinematics.control.twists import TwistStream
+from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
 from tri_glide_kinematics.motion.errors import NoRoomError
 from tri_glide_kinematics.motion.limits import SliderLimits
+
+TRACKING_REASON = "follows a moving target"
 
 
 class CarriedOut(NamedTuple):
@@ -29,7 +33,7 @@ class CarriedOut(NamedTuple):
         held_at_edge: whether it is a jog that stands still as it leads out of the workspace.
     """
 
-    target: TargetPosition | TargetVelocity
+    target: Target
     reason: str
     held_at_edge: bool = False
 
@@ -41,7 +45,7 @@ class EngineCommands:
         self,
         engine: MotionEngine,
         period: float,
-        twists: TwistStream,
+        streams: Streams,
         on_refusal: Callable[[str], None],
     ) -> None:
         """Hold nothing yet.
@@ -49,35 +53,37 @@ class EngineCommands:
         Args:
             engine: that carries them out.
             period: time of one cycle [s].
-            twists: is told which of them are carried out.
+            streams: are told which of their commands are carried out.
             on_refusal: gets the reason why the engine did not carry out what it had to put off.
         """
         self._engine = engine
         self._period = period
         self._on_refusal = on_refusal
-        self._twists = twists
+        self._streams = streams
+        self._now = 0.0
         self._inbox = Inbox(period)
         self._limits = NewLimits(engine.limits, engine.speed_scale)
         self._cycle = 0
         self._begun: Command | None = None
 
     @property
-    def target(self) -> TargetPosition | TargetVelocity | None:
+    def target(self) -> Target | None:
         """The newest target that waits, or is being planned."""
         for command in (self._inbox.peek(Kind.TARGET), self._begun):
-            if isinstance(command, (TargetPosition, TargetVelocity)):
+            if command is not None and not isinstance(command, NewLimits):
                 return command
         return None
 
-    def next_cycle(self) -> None:
-        """Begin a new cycle."""
+    def next_cycle(self, now: float) -> None:
+        """Begin a new cycle ``now`` [s]."""
         self._cycle += 1
+        self._now = now
 
-    def put(self, target: TargetPosition | TargetVelocity) -> None:
+    def put(self, target: Target) -> None:
         """Let a ``target`` wait, in place of an older one."""
         self._inbox.put(Kind.TARGET, target)
 
-    def drop_target(self) -> TargetPosition | TargetVelocity | None:
+    def drop_target(self) -> Target | None:
         """Forget the targets that wait or are being planned; return the newest."""
         target = self.target
         self._inbox.drop(Kind.TARGET)
@@ -119,7 +125,8 @@ class EngineCommands:
         """
         refusal = None
         if not self._engine.preparing:
-            command = self._inbox.take(self._cycle, self._engine.phase is MotionPhase.IDLE)
+            in_each = self._engine.tracks or self._engine.phase is MotionPhase.IDLE
+            command = self._inbox.take(self._cycle, in_each)
             if command is not None:
                 self._begun = command
                 refusal = self._begin(command)
@@ -147,6 +154,8 @@ class EngineCommands:
             return self._jogged(command, refusal, moving)
         if refusal is not None:
             raise refusal
+        if isinstance(command, TrackedTarget):
+            return self._tracked(command)
         return CarriedOut(command, str(command)) if isinstance(command, TargetPosition) else None
 
     def step(self) -> SliderState:
@@ -164,11 +173,25 @@ class EngineCommands:
                 self._engine.set_limits(command.sliders, command.speed_scale)
             elif isinstance(command, TargetPosition):
                 self._engine.move_to(command.position)
-            else:
+            elif isinstance(command, TargetVelocity):
                 self._engine.jog(command.velocity)
+            else:
+                # The next setpoint is for now; the present one of the engine is a period older.
+                age = self._now - self._period - command.seen
+                self._engine.track(command.position, command.velocity, age)
         except KinematicsError as error:
             return error
         return None
+
+    def _tracked(self, target: TrackedTarget) -> CarriedOut:
+        self._streams.targets.accept(target.received)
+        remark = self._streams.targets.remark(target.pause)
+        try:
+            self._engine.check_position(target.position)
+        except KinematicsError as error:
+            reason = f"{TRACKING_REASON}, held at the edge: {error}{remark}"
+            return CarriedOut(target, reason, held_at_edge=True)
+        return CarriedOut(target, f"{TRACKING_REASON}{remark}")
 
     def _jogged(
         self, twist: TargetVelocity, refusal: KinematicsError | None, moving: bool
@@ -180,6 +203,6 @@ class EngineCommands:
         elif refusal is not None:
             raise refusal
         else:
-            done = CarriedOut(twist, f"{twist}{self._twists.remark(twist.pause)}")
-        self._twists.accept(twist.received)
+            done = CarriedOut(twist, f"{twist}{self._streams.twists.remark(twist.pause)}")
+        self._streams.twists.accept(twist.received)
         return done

@@ -47,6 +47,32 @@ class TargetVelocity:
 
 
 @dataclass(frozen=True)
+class TrackedTarget:
+    """A target that moves.
+
+    Attributes:
+        position: where it was [m].
+        velocity: how it moves [m/s].
+        seen: when it was there, by the clock of the controller [s].
+        received: when that came in [s].
+        pause: how long after the last one that was [s].
+    """
+
+    position: Vector3
+    velocity: Vector3
+    seen: float
+    received: float
+    pause: float
+
+    def __str__(self) -> str:
+        """Return the target in words."""
+        return (
+            f"moving target {vector_text(self.position, 6)} m, "
+            f"velocity {vector_text(self.velocity, 6)} m/s"
+        )
+
+
+@dataclass(frozen=True)
 class NewLimits:
     """What the drives may do from now on."""
 
@@ -54,13 +80,15 @@ class NewLimits:
     speed_scale: float
 
 
-Command = TargetPosition | TargetVelocity | NewLimits
+Target = TargetPosition | TargetVelocity | TrackedTarget
+Command = Target | NewLimits
 
 
 class Inbox:
     """Hands out one command in a cycle at most, however many come in.
 
     A flood so costs one plan in a cycle at most, and one in ``COMMAND_INTERVAL`` for each kind.
+    What needs no plan has its turn in each cycle.
     """
 
     def __init__(self, period: float) -> None:
@@ -81,16 +109,17 @@ class Inbox:
         """Return what waits of this ``kind``."""
         return self._waiting.get(kind)
 
-    def take(self, cycle: int, resting: bool) -> Command | None:
+    def take(self, cycle: int, in_each: bool) -> Command | None:
         """Return the command whose turn it is, None if there is none.
 
         Args:
             cycle: number of the present cycle.
-            resting: whether nothing moves; then no command has to wait for longer than a cycle.
+            in_each: whether no command has to wait for longer than a cycle: nothing moves, or what
+                waits needs no plan.
         """
         if not self._waiting or cycle in self._last_turn.values():
             return None
-        interval = 1 if resting else self._interval
+        interval = 1 if in_each else self._interval
         due = [kind for kind in self._waiting if cycle - self._last_turn[kind] >= interval]
         if not due:
             return None

@@ -16,22 +16,27 @@ class OperatingState(Enum):
     IDLE = "idle"
     MOVING = "moving"
     JOGGING = "jogging"
+    TRACKING = "tracking"
     STOPPING = "stopping"
     FAULT = "fault"
     DISABLED = "disabled"
 
 
-WAITING, IDLE, MOVING, JOGGING, STOPPING, FAULT, DISABLED = OperatingState
+WAITING, IDLE, MOVING, JOGGING, TRACKING, STOPPING, FAULT, DISABLED = OperatingState
 
 # In all other states nothing moves by command.
-IN_MOTION = frozenset((MOVING, JOGGING, STOPPING))
+IN_MOTION = frozenset((MOVING, JOGGING, TRACKING, STOPPING))
+
+# Each may follow the other.
+LEAD_ON = frozenset((MOVING, JOGGING, TRACKING))
 
 FOLLOWERS: dict[OperatingState, frozenset[OperatingState]] = {
     WAITING: frozenset((IDLE, DISABLED)),
-    IDLE: frozenset((MOVING, JOGGING, FAULT, DISABLED)),
-    MOVING: frozenset((IDLE, JOGGING, STOPPING, FAULT)),
-    JOGGING: frozenset((IDLE, MOVING, STOPPING, FAULT)),
-    STOPPING: frozenset((IDLE, MOVING, JOGGING, FAULT, DISABLED)),
+    IDLE: LEAD_ON | {FAULT, DISABLED},
+    MOVING: LEAD_ON | {IDLE, STOPPING, FAULT},
+    JOGGING: LEAD_ON | {IDLE, STOPPING, FAULT},
+    TRACKING: LEAD_ON | {STOPPING, FAULT},
+    STOPPING: LEAD_ON | {IDLE, FAULT, DISABLED},
     FAULT: frozenset((IDLE, DISABLED)),
     DISABLED: frozenset((IDLE,)),
 }

@@ -56,12 +56,14 @@ class Track:
     """Follow a target that moves.
 
     Attributes:
-        position: of the target now. Shape (3,) [m].
+        position: of the target. Shape (3,) [m].
         velocity: of the target. Shape (3,) [m/s].
+        age: how long before the present setpoint it was so [s].
     """
 
     position: Vector3
     velocity: Vector3
+    age: float = 0.0
 
 
 Command = Move | Jog | Track

@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from tri_glide_kinematics.checks import finite_vector
+from tri_glide_kinematics.checks import finite, finite_vector
 from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, Move, Track, jog_of
 from tri_glide_kinematics.motion.execution import PlanExecution
 from tri_glide_kinematics.motion.held_motion import MotionPhase, PlanRole
@@ -151,26 +151,26 @@ class MotionEngine(PlanExecution):
         elif not self._track_jog(held, jog):
             self._prepare_goal(jog)
 
-    def track(self, position: Sequence[float], velocity: Sequence[float]) -> None:
+    def track(self, position: Sequence[float], velocity: Sequence[float], age: float = 0.0) -> None:
         """Follow a target that moves; it is taken to go on as it does until the next call.
 
         The machine catches up with it and then follows it, as far as limits and workspace let it:
         at an edge it waits for the target to come back.
 
         Args:
-            position: of the target now. Shape (3,) [m].
-            velocity: of the target now. Shape (3,) [m/s].
+            position: of the target. Shape (3,) [m].
+            velocity: of the target. Shape (3,) [m/s].
+            age: how long ago, before the present setpoint, it was so [s].
 
         Raises:
             NotStartedError: before the start.
-            KinematicsError: if the target is no place in the workspace, the numbers are no finite
-                vectors, or the platform is outside the workspace. A target that was tracked is
-                followed no farther then.
+            KinematicsError: if the numbers are not finite or no vectors, or if the following begins
+                with a target or a platform outside the workspace.
         """
         held = self._holding()
         x, y, z = finite_vector("position", position, 3)
         dx, dy, dz = finite_vector("velocity", velocity, 3)
-        target = Track((x, y, z), (dx, dy, dz))
+        target = Track((x, y, z), (dx, dy, dz), finite("age", age))
         begins = not (self._tracks and isinstance(held.goal, Track))
         if begins:
             self._workspace.check_heights(held.plan.state(self._time).heights)
@@ -180,7 +180,6 @@ class MotionEngine(PlanExecution):
             self._begin_to_track(target)
         else:
             self._replace(replace(held, goal=target))
-            self._workspace.check_position(target.position)
 
     def stop(self) -> None:
         """Come to rest as soon as the limits allow, and forget the goal.
@@ -216,6 +215,13 @@ class MotionEngine(PlanExecution):
             KinematicsError: if it is no place in the workspace.
         """
         self._workspace.check_position(position)
+
+    @property
+    def tracking_distance(self) -> float:
+        """How far the platform, by the setpoint, is from the moving target; NaN without one [m]."""
+        if not isinstance(self._held.goal if self._held else None, Track):
+            return math.nan
+        return self._pursuit.distance(self.state.heights)
 
     def distance_from_target(self, heights: Sequence[float]) -> float:
         """Return how far the platform at measured ``heights`` is from the target.

@@ -31,13 +31,13 @@ class Pursuit:
         self._time = 0.0
 
     def report(self, target: Track, *, begins: bool) -> None:
-        """Take in where the ``target`` is now; ``begins`` if no other one was tracked before."""
+        """Take in how the ``target`` moves; ``begins`` if no other one was tracked before."""
         moving = MovingTarget(target.position, target.velocity)
         if begins or self._target is None:
             self._time = 0.0
-            self._target = TargetMotion(moving, self._time)
+            self._target = TargetMotion(moving, -target.age)
         else:
-            self._target.report(moving, self._time)
+            self._target.report(moving, self._time - target.age)
 
     def next(self, held: HeldMotion, time: float, dt: float) -> HeldMotion | None:
         """Return what is held for a step of ``dt`` [s], from ``time`` [s] in the held plan on.

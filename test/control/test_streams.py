@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_kinematics.control.errors import CommandRefusedError
-from tri_glide_kinematics.control.twists import SLOWEST_STREAM, TwistStream
+from tri_glide_kinematics.control.streams import SLOWEST_STREAM, twist_stream
 
 TIMEOUT, START = 0.1, 50.0
 
 
 def test_a_jog_ends_when_no_twist_was_accepted_for_longer_than_the_timeout():
-    twists = TwistStream(TIMEOUT)
+    twists = twist_stream(TIMEOUT)
     assert twists.silence(START) is not None
     twists.accept(START)
     assert twists.silence(START + 0.99 * TIMEOUT) is None
@@ -19,7 +19,7 @@ def test_a_jog_ends_when_no_twist_was_accepted_for_longer_than_the_timeout():
 
 
 def test_twists_that_are_not_accepted_do_not_keep_a_jog_going():
-    twists = TwistStream(TIMEOUT)
+    twists = twist_stream(TIMEOUT)
     twists.accept(START)
     for step in range(20):
         twists.receive(START + 0.05 * step, released=False)
@@ -31,7 +31,7 @@ def test_twists_that_are_not_accepted_do_not_keep_a_jog_going():
     [(False, 0.5 * TIMEOUT, False), (True, 0.5 * TIMEOUT, True), (False, 1.5 * TIMEOUT, True)],
 )
 def test_after_a_stop_a_release_or_a_pause_is_needed(released, pause, listens):
-    twists = TwistStream(TIMEOUT)
+    twists = twist_stream(TIMEOUT)
     twists.receive(START, released=False)
     twists.need_release()
     assert twists.receive(START + pause, released) == pytest.approx(pause)
@@ -43,7 +43,7 @@ def test_after_a_stop_a_release_or_a_pause_is_needed(released, pause, listens):
 
 
 def test_only_a_stream_that_is_too_slow_is_remarked():
-    twists = TwistStream(TIMEOUT)
+    twists = twist_stream(TIMEOUT)
     assert "twist_timeout, 0.1 s" in twists.remark(1.5 * TIMEOUT)
     for pause in (0.5 * TIMEOUT, TIMEOUT, SLOWEST_STREAM, float("inf")):
         assert twists.remark(pause) == ""

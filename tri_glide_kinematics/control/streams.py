@@ -1,0 +1,117 @@
+"""Commands that have to be renewed: how often they come, and when a stopped stream may go on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from tri_glide_kinematics.control.errors import CommandRefusedError
+from tri_glide_kinematics.wording import number_text
+
+# Commands that come less often than this are those of a person, not a stream [s].
+SLOWEST_STREAM = 1.0
+
+
+class Stream:
+    """Knows when its commands came in, and whether their sender has let go after a stop.
+
+    Attributes:
+        timeout: longest time between two commands [s].
+    """
+
+    def __init__(self, command: str, motion: str, release: str, timeout: float) -> None:
+        """Wait for the first command.
+
+        Args:
+            command: what comes, in words; the timeout is the parameter with that name.
+            motion: what goes on while they come, in words.
+            release: what the sender has to do after a stop, in words.
+            timeout: longest time between two commands [s].
+        """
+        self.timeout = timeout
+        self._command = command
+        self._motion = motion
+        self._release = release
+        self._received = -math.inf
+        self._accepted = -math.inf
+        self._release_needed = False
+
+    def receive(self, now: float, released: bool = False) -> float:
+        """Note a command that comes in ``now`` [s]; return how long after the last one [s].
+
+        Args:
+            now: time of receipt [s].
+            released: whether it says that the sender lets go.
+        """
+        pause, self._received = now - self._received, now
+        if released or pause > self.timeout:
+            self._release_needed = False
+        return pause
+
+    def need_release(self) -> None:
+        """Listen to no command before the sender has let go."""
+        self._release_needed = True
+
+    def check_released(self) -> None:
+        """Check that commands are listened to.
+
+        Raises:
+            CommandRefusedError: if their sender did not let go since the motion was stopped.
+        """
+        if self._release_needed:
+            raise CommandRefusedError(
+                f"{self._motion} was stopped: it needs {self._release} of "
+                f"{self.timeout:g} s before it goes on"
+            )
+
+    def accept(self, received: float) -> None:
+        """Note that a command that came in at ``received`` [s] is carried out."""
+        self._accepted = received
+
+    def silence(self, now: float) -> str | None:
+        """Return why the motion has to end ``now`` [s], or None."""
+        if now - self._accepted > self.timeout:
+            return f"no {self._command} for {self.timeout:g} s"
+        return None
+
+    def remark(self, pause: float) -> str:
+        """Return what is to be said of a stream with such a ``pause`` [s]; empty if it is fine."""
+        if not self.timeout < pause < SLOWEST_STREAM:
+            return ""
+        return (
+            f", {number_text(pause, 2)} s after the last one: longer than "
+            f"{self._command}_timeout, {self.timeout:g} s"
+        )
+
+
+def twist_stream(timeout: float) -> Stream:
+    """Return the stream of twists that a jog needs, with its ``timeout`` [s]."""
+    return Stream("twist", "jogging", "a twist of zero or a pause", timeout)
+
+
+def target_stream(timeout: float) -> Stream:
+    """Return the stream of states of a moving target, with its ``timeout`` [s]."""
+    return Stream("target", "tracking", "a pause", timeout)
+
+
+@dataclass(frozen=True)
+class Streams:
+    """All that has to be renewed.
+
+    Attributes:
+        twists: of jogs.
+        targets: states of a moving target.
+    """
+
+    twists: Stream
+    targets: Stream
+
+    @classmethod
+    def with_timeouts(cls, twist: float, target: float) -> Streams:
+        """Return both, with the longest times between two commands [s]."""
+        return cls(twist_stream(twist), target_stream(target))
+
+    def need_release(self) -> None:
+        """Listen to none before its sender has let go."""
+        self.twists.need_release()
+        self.targets.need_release()
