@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from tri_glide_kinematics.control.engine_commands import CarriedOut, EngineCommands
+from tri_glide_kinematics.control.commanded_motion import CommandedMotion
+from tri_glide_kinematics.control.engine_commands import EngineCommands
 from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.in_position import Arrival, InPositionBounds
 from tri_glide_kinematics.control.inbox import TargetPosition, TargetVelocity, TrackedTarget
@@ -19,17 +20,13 @@ from tri_glide_kinematics.control.operating_state import (
     STOPPING,
     TRACKING,
     WAITING,
-    OperatingState,
     StateMachine,
 )
 from tri_glide_kinematics.control.starting import StartingPlace
 from tri_glide_kinematics.control.status import ControllerStatus
-from tri_glide_kinematics.control.streams import Stream, Streams
+from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
-from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.commands import jog_of
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
-from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.vectors import Vector3
 
 STATE_OF = {TargetPosition: MOVING, TargetVelocity: JOGGING, TrackedTarget: TRACKING}
@@ -38,16 +35,12 @@ NO_MEASUREMENT = "no measured slider heights yet"
 RAMP_NOT_OVER = "the ramp to a stop is not over yet"
 
 
-class MotionController:
+class MotionController(CommandedMotion):
     """A motion engine under supervision.
 
     While it leads, each cycle has a setpoint. It leads from the first usable measurement, or from
     ``enable``, until it is disabled or has ramped down in a fault; each time it starts from the
     measured heights. So while it does not lead, somebody may move the machine by hand.
-
-    Attributes:
-        streams: of what has to be renewed; their timeouts can be changed.
-        newest_target: when it counts as reached can be changed.
     """
 
     def __init__(
@@ -76,43 +69,20 @@ class MotionController:
             on_change: gets the first status, and each one with another state or reason.
             on_refusal: gets the reason why a command that had waited is refused.
         """
-        self.streams = streams
-        self.newest_target = NewestTarget(in_position_bounds)
-        self._engine = engine
-        self._supervisor = supervisor
-        self._on_refusal = on_refusal
-        self._commands = EngineCommands(engine, period, streams, on_refusal)
-        self._start = StartingPlace(supervisor, travel)
         first = (DISABLED, "started disabled") if start_disabled else (WAITING, NO_MEASUREMENT)
-        self._states = StateMachine(*first, lambda: on_change(self.status))
+        super().__init__(
+            engine,
+            EngineCommands(engine, period, streams, on_refusal),
+            StateMachine(*first, lambda: on_change(self.status)),
+            streams,
+            NewestTarget(in_position_bounds),
+            on_refusal,
+        )
+        self._supervisor = supervisor
+        self._start = StartingPlace(supervisor, travel)
         self._leading = False
         self._commanded: Vector3 | None = None
         on_change(self.status)
-
-    @property
-    def status(self) -> ControllerStatus:
-        """State, reason and target."""
-        target = self.newest_target
-        return ControllerStatus(
-            self.state, self.reason, target.text, target.is_missed, target.held_at_edge
-        )
-
-    @property
-    def state(self) -> OperatingState:
-        """What the controller is doing."""
-        return self._states.state
-
-    @property
-    def reason(self) -> str:
-        """Why it is doing that."""
-        return self._states.reason
-
-    @property
-    def _stream(self) -> Stream | None:
-        """What has to be renewed for the present motion to go on."""
-        if self.state is JOGGING:
-            return self.streams.twists
-        return self.streams.targets if self.state is TRACKING else None
 
     def cycle(self, now: float, may_go_on: Callable[[], bool] = lambda: True) -> SliderState | None:
         """Advance by one period and return the new setpoint; None while not leading.
@@ -137,11 +107,6 @@ class MotionController:
             self._stand_still(now)
         return setpoint
 
-    def plan(self, may_go_on: Callable[[], bool]) -> None:
-        """Go on with the planning of commands: by a piece at least, and while ``may_go_on``."""
-        if self._leading:
-            self._take(lambda moving: self._commands.carry_out(moving, may_go_on))
-
     def measured(self, heights: Vector3, now: float, stamp: float = 0.0) -> None:
         """Take in measured heights [m]; the first usable ones end the waiting.
 
@@ -164,57 +129,6 @@ class MotionController:
                 raise CommandRefusedError(reason)
             if self._start.obstacle is None:
                 self._lead(self._start.checked(now), "measured slider heights received")
-
-    def move_to(self, position: Vector3) -> None:
-        """Move the platform to ``position`` [m], at the latest when it is its turn.
-
-        Raises:
-            KinematicsError: with the reason, if it is refused; what went on goes on.
-        """
-        self._states.check_accepting()
-        self._engine.check_position(position)
-        self._commands.put(TargetPosition(position))
-        self._carry_out()
-
-    def jog(self, velocity: Vector3, now: float) -> None:
-        """Move the platform with ``velocity`` [m/s] until the next twist or the timeout.
-
-        No velocity at all is a released stick: it ends a jog, and nothing else.
-
-        Raises:
-            KinematicsError: with the reason, if it is refused; what went on goes on.
-        """
-        released = jog_of(velocity) is None
-        pause = self.streams.twists.receive(now, released)
-        if released:
-            self._commands.drop_twist()
-            if self.state is JOGGING:
-                self._brake("twist of zero", asked_for=False)
-            return
-        self._states.check_accepting()
-        self.streams.twists.check_released()
-        self._commands.put(TargetVelocity(velocity, now, pause))
-        self._carry_out()
-
-    def track(self, position: Vector3, velocity: Vector3, seen: float, now: float) -> None:
-        """Follow a moving target until the timeout after the last call.
-
-        Args:
-            position: of the target. Shape (3,) [m].
-            velocity: of the target. Shape (3,) [m/s].
-            seen: when it was so [s].
-            now: time of receipt [s].
-
-        Raises:
-            KinematicsError: with the reason, if it is refused; what went on goes on.
-        """
-        pause = self.streams.targets.receive(now)
-        self._states.check_accepting()
-        self.streams.targets.check_released()
-        if self.state is not TRACKING:
-            self._engine.check_position(position)
-        self._commands.put(TrackedTarget(position, velocity, seen, now, pause))
-        self._carry_out()
 
     def stop(self) -> str:
         """Ramp to a stop, and return what happens in words.
@@ -271,11 +185,6 @@ class MotionController:
         self._states.change(DISABLED, "disabled by request")
         return "disabled"
 
-    def set_limits(self, limits: SliderLimits, speed_scale: float) -> None:
-        """Change the limits when it is their turn; too fast a motion slows down first."""
-        self._commands.put_limits(limits, speed_scale)
-        self._carry_out()
-
     def set_obstacle(self, reason: str | None) -> None:
         """Lead no machine for a ``reason`` from outside: fault, or wait; None if there is none."""
         self._start.obstacle = reason
@@ -283,23 +192,6 @@ class MotionController:
             self._states.change(WAITING, reason or NO_MEASUREMENT)
         elif reason is not None and self._leading:
             self._fault(reason)
-
-    def _take(self, carry_out: Callable[[bool], CarriedOut | None]) -> None:
-        """Take note of a command that is carried out, or tell why it is refused."""
-        try:
-            self._note(carry_out(self.state is MOVING))
-        except KinematicsError as error:
-            self._on_refusal(str(error))
-
-    def _carry_out(self) -> None:
-        """Carry out the command whose turn it is; raise a KinematicsError if it is refused."""
-        self._note(self._commands.carry_out(self.state is MOVING))
-
-    def _note(self, done: CarriedOut | None) -> None:
-        """Tell of a target that the engine has taken."""
-        if done is not None:
-            self.newest_target.take(done)
-            self._states.change(STATE_OF[type(done.target)], done.reason)
 
     def _lead(self, heights: Vector3, reason: str) -> None:
         self._engine.start(heights)
@@ -318,10 +210,6 @@ class MotionController:
             self._commands.drop_target()
             self._commands.stop()
             self._states.change(FAULT, reason)
-
-    def _brake(self, reason: str, asked_for: bool = True, then: OperatingState = IDLE) -> None:
-        self._commands.stop()
-        self._states.stop(reason, asked_for=asked_for, then=then)
 
     def _stand_still(self, now: float) -> None:
         """Go on from the present state, as the setpoints stand still and no target waits."""

@@ -16,10 +16,13 @@ TOO_MANY_LATE = 0.05
 LEVELS = {WAITING: Level.WARN, DISABLED: Level.WARN, FAULT: Level.ERROR}
 
 
-def status_of(status: ControllerStatus, refused: ReasonLog) -> Health:
-    """Return state, reason, newest target and last refusal, as they are latched on ``~/status``."""
+def status_of(status: ControllerStatus, refused: ReasonLog, remark: str = "") -> Health:
+    """Return state, reason, newest target and last refusal, as they are latched on ``~/status``.
+
+    A ``remark`` is something beside the state that somebody should know; empty for none.
+    """
     level = LEVELS.get(status.state, Level.OK)
-    if status.target_missed:
+    if status.target_missed or remark:
         level = max(level, Level.WARN)
     return Health(
         level,
@@ -30,6 +33,7 @@ def status_of(status: ControllerStatus, refused: ReasonLog) -> Health:
             "newest target": status.newest_target,
             "refused commands": refused.total,
             "last refusal": refused.last,
+            "remark": remark,
         },
     )
 
@@ -40,6 +44,7 @@ def health_of(
     loop: LoopStatistics,
     refused: ReasonLog,
     unusable: int,
+    remark: str = "",
 ) -> Health:
     """Return the health of the last second.
 
@@ -49,10 +54,11 @@ def health_of(
         loop: intervals of the control loop since the last call.
         refused: commands that were refused.
         unusable: measurements without a meaning in the last second.
+        remark: something beside the state that somebody should know; empty for none.
     """
     timing = loop.report()
     refused_now = refused.end_of_second()
-    level, message, values = status_of(controller.status, refused)
+    level, message, values = status_of(controller.status, refused, remark)
     warnings = []
     if timing.late_cycles > TOO_MANY_LATE * timing.rate:
         warnings.append(f"{timing.late_cycles} late cycles")
@@ -81,6 +87,7 @@ def health_of(
             "refused commands in the last second": refused_now,
             "unusable measurements in the last second": unusable,
             "tracking error [m]": supervisor.tracking_error,
+            "distance from the moving target [m]": controller.tracking_distance,
         },
     )
 

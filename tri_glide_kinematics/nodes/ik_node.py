@@ -7,6 +7,7 @@ from collections import deque
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
+from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
@@ -18,9 +19,10 @@ from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.controller_health import health_of, status_of
 from tri_glide_kinematics.control.health import Health
 from tri_glide_kinematics.control.loop_statistics import LoopStatistics
-from tri_glide_kinematics.control.operating_state import FAULT, JOGGING
+from tri_glide_kinematics.control.operating_state import FAULT, JOGGING, TRACKING
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderState
@@ -36,7 +38,13 @@ from tri_glide_kinematics.ros.from_parameters import (
     workspace_limits_of,
 )
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
-from tri_glide_kinematics.ros.messages import SliderReader, target_position, target_velocity
+from tri_glide_kinematics.ros.messages import (
+    SliderReader,
+    age_of_target,
+    moving_target,
+    target_position,
+    target_velocity,
+)
 from tri_glide_kinematics.ros.other_publishers import OtherPublishers
 from tri_glide_kinematics.ros.parameter_table import Values
 from tri_glide_kinematics.ros.parameters import IK_NODE
@@ -52,6 +60,14 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 # What changes all the time, as the twist of a joystick does, is told this often [s].
 STATUS_PERIOD = 0.1
+
+# Planning may delay the setpoint by this part of a period: so from rest the first one that leads
+# to a target comes in the same cycle, and none comes late.
+PLANNING_PART = 0.3
+
+
+# Motions that change with each message that renews them.
+RENEWED = (JOGGING, TRACKING)
 
 
 class IkNode(Node):
@@ -71,6 +87,9 @@ class IkNode(Node):
         parameters = LiveParameters(self, IK_NODE, _check)
         values = parameters.values
         period = 1.0 / values["rate"]
+        self._planning_time = PLANNING_PART * period
+        self._target_timeout = values["target_timeout"]
+        self._tracking_latency = values["tracking_latency"]
         self._base_frame = values["base_frame"]
         self._platform_frame = values["platform_frame"]
         check_joint_names(values)
@@ -83,6 +102,7 @@ class IkNode(Node):
         # Each place that logs has one severity, as rclpy refuses another one: this one is its own.
         self._states = ReasonLog(lambda text: self.get_logger().info(text), lines_per_second=5)
         self._told: Health | None = None
+        self._remark = ""
         self._logged: ControllerStatus | None = None
         self._status_publisher = self.create_publisher(DiagnosticStatus, "~/status", LATCHED)
         self._outputs = CommandOutputs(self, values)
@@ -92,19 +112,18 @@ class IkNode(Node):
             limits_of(values),
             kind=MotionKind[values["motion"].upper()],
             speed_scale=values["speed_scale"],
+            in_pieces=True,
         )
         self._controller = MotionController(
             self._engine,
             self._supervisor,
             period=period,
-            twist_timeout=values["twist_timeout"],
+            streams=Streams.with_timeouts(values["twist_timeout"], values["target_timeout"]),
             in_position_bounds=in_position_bounds_of(values),
             start_disabled=values["start_disabled"],
             travel=(values["lower_heights"], values["upper_heights"]),
             on_change=self._changes.append,
-            on_refusal=lambda reason: self._refused.add(
-                f"refused a command that had waited: {reason}"
-            ),
+            on_refusal=lambda reason: self._refused.add(f"refused a target: {reason}"),
         )
         parameters.on_change(self._apply)
         self._others = OtherPublishers(self, self._outputs.publishers, self._on_others)
@@ -118,9 +137,10 @@ class IkNode(Node):
             ),
             self.create_subscription(PoseStamped, "target_pose", self._on_pose, RELIABLE),
             self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY),
+            self.create_subscription(Odometry, "target_state", self._on_state, LATEST_ONLY),
             self.create_service(Trigger, "~/stop", self._on_stop),
         )
-        self.cycle = Cycle(urgent, period, self._cycle)
+        self.cycle = Cycle(urgent, period, self._cycle, self._plan)
         PatientServices(self, lambda: self._engine.phase is MotionPhase.IDLE)
 
     def _cycle(self) -> None:
@@ -137,11 +157,18 @@ class IkNode(Node):
 
     def _setpoint(self, now: float) -> SliderState | None:
         try:
-            return self._controller.cycle(now)
+            until = now + self._planning_time
+            return self._controller.cycle(now, lambda: time.monotonic() < until)
         except Exception as error:
-            raise FatalError(
-                f"the control cycle failed: {type(error).__name__}: {error}"
-            ) from error
+            raise _fatal(error) from error
+
+    def _plan(self, until: float) -> None:
+        """Use what is left of a cycle, ``until`` some time.monotonic(), to plan."""
+        try:
+            self._controller.plan(lambda: time.monotonic() < until)
+        except Exception as error:
+            raise _fatal(error) from error
+        self._tell_changes()
 
     def _on_measured(self, message: JointState) -> None:
         try:
@@ -169,9 +196,24 @@ class IkNode(Node):
         except KinematicsError as error:
             self._refused.add(f"refused a target twist: {error}")
 
+    def _on_state(self, message: Odometry) -> None:
+        now = time.monotonic()
+        try:
+            position, velocity = moving_target(message, self._base_frame)
+            age = age_of_target(message.header.stamp, self.get_clock(), self._target_timeout)
+            self._outputs.check_jogging()
+            self._controller.track(position, velocity, now - age - self._tracking_latency, now)
+        except KinematicsError as error:
+            self._refused.add(f"refused a target state: {error}")
+
     def _on_others(self, text: str | None) -> None:
         self._controller.set_obstacle(text)
         self._tell_changes()
+        self._remark = "; ".join(
+            f"{count} nodes publish {topic}: the newest message wins"
+            for topic in ("target_state", "target_twist")
+            if (count := self.count_publishers(topic)) > 1
+        )
 
     def _on_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._controller.stop()
@@ -206,9 +248,9 @@ class IkNode(Node):
                 self._publish_status(status)
 
     def _is_new(self, status: ControllerStatus) -> bool:
-        """Return whether this is more than another twist of the same jog."""
+        """Return whether this is more than the same jog or tracking, renewed."""
         last, self._logged = self._logged, status
-        if last is None or not last.state is status.state is JOGGING:
+        if last is None or last.state is not status.state or status.state not in RENEWED:
             return True
         return last.held_at_edge != status.held_at_edge
 
@@ -224,14 +266,17 @@ class IkNode(Node):
 
     def _publish_status(self, status: ControllerStatus | None = None) -> None:
         """Publish a status, the present one by default, unless that is told already."""
-        health = status_of(status or self._controller.status, self._refused)
+        health = status_of(status or self._controller.status, self._refused, self._remark)
         if health != self._told:
             self._told = health
             name = self.get_fully_qualified_name()[1:]
             self._status_publisher.publish(status_message(name, health))
 
     def _apply(self, values: Values) -> None:
-        self._controller.twists.timeout = values["twist_timeout"]
+        streams = self._controller.streams
+        streams.twists.timeout = values["twist_timeout"]
+        streams.targets.timeout = self._target_timeout = values["target_timeout"]
+        self._tracking_latency = values["tracking_latency"]
         self._controller.newest_target.bounds = in_position_bounds_of(values)
         self._supervisor.bounds = supervision_bounds_of(values)
         self._controller.set_limits(limits_of(values), values["speed_scale"])
@@ -240,7 +285,13 @@ class IkNode(Node):
         unusable = self._unusable.end_of_second()
         self._states.end_of_second()
         self._stalls.end_of_second()
-        return health_of(self._controller, self._supervisor, self._loop, self._refused, unusable)
+        return health_of(
+            self._controller, self._supervisor, self._loop, self._refused, unusable, self._remark
+        )
+
+
+def _fatal(error: Exception) -> FatalError:
+    return FatalError(f"the control cycle failed: {type(error).__name__}: {error}")
 
 
 def _check(values: Values) -> None:

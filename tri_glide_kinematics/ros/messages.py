@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, Quaternion, TwistStamped
+from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from sensor_msgs.msg import JointState
 
@@ -17,6 +18,12 @@ from tri_glide_kinematics.wording import number_text, vector_text
 
 # Largest part of a unit quaternion that may differ from the identity.
 ROTATION_TOLERANCE = 1e-6
+
+# A quaternion whose norm differs from 1 by more than this is none of a rotation.
+UNIT_TOLERANCE = 1e-3
+
+# A stamp may be ahead of the clock by this: clocks of one computer, or well synchronised ones [s].
+LARGEST_LEAD = 0.01
 
 
 class RefusedMessageError(KinematicsError):
@@ -129,6 +136,63 @@ def target_velocity(message: TwistStamped, base_frame: str, platform_frame: str)
             "platform cannot rotate, it must be 0"
         )
     return velocity
+
+
+def moving_target(message: Odometry, base_frame: str) -> tuple[Vector3, Vector3]:
+    """Return position and velocity of a moving target in the base frame.
+
+    Its twist is in the child frame, that of the target, as Odometry defines it: where the target is
+    turned, so is its velocity. The platform itself follows the position and never turns.
+
+    Raises:
+        RefusedMessageError: if the frame of the header is neither empty nor ``base_frame``, or the
+            orientation is no unit quaternion.
+        NotFiniteError: if a number is NaN or infinite.
+    """
+    what = "target state"
+    _check_frame(what, message.header.frame_id, (base_frame,))
+    point, linear = message.pose.pose.position, message.twist.twist.linear
+    position = _finite_vector(f"{what} position", point.x, point.y, point.z)
+    vx, vy, vz = _finite_vector(f"{what} linear velocity", linear.x, linear.y, linear.z)
+    turned = message.pose.pose.orientation
+    x, y, z, w = turned.x, turned.y, turned.z, turned.w
+    norm = math.hypot(x, y, z, w)
+    if not abs(norm - 1.0) <= UNIT_TOLERANCE:
+        raise RefusedMessageError(
+            f"{what} has an orientation of norm {number_text(norm)}, it must be 1"
+        )
+    # v + 2 q x (q x v + w v), with q the first three parts.
+    ux, uy, uz = y * vz - z * vy + w * vx, z * vx - x * vz + w * vy, x * vy - y * vx + w * vz
+    return position, (
+        vx + 2.0 * (y * uz - z * uy),
+        vy + 2.0 * (z * ux - x * uz),
+        vz + 2.0 * (x * uy - y * ux),
+    )
+
+
+def age_of_target(stamp: Time, clock: Clock, timeout: float) -> float:
+    """Return how long ago a moving target was where its state says [s].
+
+    Args:
+        stamp: of the state.
+        clock: of the node.
+        timeout: age that makes a state useless [s].
+
+    Raises:
+        RefusedMessageError: if there is no stamp, or one of another clock.
+    """
+    if not stamp.sec and not stamp.nanosec:
+        raise RefusedMessageError(
+            "target state has no stamp: it must say when the target was there"
+        )
+    age = 1e-9 * (clock.now().nanoseconds - (1_000_000_000 * stamp.sec + stamp.nanosec))
+    if not -LARGEST_LEAD <= age <= timeout:
+        relation, limit = ("behind", timeout) if age > 0.0 else ("ahead of", LARGEST_LEAD)
+        raise RefusedMessageError(
+            f"target state has a stamp {number_text(abs(age))} s {relation} the clock of this "
+            f"node, it must be at most {number_text(limit)} s: are the clocks set alike?"
+        )
+    return age
 
 
 def set_stamp(stamp: Time, clock: Clock) -> None:

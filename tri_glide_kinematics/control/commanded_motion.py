@@ -1,0 +1,174 @@
+"""Takes targets and limits in, and tells of those that are carried out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from tri_glide_kinematics.control.engine_commands import CarriedOut, EngineCommands
+from tri_glide_kinematics.control.inbox import TargetPosition, TargetVelocity, TrackedTarget
+from tri_glide_kinematics.control.newest_target import NewestTarget
+from tri_glide_kinematics.control.operating_state import (
+    IDLE,
+    JOGGING,
+    MOVING,
+    TRACKING,
+    OperatingState,
+    StateMachine,
+)
+from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.control.streams import Stream, Streams
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.commands import jog_of
+from tri_glide_kinematics.motion.engine import MotionEngine
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.vectors import Vector3
+
+STATE_OF = {TargetPosition: MOVING, TargetVelocity: JOGGING, TrackedTarget: TRACKING}
+
+
+class CommandedMotion:
+    """What may be asked of an engine in each state.
+
+    Attributes:
+        streams: of what has to be renewed; their timeouts can be changed.
+        newest_target: when it counts as reached can be changed.
+    """
+
+    def __init__(
+        self,
+        engine: MotionEngine,
+        commands: EngineCommands,
+        states: StateMachine,
+        streams: Streams,
+        newest_target: NewestTarget,
+        on_refusal: Callable[[str], None],
+    ) -> None:
+        """Take nothing in yet.
+
+        Args:
+            engine: that carries commands out.
+            commands: for it, that wait.
+            states: say what may be asked for.
+            streams: of what has to be renewed.
+            newest_target: gets each target that is carried out.
+            on_refusal: gets the reason why a command that had waited is refused.
+        """
+        self.streams = streams
+        self.newest_target = newest_target
+        self._engine = engine
+        self._commands = commands
+        self._states = states
+        self._on_refusal = on_refusal
+        self._leading = False
+
+    @property
+    def status(self) -> ControllerStatus:
+        """State, reason and target."""
+        target = self.newest_target
+        return ControllerStatus(
+            self.state, self.reason, target.text, target.is_missed, target.held_at_edge
+        )
+
+    @property
+    def state(self) -> OperatingState:
+        """What the controller is doing."""
+        return self._states.state
+
+    @property
+    def reason(self) -> str:
+        """Why it is doing that."""
+        return self._states.reason
+
+    @property
+    def tracking_distance(self) -> float:
+        """How far the setpoint is from a moving target that is followed; NaN without one [m]."""
+        return self._engine.tracking_distance
+
+    def move_to(self, position: Vector3) -> None:
+        """Move the platform to ``position`` [m], at the latest when it is its turn.
+
+        Raises:
+            KinematicsError: with the reason, if it is refused; what went on goes on.
+        """
+        self._states.check_accepting()
+        self._engine.check_position(position)
+        self._commands.put(TargetPosition(position))
+        self._carry_out()
+
+    def jog(self, velocity: Vector3, now: float) -> None:
+        """Move the platform with ``velocity`` [m/s] until the next twist or the timeout.
+
+        No velocity at all is a released stick: it ends a jog, and nothing else.
+
+        Raises:
+            KinematicsError: with the reason, if it is refused; what went on goes on.
+        """
+        released = jog_of(velocity) is None
+        pause = self.streams.twists.receive(now, released)
+        if released:
+            self._commands.drop_twist()
+            if self.state is JOGGING:
+                self._brake("twist of zero", asked_for=False)
+            return
+        self._states.check_accepting()
+        self.streams.twists.check_released()
+        self._commands.put(TargetVelocity(velocity, now, pause))
+        self._carry_out()
+
+    def track(self, position: Vector3, velocity: Vector3, seen: float, now: float) -> None:
+        """Follow a moving target until the timeout after the last call.
+
+        Args:
+            position: of the target. Shape (3,) [m].
+            velocity: of the target. Shape (3,) [m/s].
+            seen: when it was so [s].
+            now: time of receipt [s].
+
+        Raises:
+            KinematicsError: with the reason, if it is refused; what went on goes on.
+        """
+        pause = self.streams.targets.receive(now)
+        self._states.check_accepting()
+        self.streams.targets.check_released()
+        if self.state is not TRACKING:
+            self._engine.check_position(position)
+        self._commands.put(TrackedTarget(position, velocity, seen, now, pause))
+        self._carry_out()
+
+    def set_limits(self, limits: SliderLimits, speed_scale: float) -> None:
+        """Change the limits when it is their turn; too fast a motion slows down first."""
+        self._commands.put_limits(limits, speed_scale)
+        self._carry_out()
+
+    def plan(self, may_go_on: Callable[[], bool]) -> None:
+        """Go on with the planning of commands: by a piece at least, and while ``may_go_on``."""
+        if self._leading:
+            self._take(lambda moving: self._commands.carry_out(moving, may_go_on))
+
+    @property
+    def _stream(self) -> Stream | None:
+        """What has to be renewed for the present motion to go on."""
+        if self.state is JOGGING:
+            return self.streams.twists
+        return self.streams.targets if self.state is TRACKING else None
+
+    def _brake(self, reason: str, asked_for: bool = True, then: OperatingState = IDLE) -> None:
+        self._commands.stop()
+        self._states.stop(reason, asked_for=asked_for, then=then)
+
+    def _take(self, carry_out: Callable[[bool], CarriedOut | None]) -> None:
+        """Take note of a command that is carried out, or tell why it is refused."""
+        try:
+            self._note(carry_out(self.state is MOVING))
+        except KinematicsError as error:
+            self._on_refusal(str(error))
+
+    def _carry_out(self) -> None:
+        """Carry out the command whose turn it is; raise a KinematicsError if it is refused."""
+        self._note(self._commands.carry_out(self.state is MOVING))
+
+    def _note(self, done: CarriedOut | None) -> None:
+        """Tell of a target that the engine has taken."""
+        if done is not None:
+            self.newest_target.take(done)
+            self._states.change(STATE_OF[type(done.target)], done.reason)
