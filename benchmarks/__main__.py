@@ -22,8 +22,8 @@ FIGURES = (
     "start",
     "transport",
 )
-GROWTH = "growth"
-NAMES = (*FIGURES, GROWTH)
+STREAMS, GROWTH = "streams", "growth"
+NAMES = (*FIGURES, STREAMS, GROWTH)
 
 
 def main() -> int:
@@ -49,6 +49,8 @@ def main() -> int:
     for row in missing:
         print(f"\nno answer: {row.what}: {row.reason}", file=sys.stderr, flush=True)
     complete = not missing
+    if STREAMS in names:
+        complete = import_module("benchmarks.bench_streams").run() and complete
     if GROWTH in names:
         complete = import_module("benchmarks.growth").run() and complete
     return 0 if complete else 1

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
+from nav_msgs.msg import Odometry
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -151,6 +152,7 @@ class Client(Probe):
         super().__init__(context, namespace, "client")
         self._pose = self.publisher(PoseStamped, "target_pose")
         self._twist = self.publisher(TwistStamped, "target_twist")
+        self._state = self.publisher(Odometry, "target_state")
 
     def send_pose(self, position: Sequence[float], frame: str = "tri_glide_base") -> None:
         """Publish a target pose [m] as soon as somebody listens."""
@@ -169,6 +171,31 @@ class Client(Probe):
         linear = message.twist.linear
         linear.x, linear.y, linear.z = map(float, velocity)
         self._twist.publish(message)
+
+    def send_state(
+        self,
+        position: Sequence[float],
+        velocity: Sequence[float] = (0.0, 0.0, 0.0),
+        stamp: int | None = None,
+        frame: str = "tri_glide_base",
+    ) -> None:
+        """Publish the state of a moving target [m], [m/s] as soon as somebody listens.
+
+        Args:
+            position: Shape (3,) [m].
+            velocity: Shape (3,) [m/s].
+            stamp: when it was so; None for now [ns].
+            frame: of the position.
+        """
+        self.wait_for_subscribers(self._state)
+        message = Odometry()
+        message.header.frame_id = frame
+        time = self.now() if stamp is None else stamp
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, 1_000_000_000)
+        point, linear = message.pose.pose.position, message.twist.twist.linear
+        point.x, point.y, point.z = map(float, position)
+        linear.x, linear.y, linear.z = map(float, velocity)
+        self._state.publish(message)
 
     def stop(self, node: str = "ik_node") -> Any:
         """Call ``~/stop`` of a node."""

@@ -1,0 +1,231 @@
+"""Whether streams of commands disturb the cycle of ``ik_node``: by the stamps of its setpoints.
+
+Each kind of command is compared with the same node while nothing is commanded, in turn.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
+
+from benchmarks.harness import Missing, NoAnswerError
+from benchmarks.ros_session import Session, session
+from benchmarks.table import aligned
+
+RATES = (500.0, 1000.0)  # 1/s
+ROUNDS = 3
+ROUND_TIME = 4.0  # s
+PAUSE = 0.001  # s between two looks at what has come in
+LATE = 1.5  # periods
+TURNS = 0.5  # of a twist, per second
+SPEED = 0.1  # m/s
+HEIGHT = 0.25  # m
+RADIUS = 0.03  # m
+
+# What is to be reached: part of the commands of the idle node, and late cycles more than it has.
+GOALS = {500.0: (0.995, 0.005), 1000.0: (0.99, 0.01)}
+
+
+@dataclass(frozen=True)
+class Stream:
+    """Setpoints under one kind of command.
+
+    Attributes:
+        what: is commanded.
+        rate: of the node [1/s].
+        cycles: setpoints a second, in each round.
+        late: part of them that came late, in each round.
+        longest: time between two of them [s].
+    """
+
+    what: str
+    rate: float
+    cycles: list[float]
+    late: list[float]
+    longest: float
+
+
+Command = Callable[[float], Any]
+
+
+class Commander:
+    """A node that sends commands and takes in setpoints, without an executor."""
+
+    def __init__(self, node: Node) -> None:
+        """Publish and listen with ``node``."""
+        self._clock = node.get_clock()
+        self._pose = node.create_publisher(PoseStamped, "target_pose", 10)
+        self._twist = node.create_publisher(TwistStamped, "target_twist", 10)
+        self._state = node.create_publisher(Odometry, "target_state", 10)
+        self._setpoints = node.create_subscription(
+            JointState, "joint_commands", lambda _: None, QoSProfile(depth=5000)
+        )
+        self._limits = AsyncParameterClient(node, "ik_node")
+        self._chance = random.Random(3)
+
+    def stamps(self) -> list[float]:
+        """Return the times of the setpoints that have come in [s]."""
+        stamps: list[float] = []
+        while True:
+            with self._setpoints.handle:
+                taken = self._setpoints.handle.take_message(JointState, False)
+            if taken is None:
+                return stamps
+            stamp = taken[0].header.stamp
+            stamps.append(stamp.sec + 1e-9 * stamp.nanosec)
+
+    def nothing(self, _: float) -> None:
+        """Send nothing."""
+
+    def twist(self, now: float) -> None:
+        """Send a twist that turns."""
+        message = TwistStamped()
+        angle = 2.0 * math.pi * TURNS * now
+        message.twist.linear.x = SPEED * math.cos(angle)
+        message.twist.linear.y = SPEED * math.sin(angle)
+        self._twist.publish(message)
+
+    def pose(self, now: float) -> None:
+        """Send a place on a circle."""
+        angle = 2.0 * math.pi * TURNS * now
+        self._send_pose(RADIUS * math.cos(angle), RADIUS * math.sin(angle), HEIGHT)
+
+    def random_pose(self, _: float) -> None:
+        """Send a place anywhere."""
+        x, y = self._chance.uniform(-0.07, 0.07), self._chance.uniform(-0.07, 0.07)
+        self._send_pose(x, y, self._chance.uniform(0.15, 0.3))
+
+    def state(self, now: float) -> None:
+        """Send the state of a target that moves on a circle."""
+        message = Odometry()
+        message.header.stamp = self._clock.now().to_msg()
+        rate = 2.0 * math.pi * TURNS
+        point, linear = message.pose.pose.position, message.twist.twist.linear
+        point.x, point.y = RADIUS * math.cos(rate * now), RADIUS * math.sin(rate * now)
+        point.z = HEIGHT
+        linear.x, linear.y = -rate * point.y, rate * point.x
+        self._state.publish(message)
+
+    def limits(self, now: float) -> None:
+        """Set other limits, in the middle of moves."""
+        self.random_pose(now) if self._chance.random() < 0.2 else None
+        scale = self._chance.uniform(0.3, 1.0)
+        self._limits.set_parameters([Parameter("speed_scale", value=scale)])
+
+    def _send_pose(self, x: float, y: float, z: float) -> None:
+        message = PoseStamped()
+        point = message.pose.position
+        point.x, point.y, point.z = x, y, z
+        self._pose.publish(message)
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether somebody takes in what is sent."""
+        publishers = (self._pose, self._twist, self._state)
+        return all(publisher.get_subscription_count() for publisher in publishers)
+
+
+# What is commanded, by which method, and how often [s].
+KINDS = (
+    ("a turning twist every 10 ms", "twist", 0.01),
+    ("a turning twist every 4 ms", "twist", 0.004),
+    ("poses on a circle every 10 ms", "pose", 0.01),
+    ("a moving target every 10 ms", "state", 0.01),
+    ("10 random poses a second", "random_pose", 0.1),
+    ("live limits 10 times a second", "limits", 0.1),
+)
+
+
+def run() -> bool:
+    """Measure and print the table; return whether it is complete."""
+    rows = list(streams())
+    print(f"\n{as_markdown(rows)}", flush=True)
+    return not any(isinstance(row, Missing) for row in rows)
+
+
+def streams() -> Iterator[tuple[Stream, Stream] | Missing]:
+    """Yield for each kind of command the node under it, and idle."""
+    for rate in RATES:
+        for what, method, interval in KINDS:
+            try:
+                with session() as running:
+                    yield _measured(running, rate, what, method, interval)
+            except NoAnswerError as error:
+                yield Missing(what, str(error), is_failure=True)
+
+
+def _measured(
+    running: Session, rate: float, what: str, method: str, interval: float
+) -> tuple[Stream, Stream]:
+    running.start_node("simulator_node", "/")
+    running.start_node("ik_node", "/", rate=rate)
+    commander = Commander(running.probe)
+    running.spin_until(lambda: commander.is_connected and commander.stamps(), "the nodes")
+    idle, busy = Stream("nothing", rate, [], [], 0.0), Stream(what, rate, [], [], 0.0)
+    for _ in range(ROUNDS):
+        idle = _with(idle, _drive(commander, commander.nothing, interval))
+        busy = _with(busy, _drive(commander, getattr(commander, method), interval))
+    return busy, idle
+
+
+def _drive(commander: Commander, command: Command, interval: float) -> list[float]:
+    """Send commands for a round; return the times of the setpoints meanwhile [s]."""
+    begin = due = time.monotonic()
+    commander.stamps()
+    stamps: list[float] = []
+    while (now := time.monotonic()) < begin + ROUND_TIME:
+        if now >= due:
+            command(now)
+            due += interval
+        stamps += commander.stamps()
+        time.sleep(PAUSE)
+    return stamps
+
+
+def _with(stream: Stream, stamps: list[float]) -> Stream:
+    intervals = np.diff(stamps)
+    return Stream(
+        stream.what,
+        stream.rate,
+        [*stream.cycles, len(intervals) / (stamps[-1] - stamps[0])],
+        [*stream.late, float(np.mean(intervals > LATE / stream.rate))],
+        max(stream.longest, float(intervals.max())),
+    )
+
+
+def as_markdown(rows: list[tuple[Stream, Stream] | Missing]) -> str:
+    """Return the table."""
+    head = ("commanded", "cycles a second", "idle", "late", "idle", "longest gap", "reached")
+    return aligned([head, *map(_cells, rows)])
+
+
+def _cells(row: tuple[Stream, Stream] | Missing) -> tuple[str, ...]:
+    if isinstance(row, Missing):
+        return (row.what, "-", "-", "-", "-", "-", row.reason)
+    busy, idle = row
+    least, more = GOALS[busy.rate]
+    cycles, cycles_idle = np.median(busy.cycles), np.median(idle.cycles)
+    late, late_idle = np.median(busy.late), np.median(idle.late)
+    reached = cycles >= least * cycles_idle and late <= late_idle + more
+    return (
+        f"{busy.what}, at {busy.rate:g} Hz",
+        f"{cycles:.1f}",
+        f"{cycles_idle:.1f}",
+        f"{late:.2%}",
+        f"{late_idle:.2%}",
+        f"{1000.0 * busy.longest:.3g} ms ({1000.0 * idle.longest:.3g})",
+        "yes" if reached else "NO",
+    )
