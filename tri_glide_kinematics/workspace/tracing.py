@@ -18,17 +18,31 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import hypot, inf, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.tri_glide.conditioning import extreme_singular_values
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
-from tri_glide_kinematics.workspace.bounds import ROUNDING
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
 
 # What a path may break a limit by between two samples that keep it [m].
 TOLERANCE = 5e-5
 
 # A path that needs more runs along the edge, closer to it than can be decided; it is refused.
 MAX_SAMPLES = 4000
+
+
+class SliderMotionState(Protocol):
+    """Motion of the sliders at one instant."""
+
+    @property
+    def heights(self) -> Vector3:
+        """Shape (3,) [m]."""
+
+    @property
+    def velocities(self) -> Vector3:
+        """Shape (3,) [m/s]."""
 
 
 class Surroundings(NamedTuple):
@@ -114,8 +128,43 @@ class ConditionField:
         return sqrt(total)
 
 
+def path_probe(
+    forward: Callable[[Vector3], Vector3],
+    bounds: WorkspaceBounds,
+    field: ConditionField,
+    state: Callable[[float], SliderMotionState],
+) -> Callable[[float], Sample]:
+    """Return what examines a motion of the sliders at an instant.
+
+    Args:
+        forward: kinematics from slider heights [m] to the platform [m].
+        bounds: of the workspace.
+        field: of its condition number.
+        state: returns the setpoint of the sliders at an instant.
+    """
+
+    def probe(time: float) -> Sample:
+        setpoint = state(time)
+        heights = setpoint.heights
+        try:
+            position = forward(heights)
+        except KinematicsError:
+            return Sample(time, False)
+        slack = bounds.slack(position)
+        travel = bounds.travel_slack(heights)
+        around = field.around(position[0], position[1])
+        if around is None or not (slack >= -ROUNDING and travel >= -ROUNDING):
+            return Sample(time, False)
+        return Sample(time, True, around, hypot(*setpoint.velocities), slack, travel)
+
+    return probe
+
+
 def first_outside(
-    probe: Callable[[float], Sample], end: float, acceleration: float
+    probe: Callable[[float], Sample],
+    end: float,
+    acceleration: float,
+    max_samples: int = MAX_SAMPLES,
 ) -> tuple[float, float] | None:
     """Find where a path leaves the inside, or prove that it does not.
 
@@ -123,6 +172,7 @@ def first_outside(
         probe: examines the path at a parameter from 0 to ``end``.
         end: of the parameter.
         acceleration: largest one of the sliders (Euclidean norm), per square of the parameter.
+        max_samples: after so many the proof is given up.
 
     Returns:
         None if all of the path is inside. Otherwise the parameter of a sample up to which it
@@ -139,7 +189,7 @@ def first_outside(
             if not following.inside:
                 return reached.time, following.time
             reached = ahead.pop()
-        elif samples == MAX_SAMPLES:
+        elif samples >= max_samples:
             return reached.time, following.time
         else:
             ahead.append(probe(0.5 * (reached.time + following.time)))

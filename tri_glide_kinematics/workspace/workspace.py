@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from math import dist, hypot
-from typing import Protocol
 
 from tri_glide_kinematics.checks import finite_vector, non_negative, positive
 from tri_glide_kinematics.errors import KinematicsError
@@ -27,8 +26,10 @@ from tri_glide_kinematics.workspace.tracing import (
     TOLERANCE,
     ConditionField,
     Sample,
+    SliderMotionState,
     Surroundings,
     first_outside,
+    path_probe,
 )
 
 __all__ = [
@@ -39,18 +40,6 @@ __all__ = [
     "WorkspaceLimit",
     "WorkspaceLimits",
 ]
-
-
-class SliderMotionState(Protocol):
-    """Motion of the sliders at one instant."""
-
-    @property
-    def heights(self) -> Vector3:
-        """Shape (3,) [m]."""
-
-    @property
-    def velocities(self) -> Vector3:
-        """Shape (3,) [m/s]."""
 
 
 class Workspace:
@@ -225,25 +214,41 @@ class Workspace:
         Raises:
             KinematicsError: see the class; about the first place of the path that is outside.
         """
-        forward, bounds, field = self.machine.forward, self._bounds, self._field
-
-        def probe(time: float) -> Sample:
-            setpoint = state(time)
-            heights = setpoint.heights
-            try:
-                position = forward(heights)
-            except KinematicsError:
-                return Sample(time, False)
-            slack = bounds.slack(position)
-            travel = bounds.travel_slack(heights)
-            around = field.around(position[0], position[1])
-            if around is None or not (slack >= -ROUNDING and travel >= -ROUNDING):
-                return Sample(time, False)
-            return Sample(time, True, around, hypot(*setpoint.velocities), slack, travel)
-
+        probe = path_probe(self.machine.forward, self._bounds, self._field, state)
         outside = first_outside(probe, duration, acceleration_bound)
         if outside:
             self._refuse(self.check_heights(state(outside[1]).heights))
+
+    def proves_path(
+        self,
+        state: Callable[[float], SliderMotionState],
+        duration: float,
+        acceleration_bound: float,
+        samples: int,
+    ) -> bool:
+        """Return whether ``check_path`` accepts a motion with so few ``samples``."""
+        probe = path_probe(self.machine.forward, self._bounds, self._field, state)
+        return first_outside(probe, duration, acceleration_bound, samples) is None
+
+    def free_way(self, heights: Vector3) -> float:
+        """Return how far the sliders may go from some heights, on any path, and stay inside.
+
+        Seen are all limits but the ends of slider travel. Along a straight line of the sliders
+        the platform moves at most their way divided by the least singular value around, and so
+        leaves neither the ball in which the condition number is kept nor the convex shapes.
+
+        Returns:
+            Largest Euclidean distance from the heights; 0 if the place is outside [m].
+        """
+        try:
+            position = self.machine.forward(heights)
+        except KinematicsError:
+            return 0.0
+        around = self._field.around(position[0], position[1])
+        if around is None:
+            return 0.0
+        room = min(around.radius, self._bounds.slack(position))
+        return max(room * around.singular_value, 0.0)
 
     def _trace_line(
         self, start: Vector3, direction: Vector3, length: float
