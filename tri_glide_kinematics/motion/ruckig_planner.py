@@ -63,6 +63,42 @@ class RuckigPlanner:
         parameters.max_velocity = limits[0]
         return self._calculate(velocity, acceleration, limits, synchronization)
 
+    def onto_origin(
+        self,
+        state: Sequence[Sequence[float]],
+        velocities: Sequence[tuple[float, float]],
+        accelerations: Sequence[tuple[float, float]],
+        jerk: Sequence[float],
+    ) -> list[Phases]:
+        """Return the phases that bring each degree of freedom to rest at zero as soon as possible.
+
+        Seen from a frame that moves, as a target does, limits differ by direction.
+
+        Args:
+            state: position, velocity and acceleration of each degree of freedom.
+            velocities: least, below zero, and largest, above zero, of each.
+            accelerations: likewise.
+            jerk: limit of each.
+
+        Raises:
+            PlanningError: if ruckig finds no solution.
+        """
+        parameters = self._input
+        position, velocity, acceleration = zip(*state)
+        parameters.min_velocity, highest = zip(*velocities)
+        parameters.min_acceleration, most = zip(*accelerations)
+        try:
+            return self.to_rest_at(
+                [0.0] * len(jerk),
+                position,
+                velocity,
+                acceleration,
+                (highest, most, jerk),
+                Synchronization.No,
+            )
+        finally:
+            parameters.min_velocity = parameters.min_acceleration = None
+
     def to_rest(
         self,
         velocity: Sequence[float],

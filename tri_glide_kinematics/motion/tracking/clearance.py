@@ -1,0 +1,147 @@
+r"""Whether the sliders may go through phases of constant jerk: limits, travel and workspace.
+
+Each slider stays between the extremes of its own displacement, so all three stay in a box. Let $c$
+be its centre and $D$ half of its diagonal. A straight line of the sliders from $c$ to any place
+of the box is no longer than $D$, and along it the platform moves at most $D/\sigma$, where
+$\sigma$ bounds the least singular value of the Jacobian from below. If the platform at $c$ has
+so much room in all directions, every place of the box is inside, whatever path leads there. How
+long the path is does not matter, and when a slider is where does not either.
+
+Where the room is too small for that, the path itself is traced, with few samples.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from math import hypot
+from typing import NamedTuple
+
+from tri_glide_kinematics.motion.constant_jerk import after
+from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits
+from tri_glide_kinematics.motion.plans import SliderState
+from tri_glide_kinematics.motion.tracking.excursion import Excursion, excursion
+from tri_glide_kinematics.motion.tracking.velocity_phases import Phase
+from tri_glide_kinematics.motion.verification import TRAVEL_ROUNDING
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace.limits import WorkspaceLimits
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+# A trace may examine this many places of the path; with more of them a cycle would take too long.
+TRACE_SAMPLES = 24
+
+ONE_AND_ROUNDING = 1.0 + RELATIVE_ROUNDING
+
+
+Ways = Sequence[Sequence[Phase]]
+
+
+class Certified(NamedTuple):
+    """Ways of the three sliders that keep all limits.
+
+    Attributes:
+        ways: phases of each slider.
+        duration: until the last of them has gone its way [s].
+    """
+
+    ways: Ways
+    duration: float
+
+
+def first_certified(
+    workspace: Workspace, start: SliderState, choices: Iterable[Ways], limits: SliderLimits
+) -> Certified | None:
+    """Return the first of several ``choices`` that keeps all limits up to its end, if one does.
+
+    Reach, box, cylinder and condition number hold as ``Workspace.check_path`` has it, velocities,
+    accelerations, jerks and the travel of the sliders to rounding. Only one choice is traced.
+
+    Args:
+        workspace: limits of the platform and of the travel.
+        start: where the sliders are.
+        choices: phases of each slider.
+        limits: of the sliders.
+    """
+    traceable = None
+    for ways in choices:
+        excursions = [
+            excursion(velocity, acceleration, phases)
+            for velocity, acceleration, phases in zip(start.velocities, start.accelerations, ways)
+        ]
+        box = _box(start, excursions, workspace.limits)
+        if box is None or not keep_limits(excursions, limits):
+            continue
+        centre, half_diagonal = box
+        if half_diagonal <= workspace.free_way(centre):
+            return Certified(ways, max(one.duration for one in excursions))
+        traceable = traceable or (ways, excursions)
+    if traceable is None:
+        return None
+    ways, excursions = traceable
+    duration = max(one.duration for one in excursions)
+    most = hypot(*(one.acceleration for one in excursions))
+    if workspace.proves_path(_Path(start, ways).state, duration, most, TRACE_SAMPLES):
+        return Certified(ways, duration)
+    return None
+
+
+def _box(
+    start: SliderState, excursions: Sequence[Excursion], bounds: WorkspaceLimits
+) -> tuple[Vector3, float] | None:
+    """Return centre and half diagonal of the box that the sliders stay in [m], if in the travel."""
+    one, two, three = excursions
+    h1, h2, h3 = start.heights
+    low1, low2, low3 = h1 + one.lowest, h2 + two.lowest, h3 + three.lowest
+    high1, high2, high3 = h1 + one.highest, h2 + two.highest, h3 + three.highest
+    end1, end2, end3 = bounds.lower_heights
+    rounding = TRAVEL_ROUNDING
+    if not (low1 >= end1 - rounding and low2 >= end2 - rounding and low3 >= end3 - rounding):
+        return None
+    end1, end2, end3 = bounds.upper_heights
+    if not (high1 <= end1 + rounding and high2 <= end2 + rounding and high3 <= end3 + rounding):
+        return None
+    centre = 0.5 * (low1 + high1), 0.5 * (low2 + high2), 0.5 * (low3 + high3)
+    return centre, 0.5 * hypot(high1 - low1, high2 - low2, high3 - low3)
+
+
+def keep_limits(excursions: Sequence[Excursion], limits: SliderLimits) -> bool:
+    """Return whether the sliders keep velocity, acceleration and jerk, to rounding."""
+    for one, speed, acceleration, jerk in zip(
+        excursions, limits.velocity, limits.acceleration, limits.jerk
+    ):
+        # Written so that NaN does not pass.
+        if not (
+            one.speed <= speed * ONE_AND_ROUNDING
+            and one.acceleration <= acceleration * ONE_AND_ROUNDING
+            and one.jerk <= jerk * ONE_AND_ROUNDING
+        ):
+            return False
+    return True
+
+
+class _Path:
+    """The sliders over time, for a few samples."""
+
+    def __init__(self, start: SliderState, ways: Ways) -> None:
+        self._sliders = []
+        for height, velocity, acceleration, phases in zip(*start, ways):
+            time = 0.0
+            state = height, velocity, acceleration
+            starts, pieces = [], []
+            for duration, jerk in phases:
+                starts.append(time)
+                pieces.append((*state, jerk))
+                time += duration
+                state = after(duration, *state, jerk)
+            starts.append(time)
+            pieces.append((state[0], 0.0, 0.0, 0.0))
+            self._sliders.append((starts, pieces))
+
+    def state(self, time: float) -> SliderState:
+        """Return the sliders at an instant [s]."""
+        (h1, v1, a1), (h2, v2, a2), (h3, v3, a3) = [
+            after(time - starts[index], *pieces[index])
+            for starts, pieces in self._sliders
+            for index in (bisect_right(starts, time) - 1,)
+        ]
+        return SliderState((h1, h2, h3), (v1, v2, v3), (a1, a2, a3))

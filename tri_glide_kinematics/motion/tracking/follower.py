@@ -1,0 +1,94 @@
+"""One cycle after the other: the next step towards what is wanted, with a certified way to rest.
+
+A step is taken only if the whole of it and the braking that could follow, each slider by itself
+in the shortest time, keep all limits. Otherwise what the caller holds goes on: it is the braking
+of the step before, which was certified with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.plans import SliderState
+from tri_glide_kinematics.motion.tracking.braking import braking_alone, braking_together
+from tri_glide_kinematics.motion.tracking.clearance import ONE_AND_ROUNDING, first_certified
+from tri_glide_kinematics.motion.tracking.moving_target import Wanted, WantedVelocity
+from tri_glide_kinematics.motion.tracking.slider_way import SliderWay
+from tri_glide_kinematics.motion.tracking.target_tracking import TargetTracking
+from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
+from tri_glide_kinematics.motion.tracking.velocity_phases import stopping_velocity
+from tri_glide_kinematics.motion.tracking.velocity_tracking import VelocityTracking
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+
+class Follower:
+    """Steps of a machine towards velocities and moving targets."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        """Prepare for a ``workspace`` and its machine."""
+        self._workspace = workspace
+        self._velocities = VelocityTracking(workspace)
+        self._targets = TargetTracking(workspace.machine)
+
+    def step(
+        self, state: SliderState, wanted: Wanted, limits: SliderLimits, period: float
+    ) -> TrackedStep | None:
+        """Return the next step, if there is one that is certified with the braking behind it.
+
+        Args:
+            state: where the step begins.
+            wanted: as of the end of the step: a target is to be extrapolated to then by the caller
+                (``MovingTarget.after``).
+            limits: of the sliders, for the step and the braking.
+            period: of the step [s].
+
+        Returns:
+            The step; None if the state does not fit the limits, a target is outside the workspace
+            or has no pose, or the step would not leave a way to rest. The braking that is held
+            then goes on.
+        """
+        if not fits(state, limits):
+            return None
+        try:
+            if isinstance(wanted, WantedVelocity):
+                ways = self._velocities.step_towards(state, wanted.velocity, limits, period)
+            else:
+                self._workspace.check_position(wanted.position)
+                ways = self._targets.step_towards(state, wanted, limits, period)
+        except KinematicsError:
+            return None
+        return self._with_braking(state, ways, limits, period)
+
+    def _with_braking(
+        self, state: SliderState, ways: Sequence[SliderWay], limits: SliderLimits, period: float
+    ) -> TrackedStep | None:
+        """Return the step on these ways if it may be taken."""
+        one, two, three = ways
+        choices = (
+            [[*way.phases, *braking] for way, braking in zip(ways, brakes(ways, limits))]
+            for brakes in (braking_together, braking_alone)
+        )
+        certified = first_certified(self._workspace, state, choices, limits)
+        if certified is None:
+            return None
+        h1, h2, h3 = state.heights
+        after = SliderState(
+            (h1 + one.displacement, h2 + two.displacement, h3 + three.displacement),
+            (one.velocity, two.velocity, three.velocity),
+            (one.acceleration, two.acceleration, three.acceleration),
+        )
+        return TrackedStep(state, after, period, certified.ways, certified.duration)
+
+
+def fits(state: SliderState, limits: SliderLimits) -> bool:
+    """Return whether the sliders can stay inside ``limits`` from this ``state`` on."""
+    for v, a, speed, most, jerk in zip(
+        state.velocities, state.accelerations, limits.velocity, limits.acceleration, limits.jerk
+    ):
+        bound = speed * ONE_AND_ROUNDING
+        left = stopping_velocity(v, a, jerk)
+        if not (abs(a) <= most * ONE_AND_ROUNDING and abs(v) <= bound and abs(left) <= bound):
+            return False
+    return True

@@ -1,0 +1,126 @@
+r"""The next step towards a target that moves.
+
+Sliders that held the platform on the target would have some height, rate and acceleration at the
+end of the step. A slider that can have them by then, within its limits, gets them. Each other one
+catches up in the shortest time, seen from a frame that moves with the slider of the target: what
+the target does takes its part of the limits of velocity and acceleration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import copysign
+
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.plans import SliderState
+from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget
+from tri_glide_kinematics.motion.tracking.slider_line import slider_line
+from tri_glide_kinematics.motion.tracking.slider_way import (
+    Bounds,
+    Setpoint,
+    SliderWay,
+    way_of,
+    way_onto,
+    way_to_speed,
+)
+from tri_glide_kinematics.motion.tracking.velocity_phases import (
+    Phase,
+    cut_to,
+    stopping_velocity,
+    within,
+)
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+
+# What the target may take of the limits: there is always something left to catch up with. A
+# target that takes more is not followed, only run after.
+SHARE_OF_VELOCITY = 0.98
+SHARE_OF_ACCELERATION = 0.5
+
+
+class TargetTracking:
+    """Steps towards moving targets."""
+
+    def __init__(self, machine: TriGlide) -> None:
+        """Prepare for a ``machine``."""
+        self._machine = machine
+        self._ruckig = RuckigPlanner(3)
+
+    def step_towards(
+        self, state: SliderState, target: MovingTarget, limits: SliderLimits, period: float
+    ) -> list[SliderWay]:
+        """Return the next step of each slider.
+
+        Args:
+            state: where the step begins; inside the limits.
+            target: at the end of the step.
+            limits: of the sliders.
+            period: of the step [s].
+
+        Raises:
+            KinematicsError: if the machine has no pose at the target, a number is not finite or
+                no way was found.
+        """
+        position, velocity, acceleration = target
+        heights, rates, bends, _ = slider_line(self._machine, position, velocity)
+        if any(acceleration):
+            _, more = self._machine.inverse_velocity(position, acceleration)
+            bends = bends[0] + more[0], bends[1] + more[1], bends[2] + more[2]
+        own = list(zip(*state))
+        wanted = list(zip(heights, rates, bends))
+        bounds = list(zip(limits.velocity, limits.acceleration, limits.jerk))
+        onto = [way_onto(*each, period) for each in zip(own, wanted, bounds)]
+        ways = [way for way in onto if way]
+        if len(ways) == 3:
+            return ways
+        caught = self._catch_up(own, wanted, bounds, period)
+        return [way or other for way, other in zip(onto, caught)]
+
+    def _catch_up(
+        self,
+        own: Sequence[Setpoint],
+        wanted: Sequence[Setpoint],
+        bounds: Sequence[Bounds],
+        period: float,
+    ) -> list[SliderWay]:
+        """Return steps on the shortest ways to where the sliders of the target will be.
+
+        Args:
+            own: sliders at the start of the step.
+            wanted: those of the target at its end.
+            bounds: of the sliders.
+            period: of the step [s].
+        """
+        relative, velocities, accelerations = [], [], []
+        for (height, velocity, acceleration), (place, rate, bend), (fastest, most, _) in zip(
+            own, wanted, bounds
+        ):
+            bend = within(bend, SHARE_OF_ACCELERATION * most)
+            rate = within(rate, SHARE_OF_VELOCITY * fastest)
+            # The frame where the step begins.
+            before = within(rate - period * bend, SHARE_OF_VELOCITY * fastest)
+            place -= 0.5 * period * (rate + before)
+            relative.append((height - place, velocity - before, acceleration - bend))
+            velocities.append((-fastest - before, fastest - before))
+            accelerations.append((-most - bend, most - bend))
+        found = self._ruckig.onto_origin(
+            relative, velocities, accelerations, [jerk for _, _, jerk in bounds]
+        )
+        return [
+            _way_within(one, cut_to(phases, period), limit, period)
+            for one, phases, limit in zip(own, found, bounds)
+        ]
+
+
+def _way_within(own: Setpoint, phases: Sequence[Phase], bounds: Bounds, period: float) -> SliderWay:
+    """Return a step on ``phases``, or one that stops short of the velocity limit if they do not.
+
+    In a frame that is accelerated, a velocity that can just be kept there may be none outside.
+    """
+    _, velocity, acceleration = own
+    fastest, _, jerk = bounds
+    way = way_of(velocity, acceleration, phases)
+    left = stopping_velocity(way.velocity, way.acceleration, jerk)
+    if abs(left) <= fastest:
+        return way
+    return way_to_speed(velocity, acceleration, copysign(fastest, left), bounds, period)
