@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
 
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.tracking.slider_way import SliderWay
@@ -11,6 +10,9 @@ from tri_glide_kinematics.motion.tracking.velocity_phases import Phase, to_zero
 
 # A slider that is slower than the others brakes more gently, but not by more than this.
 GENTLEST = 0.05
+
+# A part of the velocity that is none.
+TINY = 1e-9
 
 Braking = tuple[Phase, Phase, Phase]
 
@@ -38,17 +40,16 @@ def braking_together(ways: Sequence[SliderWay], limits: SliderLimits) -> list[Br
         ways: of the sliders in the step.
         limits: of the sliders.
     """
-    hardest = sharpest = inf
-    for way, most, jerk in zip(ways, limits.acceleration, limits.jerk):
-        speed = abs(way.velocity)
-        if speed > 0.0:
-            hardest, sharpest = min(hardest, most / speed), min(sharpest, jerk / speed)
-    if hardest == inf:
+    fastest = max(abs(way.velocity) for way in ways)
+    if fastest == 0.0:
         return braking_alone(ways, limits)
+    parts = [abs(way.velocity) / fastest for way in ways]
+    # Limits of a slider that has all of the velocity.
+    hardest = min(most / max(part, TINY) for part, most in zip(parts, limits.acceleration))
+    sharpest = min(jerk / max(part, TINY) for part, jerk in zip(parts, limits.jerk))
     together = []
-    for way, most, jerk in zip(ways, limits.acceleration, limits.jerk):
-        speed = abs(way.velocity)
-        gentle = max(min(hardest * speed, most), GENTLEST * most, abs(way.acceleration))
-        smooth = max(min(sharpest * speed, jerk), GENTLEST * jerk)
+    for way, part, most, jerk in zip(ways, parts, limits.acceleration, limits.jerk):
+        gentle = max(min(hardest * part, most), GENTLEST * most, abs(way.acceleration))
+        smooth = max(min(sharpest * part, jerk), GENTLEST * jerk)
         together.append(to_zero(way.velocity, way.acceleration, -gentle, gentle, smooth))
     return together

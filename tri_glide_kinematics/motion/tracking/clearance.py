@@ -28,7 +28,7 @@ from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 # A trace may examine this many places of the path; with more of them a cycle would take too long.
-TRACE_SAMPLES = 40
+TRACE_SAMPLES = 24
 
 ONE_AND_ROUNDING = 1.0 + RELATIVE_ROUNDING
 

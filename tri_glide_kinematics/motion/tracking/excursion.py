@@ -61,19 +61,19 @@ def excursion(velocity: float, acceleration: float, phases: Iterable[Phase]) -> 
                     turn = x + root * (v + root * (0.5 * a + root * jerk / 6.0))
                     lowest, highest = min(lowest, turn), max(highest, turn)
         x, v, a = y, w, b
-        # Comparisons, as they take half the time of calls of min and max.
-        if x < lowest:
+        # Comparisons, as they take half the time of calls of min and max; and so that NaN stays.
+        if not x >= lowest:
             lowest = x
-        elif x > highest:
+        if not x <= highest:
             highest = x
         size = abs(v)
-        if size > speed:
+        if not size <= speed:
             speed = size
         size = abs(a)
-        if size > most:
+        if not size <= most:
             most = size
         size = abs(jerk)
-        if size > most_jerk:
+        if not size <= most_jerk:
             most_jerk = size
         time += length
     return Excursion(lowest, highest, speed, most, most_jerk, time, x, v, a)

@@ -1,0 +1,192 @@
+"""The promise: after each step there is a way to rest on which all limits hold."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from motion_machine import LIMITS, MACHINE, WORKSPACE
+from strategies import DEFAULT_LIMITS
+from tracking_run import PLACE, TrackingRun, at_rest, peaks
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits
+from tri_glide_kinematics.motion.plans import AT_REST, SliderState
+from tri_glide_kinematics.motion.tracking.follower import Follower, fits
+from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget, WantedVelocity
+from tri_glide_kinematics.motion.verification import TRAVEL_ROUNDING, height_extremes
+from tri_glide_kinematics.workspace.workspace import TOLERANCE, Cylinder, Workspace
+
+UNEQUAL = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))
+SLOW = SliderLimits.uniform(0.3, 4.0, 60.0)
+WORKSPACES = {
+    "plain": WORKSPACE,
+    "conditioning": Workspace(MACHINE, replace(DEFAULT_LIMITS, max_condition_number=3.0)),
+    "box": Workspace(
+        MACHINE, replace(DEFAULT_LIMITS, box_lower=(-0.1, -0.12, 0.05), box_upper=(0.11, 0.1, 0.4))
+    ),
+    "cylinder": Workspace(
+        MACHINE, replace(DEFAULT_LIMITS, cylinder=Cylinder(0.01, -0.02, 0.11, 0.1, 0.45))
+    ),
+}
+ONE = 1.0 + RELATIVE_ROUNDING
+
+
+def is_inside(workspace, heights) -> bool:
+    """Whether the place, or one so near to it as the tolerance of paths allows, is inside."""
+    try:
+        workspace.check_heights(heights)
+    except KinematicsError:
+        place = np.array(workspace.machine.forward(heights))
+        inwards = np.array(PLACE) - place
+        near = place + TOLERANCE * 2.0 * inwards / np.linalg.norm(inwards)
+        try:
+            workspace.check_position(near.tolist())
+        except KinematicsError:
+            return False
+    return True
+
+
+def check_promise(step, state, limits, period, workspace):
+    """Check all of a step and of the braking behind it, by other means than those of the code."""
+    plan = step.as_cubic()
+    assert (peaks(plan) <= ONE * limits.table).all()
+    lowest, highest = height_extremes(plan)
+    assert (lowest >= np.array(workspace.limits.lower_heights) - TRAVEL_ROUNDING).all()
+    assert (highest <= np.array(workspace.limits.upper_heights) + TRAVEL_ROUNDING).all()
+    # It begins where the sliders are, passes the state after the step, and ends at rest.
+    # A phase that is shorter than ``SAME_TIME`` is not told from its neighbour.
+    for time, expected in ((0.0, state), (period, step.after)):
+        for values, wanted, rounding in zip(plan.state(time), expected, (1e-15, 1e-13, 5e-9)):
+            np.testing.assert_allclose(values, wanted, rtol=0.0, atol=rounding)
+    assert plan.duration == pytest.approx(step.duration, abs=1e-9)
+    before_end = plan.state(plan.duration - 1e-9)
+    assert max(map(abs, before_end.velocities)) < 1e-9
+    assert max(map(abs, before_end.accelerations)) < 1e-6
+    for heights in plan.sample(np.linspace(0.0, plan.duration, 60)).heights.tolist():
+        assert is_inside(workspace, heights)
+
+
+class RandomWishes:
+    """Velocities and targets at random that change at random times."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._wanted = WantedVelocity((0.0, 0.0, 0.0))
+
+    def next(self, period: float) -> WantedVelocity | MovingTarget:
+        if isinstance(self._wanted, MovingTarget):
+            self._wanted = self._wanted.after(period)
+        if self._rng.random() > 0.03:
+            return self._wanted
+        rng = self._rng
+        vector = rng.normal(size=3) * 10.0 ** rng.uniform(-3.0, 0.5)
+        if rng.random() < 0.1:
+            vector = np.zeros(3)
+        if rng.random() < 0.5:
+            self._wanted = WantedVelocity(tuple(vector.tolist()))
+        else:
+            # Anywhere: inside, outside, and where there is no pose at all.
+            place = rng.uniform((-0.25, -0.25, 0.0), (0.25, 0.25, 0.6))
+            self._wanted = MovingTarget(tuple(place.tolist()), tuple(vector.tolist()))
+        return self._wanted
+
+
+@pytest.mark.parametrize("period", (0.001, 0.002, 0.004, 0.01))
+@pytest.mark.parametrize("name", WORKSPACES)
+def test_whatever_is_wanted_each_step_leaves_a_way_to_rest(name, period):
+    workspace = WORKSPACES[name]
+    rng = np.random.default_rng(round(1e4 * period))
+    wishes = RandomWishes(rng)
+    run = TrackingRun(workspace=workspace)
+    limits = UNEQUAL
+    taken = 0
+    for cycle in range(1500):
+        before, refused = run.state, run.refused
+        if cycle % 100 == 99:
+            limits = (UNEQUAL, LIMITS, SLOW)[rng.integers(3)]
+        if run.step(wishes.next(period), limits, period):
+            taken += 1
+            # All of them would take minutes.
+            if taken % 7 == 0:
+                check_promise(run.held, before, limits, period, workspace)
+        else:
+            assert run.refused == refused + 1
+        assert np.isfinite(np.array(run.state)).all()
+    assert taken > 500
+    assert 0 < run.refused
+
+
+def test_setpoints_keep_the_limits_by_their_differences():
+    """What a drive sees, with no look at the steps."""
+    period = 0.001
+    run = TrackingRun()
+    wishes = RandomWishes(np.random.default_rng(5))
+    for _ in range(8000):
+        run.step(wishes.next(period), LIMITS, period)
+    heights = np.array([state.heights for state in run.states])
+    for order, bounds, rounding in (
+        (1, LIMITS.velocity, 1e-9),
+        (2, LIMITS.acceleration, 1e-6),
+        (3, LIMITS.jerk, 1e-3),
+    ):
+        peak = np.abs(np.diff(heights, order, axis=0)).max(axis=0) / period**order
+        assert (peak <= np.array(bounds) * (1.0 + rounding)).all()
+        assert peak.max() > 0.9 * bounds[0]
+
+
+@pytest.mark.parametrize(
+    "wanted", (WantedVelocity((0.2, 0.1, 0.0)), MovingTarget((0.1, 0.0, 0.3), (0.0, 0.0, 0.0)))
+)
+def test_limits_that_the_state_cannot_keep_are_refused(wanted):
+    run = TrackingRun()
+    for _ in range(40):
+        assert run.step(wanted)
+    limits = LIMITS.table
+    state = np.array(run.state)
+    for order, name in enumerate(("velocity", "acceleration")):
+        fastest = np.abs(state[order + 1]).max()
+        too_low = replace(LIMITS, **{name: (0.9 * fastest,) * 3})
+        assert run.follower.step(run.state, wanted, too_low, 0.002) is None
+        assert limits[order].min() > fastest
+    # A jerk with which the acceleration cannot be taken back before the limit of the velocity.
+    tight = SliderState(run.state.heights, (0.0, 0.9, 0.0), (0.0, 5.0, 0.0))
+    assert fits(tight, LIMITS)
+    assert not fits(tight, replace(LIMITS, jerk=(200.0, 100.0, 200.0)))
+    # Against the motion, too: a velocity that is passed on the other side.
+    other = SliderState(run.state.heights, (-0.1, 0.0, 0.0), (10.0, 0.0, 0.0))
+    assert not fits(other, replace(LIMITS, velocity=(0.14, 1.0, 1.0)))
+    assert fits(other, replace(LIMITS, velocity=(0.16, 1.0, 1.0)))
+    assert not fits(SliderState(run.state.heights, (math.nan, 0.0, 0.0), AT_REST), LIMITS)
+
+
+@pytest.mark.parametrize("bad", (math.nan, math.inf, -math.inf, 1e300))
+def test_what_is_no_number_is_refused(bad):
+    run = TrackingRun()
+    for wanted in (
+        WantedVelocity((bad, 0.0, 0.0)),
+        MovingTarget((0.0, bad, 0.3), (0.0, 0.0, 0.0)),
+        MovingTarget((0.0, 0.0, 0.3), (0.0, 0.0, bad)),
+        MovingTarget((0.0, 0.0, 0.3), (0.0, 0.0, 0.0), (bad, 0.0, 0.0)),
+    ):
+        step = run.follower.step(run.state, wanted, LIMITS, 0.002)
+        # A velocity without bounds is one that the limits reduce.
+        assert step is None or np.isfinite(np.array(step.after)).all()
+
+
+def test_a_step_is_a_plan_and_at_rest_exactly():
+    run = TrackingRun()
+    run.step(WantedVelocity((0.1, 0.0, 0.0)))
+    step = run.held
+    assert step.state(0.002) is step.after
+    assert step.state(0.0) == run.states[0]
+    assert step.duration > 0.002
+    assert not step.ends_at_rest
+    assert step.as_cubic() is step.as_cubic()
+    sampled = step.sample(np.array([0.0, 0.001, step.duration, 9.0]))
+    assert not sampled.velocities[-2:].any()
+    still = Follower(WORKSPACE).step(at_rest(), WantedVelocity((0.0, 0.0, 0.0)), LIMITS, 0.002)
+    assert still.ends_at_rest
+    assert still.after == at_rest()

@@ -1,0 +1,121 @@
+"""The shortest change of a velocity, in closed form, against ruckig."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import reproducible
+
+from tri_glide_kinematics.motion.constant_jerk import after, total_duration
+from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.motion.tracking.velocity_phases import (
+    cut_to,
+    stopping_velocity,
+    to_zero,
+    within,
+)
+
+MOST, JERK = 10.0, 200.0
+
+# States at which cases meet, and such that are beside them by rounding.
+CORNERS = [
+    (0.0, 0.0),
+    (1e-300, 0.0),
+    (0.0, 1e-300),
+    (1e-17, -1e-16),
+    (-0.0, 0.0),
+    (0.25, -10.0),
+    (-0.25, 10.0),
+    (0.25 + 1e-16, -10.0),
+    (0.3, 10.0),
+    (0.3, 10.0 + 1e-14),
+    (-0.3, -10.0 - 1e-14),
+    (0.3, -10.0),
+    (0.5, 0.0),
+    (-0.5, 0.0),
+    (0.25, 10.0),
+]
+
+
+def end(velocity, acceleration, phases):
+    state = 0.0, velocity, acceleration
+    for duration, jerk in phases:
+        state = after(duration, *state, jerk)
+    return state
+
+
+def checked(velocity, acceleration, lowest=-MOST, highest=MOST, jerk=JERK):
+    """Return the phases, after a look at what must hold for each."""
+    phases = to_zero(velocity, acceleration, lowest, highest, jerk)
+    assert all(duration >= 0.0 and abs(one) in (0.0, jerk) for duration, one in phases)
+    _, left, rest = end(velocity, acceleration, phases)
+    whole = abs(velocity) + acceleration * acceleration / jerk + 1e-3
+    assert abs(left) < 1e-13 * whole
+    assert abs(rest) < 1e-13 * (abs(acceleration) + jerk * 1e-3)
+    state = 0.0, velocity, acceleration
+    for duration, one in phases:
+        state = after(duration, *state, one)
+        assert min(lowest, acceleration) - 1e-12 <= state[2] <= max(highest, acceleration) + 1e-12
+    return phases
+
+
+def test_as_short_as_ruckig_finds_it():
+    rng = np.random.default_rng(1)
+    ruckig = RuckigPlanner(1)
+    states = np.column_stack((rng.uniform(-1.5, 1.5, 2000), rng.uniform(-MOST, MOST, 2000)))
+    for velocity, acceleration in [*states.tolist(), *CORNERS]:
+        phases = checked(velocity, acceleration)
+        found = ruckig.to_rest([velocity], [acceleration], ([1.0], [MOST], [JERK]))[0]
+        assert total_duration(phases) == pytest.approx(total_duration(found), rel=1e-9, abs=1e-9)
+        way, _, _ = end(velocity, acceleration, phases)
+        assert way == pytest.approx(end(velocity, acceleration, found)[0], rel=1e-9, abs=1e-12)
+
+
+@reproducible
+@given(
+    st.floats(-2.0, 2.0),
+    st.floats(-0.999, 0.999),
+    st.floats(-12.0, -0.1),
+    st.floats(0.1, 12.0),
+    st.floats(1.0, 1e4),
+)
+def test_limits_may_differ_by_direction(velocity, part, lowest, highest, jerk):
+    acceleration = part * (highest if part > 0.0 else -lowest)
+    checked(velocity, acceleration, lowest, highest, jerk)
+
+
+@reproducible
+@given(st.floats(-2.0, 2.0), st.floats(-MOST, MOST))
+def test_no_velocity_beyond_the_own_and_that_which_is_left(velocity, acceleration):
+    bound = max(abs(velocity), abs(stopping_velocity(velocity, acceleration, JERK))) + 1e-12
+    for part in np.linspace(0.0, 1.0, 50):
+        phases = to_zero(velocity, acceleration, -MOST, MOST, JERK)
+        cut = cut_to(phases, part * total_duration(phases))
+        assert abs(end(velocity, acceleration, cut)[1]) <= bound
+
+
+@reproducible
+@given(st.floats(-2.0, 2.0), st.floats(-MOST, MOST), st.floats(1e-4, 0.5))
+def test_a_cut_is_the_first_part_and_takes_the_whole_time(velocity, acceleration, duration):
+    phases = to_zero(velocity, acceleration, -MOST, MOST, JERK)
+    cut = cut_to(phases, duration)
+    assert total_duration(cut) == pytest.approx(duration, rel=1e-12)
+    whole = total_duration(phases)
+    if duration > whole:
+        assert cut[-1] == (pytest.approx(duration - whole, abs=1e-12), 0.0)
+    # The rest of the way, done afterwards, comes to the same end.
+    _, velocity, acceleration = end(velocity, acceleration, cut)
+    left = to_zero(velocity, acceleration, -MOST - 1e-9, MOST + 1e-9, JERK)
+    assert total_duration(left) == pytest.approx(max(whole - duration, 0.0), abs=1e-6)
+
+
+def test_within():
+    assert [within(value, 2.0) for value in (-3.0, -1.0, 0.0, 2.0, 5.0)] == [
+        -2.0,
+        -1.0,
+        0.0,
+        2.0,
+        2.0,
+    ]

@@ -1,0 +1,72 @@
+"""How far the sliders may go from a place on any path, and paths that are proved in few samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from motion_machine import HOME, LIMITS, MACHINE, WORKSPACE
+from strategies import DEFAULT_LIMITS, random_positions
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.plans import AT_REST, SliderState
+from tri_glide_kinematics.motion.sliders.slider_motion import SliderMotion
+from tri_glide_kinematics.workspace.workspace import TOLERANCE, Cylinder, Workspace
+
+# Travel is of no interest here.
+TALL = replace(DEFAULT_LIMITS, lower_heights=(-9.0,) * 3, upper_heights=(9.0,) * 3)
+WORKSPACES = {
+    "plain": Workspace(MACHINE, TALL),
+    "conditioning": Workspace(MACHINE, replace(TALL, max_condition_number=3.0)),
+    "box": Workspace(
+        MACHINE, replace(TALL, box_lower=(-0.1, -0.12, 0.05), box_upper=(0.11, 0.1, 0.4))
+    ),
+    "cylinder": Workspace(MACHINE, replace(TALL, cylinder=Cylinder(0.01, -0.02, 0.11, 0.1, 0.45))),
+}
+
+
+@pytest.mark.parametrize("name", WORKSPACES)
+def test_all_is_inside_within_the_free_way(name):
+    workspace = WORKSPACES[name]
+    rng = np.random.default_rng(1)
+    free_ways, outside = [], 0
+    for place in random_positions(MACHINE, rng, 400).tolist():
+        heights = MACHINE.inverse(place)
+        free_way = workspace.free_way(heights)
+        try:
+            workspace.check_position(place)
+        except KinematicsError:
+            assert free_way == 0.0
+            outside += 1
+            continue
+        free_ways.append(free_way)
+        directions = rng.normal(size=(20, 3))
+        directions /= np.linalg.norm(directions, axis=1)[:, np.newaxis]
+        for way in (heights + 0.9999 * free_way * directions).tolist():
+            position = MACHINE.forward(way)
+            if free_way > 2.0 * TOLERANCE:
+                workspace.check_position(position)
+    assert outside > 10
+    assert np.median(free_ways) > 0.002
+
+
+def test_free_way_without_a_pose_or_a_number():
+    for heights in ((0.6, 5.0, 0.6), (np.nan, 0.6, 0.6)):
+        assert WORKSPACE.free_way(heights) == 0.0
+
+
+def test_a_path_is_proved_as_far_as_the_samples_go():
+    plan = SliderMotion().move(
+        SliderState(HOME, AT_REST, AT_REST), MACHINE.inverse((0.16, 0.0, 0.3)), LIMITS
+    )
+    acceleration = float(np.linalg.norm(np.abs(plan.sample(np.linspace(0.0, 1.0, 999))[3]).max(0)))
+    arguments = plan.state, plan.duration, acceleration
+    WORKSPACE.check_path(*arguments)
+    assert WORKSPACE.proves_path(*arguments, 400)
+    assert not WORKSPACE.proves_path(*arguments, 2)
+    # A path that leaves the workspace is not proved, however many samples there are.
+    narrow = Workspace(
+        MACHINE, replace(DEFAULT_LIMITS, box_lower=(-1.0,) * 3, box_upper=(0.15, 1.0, 1.0))
+    )
+    assert not narrow.proves_path(*arguments, 4000)
