@@ -118,12 +118,12 @@ def test_a_state_without_a_meaning_is_refused_and_nothing_moves(
 ):
     machine.start()
     stamp = 0 if age is None else client.now() - int(1e9 * age)
-    client.wait_for(
-        lambda: (
-            client.send_state(position, stamp=stamp, frame=frame) or reason in machine.ik.output
-        ),
-        "the refusal",
-    )
+
+    def refused():
+        client.send_state(position, stamp=stamp, frame=frame)
+        return reason in machine.ik.output
+
+    client.wait_for(refused, "the refusal")
     assert machine.state == "idle"
 
 

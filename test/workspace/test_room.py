@@ -10,6 +10,7 @@ from motion_machine import HOME, LIMITS, MACHINE, WORKSPACE
 from strategies import DEFAULT_LIMITS, random_positions
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.plans import AT_REST, SliderState
 from tri_glide_kinematics.motion.sliders.slider_motion import SliderMotion
 from tri_glide_kinematics.workspace.workspace import TOLERANCE, Cylinder, Workspace
@@ -57,9 +58,8 @@ def test_free_way_without_a_pose_or_a_number():
 
 
 def test_a_path_is_proved_as_far_as_the_samples_go():
-    plan = SliderMotion().move(
-        SliderState(HOME, AT_REST, AT_REST), MACHINE.inverse((0.16, 0.0, 0.3)), LIMITS
-    )
+    start = SliderState(HOME, AT_REST, AT_REST)
+    plan = at_once(SliderMotion().move(start, MACHINE.inverse((0.16, 0.0, 0.3)), LIMITS))
     acceleration = float(np.linalg.norm(np.abs(plan.sample(np.linspace(0.0, 1.0, 999))[3]).max(0)))
     arguments = plan.state, plan.duration, acceleration
     WORKSPACE.check_path(*arguments)
