@@ -64,7 +64,7 @@ def check_promise(step, state, limits, period, workspace):
     assert plan.duration == pytest.approx(step.duration, abs=1e-9)
     before_end = plan.state(plan.duration - 1e-9)
     assert max(map(abs, before_end.velocities)) < 1e-9
-    assert max(map(abs, before_end.accelerations)) < 1e-6
+    assert max(map(abs, before_end.accelerations)) < 2e-9 * max(limits.jerk)
     for heights in plan.sample(np.linspace(0.0, plan.duration, 60)).heights.tolist():
         assert is_inside(workspace, heights)
 

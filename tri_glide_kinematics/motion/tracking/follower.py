@@ -16,7 +16,10 @@ from tri_glide_kinematics.motion.tracking.braking import braking_alone, braking_
 from tri_glide_kinematics.motion.tracking.clearance import ONE_AND_ROUNDING, first_certified
 from tri_glide_kinematics.motion.tracking.moving_target import Wanted, WantedVelocity
 from tri_glide_kinematics.motion.tracking.slider_way import SliderWay
-from tri_glide_kinematics.motion.tracking.target_tracking import TargetTracking
+from tri_glide_kinematics.motion.tracking.target_tracking import (
+    TargetTracking,
+    straight_towards,
+)
 from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
 from tri_glide_kinematics.motion.tracking.velocity_phases import stopping_velocity
 from tri_glide_kinematics.motion.tracking.velocity_tracking import VelocityTracking
@@ -54,12 +57,20 @@ class Follower:
         try:
             if isinstance(wanted, WantedVelocity):
                 ways = self._velocities.step_towards(state, wanted.velocity, limits, period)
-            else:
-                self._workspace.check_position(wanted.position)
-                ways = self._targets.step_towards(state, wanted, limits, period)
+                return self._with_braking(state, ways, limits, period)
+            self._workspace.check_position(wanted.position)
+            ways = self._targets.step_towards(state, wanted, limits, period)
+            step = self._with_braking(state, ways, limits, period)
+            if step is not None:
+                return step
+            # The sliders' shortest ways bend. The straight one of the platform leaves nothing but
+            # bounds that are not convex.
+            place = self._workspace.machine.forward(state.heights)
+            velocity = straight_towards(place, wanted, limits)
+            ways = self._velocities.step_towards(state, velocity, limits, period)
+            return self._with_braking(state, ways, limits, period)
         except KinematicsError:
             return None
-        return self._with_braking(state, ways, limits, period)
 
     def _with_braking(
         self, state: SliderState, ways: Sequence[SliderWay], limits: SliderLimits, period: float

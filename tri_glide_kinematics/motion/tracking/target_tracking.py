@@ -9,7 +9,7 @@ the target does takes its part of the limits of velocity and acceleration.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import copysign
+from math import copysign, hypot
 
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import SliderState
@@ -30,12 +30,43 @@ from tri_glide_kinematics.motion.tracking.velocity_phases import (
     stopping_velocity,
     within,
 )
+from tri_glide_kinematics.motion.tracking.way_ahead import EDGE_CLEARANCE, approach
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import Vector3
 
 # What the target may take of the limits: there is always something left to catch up with. A
 # target that takes more is not followed, only run after.
 SHARE_OF_VELOCITY = 0.98
 SHARE_OF_ACCELERATION = 0.5
+
+# What of the limits a platform takes that catches up on a straight line: a slider may have to move
+# more than the platform.
+SHARE_OF_STRAIGHT = 0.25
+
+
+def straight_towards(place: Vector3, target: MovingTarget, limits: SliderLimits) -> Vector3:
+    """Return a velocity that leads straight onto a target.
+
+    Args:
+        place: of the platform. Shape (3,) [m].
+        target: to be caught up with.
+        limits: of the sliders.
+
+    Returns:
+        Velocity that slows down before the target. Shape (3,) [m/s].
+    """
+    (x, y, z), (dx, dy, dz), _ = target
+    x, y, z = x - place[0], y - place[1], z - place[2]
+    distance = hypot(x, y, z)
+    if distance == 0.0:
+        return target.velocity
+    speed, _ = approach(
+        distance + EDGE_CLEARANCE,
+        SHARE_OF_STRAIGHT * min(limits.acceleration),
+        SHARE_OF_STRAIGHT * min(limits.jerk),
+    )
+    part = speed / distance
+    return dx + part * x, dy + part * y, dz + part * z
 
 
 class TargetTracking:

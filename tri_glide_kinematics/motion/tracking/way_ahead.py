@@ -101,7 +101,9 @@ class WayAhead:
             known = beside < SAME_VICINITY and same > SAME_DIRECTION
         else:
             turned = hypot(ux - dx, uy - dy, uz - dz)
-            known = self._distance < self._farthest and beside + left * turned < SAME_LINE
+            # However near the edge is, another direction may lead away from it.
+            near = beside + (abs(left) + FARTHER) * turned < SAME_LINE
+            known = self._distance < self._farthest and near
         if not known:
             self._farthest = needed + FARTHER
             self._start, self._direction = place, direction
