@@ -86,3 +86,15 @@ def test_what_is_allowed_is_given():
     refused = {text.split()[0] for text in texts}
     assert ("realtime_priority" in refused) != (set(kinds) == {os.SCHED_FIFO})
     assert ("lock_memory" in refused) != (locked > 0)
+
+
+def test_a_thread_wakes_within_a_microsecond_of_its_time():
+    get_slack = 30
+    program = (
+        "import ctypes; from tri_glide_kinematics.ros import realtime; realtime.wake_in_time(); "
+        f"print(ctypes.CDLL(None).prctl({get_slack}))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60.0
+    )
+    assert int(done.stdout) == 1000

@@ -14,9 +14,10 @@ from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.diagnostics import DiagnosticsPublisher
 from tri_glide_kinematics.ros.from_parameters import check_joint_names, machine_of
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
-from tri_glide_kinematics.ros.messages import SliderReader
 from tri_glide_kinematics.ros.parameters import FK_NODE
 from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.slider_measurements import SliderMeasurements
+from tri_glide_kinematics.ros.stamped_triples import FIRST, StampedTriples
 
 
 class FkNode(Node):
@@ -37,26 +38,28 @@ class FkNode(Node):
         super().__init__("fk_node")
         values = LiveParameters(self, FK_NODE, check_joint_names).values
         self._machine = machine_of(values)
-        self._reader = SliderReader(values["joint_names"])
+        self._reader = SliderMeasurements(values["joint_names"])
         self._reasons = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._poses = 0
-        self._pose = PoseStamped()
-        self._pose.header.frame_id = values["base_frame"]
-        self._twist = TwistStamped()
-        self._twist.header.frame_id = values["base_frame"]
+        pose, twist = PoseStamped(), TwistStamped()
+        pose.header.frame_id = twist.header.frame_id = values["base_frame"]
+        point, linear = pose.pose.position, twist.twist.linear
+        point.x, point.y, point.z = linear.x, linear.y, linear.z = FIRST
+        self._pose = StampedTriples(pose, 1)
+        self._twist = StampedTriples(twist, 1)
         reliable = QoSProfile(depth=10)
         self._pose_publisher = self.create_publisher(PoseStamped, "platform_pose", reliable)
         self._twist_publisher = self.create_publisher(TwistStamped, "platform_twist", reliable)
         DiagnosticsPublisher(self, self._health)
         measured = self.create_subscription(
-            JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data
+            JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data, raw=True
         )
         self.cycle = Cycle((measured,))
         PatientServices(self)
 
-    def _on_joint_state(self, message: JointState) -> None:
+    def _on_joint_state(self, data: bytes) -> None:
         try:
-            reading = self._reader.read(message)
+            reading = self._reader.read(data)
             if reading is None:
                 return
             if reading.velocities is None:
@@ -69,17 +72,10 @@ class FkNode(Node):
             self._reasons.add(f"no pose: {error}")
             return
         self._poses += 1
-        pose = self._pose
-        pose.header.stamp = message.header.stamp
-        point = pose.pose.position
-        point.x, point.y, point.z = position
-        self._pose_publisher.publish(pose)
+        stamp = reading.seconds, reading.nanoseconds
+        self._pose_publisher.publish(self._pose.at(*stamp, position))
         if velocity is not None:
-            twist = self._twist
-            twist.header.stamp = message.header.stamp
-            linear = twist.twist.linear
-            linear.x, linear.y, linear.z = velocity
-            self._twist_publisher.publish(twist)
+            self._twist_publisher.publish(self._twist.at(*stamp, velocity))
 
     def _health(self) -> Health:
         poses, self._poses = self._poses, 0

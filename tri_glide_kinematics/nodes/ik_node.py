@@ -39,7 +39,6 @@ from tri_glide_kinematics.ros.from_parameters import (
 )
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.messages import (
-    SliderReader,
     age_of_target,
     moving_target,
     target_position,
@@ -50,6 +49,7 @@ from tri_glide_kinematics.ros.parameter_table import Values
 from tri_glide_kinematics.ros.parameters import IK_NODE
 from tri_glide_kinematics.ros.patient_services import PatientServices
 from tri_glide_kinematics.ros.run import FatalError
+from tri_glide_kinematics.ros.slider_measurements import SliderMeasurements
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 # Twists are renewed all the time: the latest one counts, and none is sent again after the
@@ -93,7 +93,7 @@ class IkNode(Node):
         self._base_frame = values["base_frame"]
         self._platform_frame = values["platform_frame"]
         check_joint_names(values)
-        self._reader = SliderReader(values["joint_names"])
+        self._reader = SliderMeasurements(values["joint_names"])
         self._refused = ReasonLog(self.get_logger().warning, lines_per_second=10)
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._stalls = ReasonLog(self.get_logger().warning, lines_per_second=1)
@@ -133,7 +133,7 @@ class IkNode(Node):
         self.create_timer(STATUS_PERIOD, self._publish_status, clock=steady)
         urgent = (
             self.create_subscription(
-                JointState, "joint_states", self._on_measured, qos_profile_sensor_data
+                JointState, "joint_states", self._on_measured, qos_profile_sensor_data, raw=True
             ),
             self.create_subscription(PoseStamped, "target_pose", self._on_pose, RELIABLE),
             self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY),
@@ -170,14 +170,12 @@ class IkNode(Node):
             raise _fatal(error) from error
         self._tell_changes()
 
-    def _on_measured(self, message: JointState) -> None:
+    def _on_measured(self, data: bytes) -> None:
         try:
-            reading = self._reader.read(message)
+            reading = self._reader.read(data)
             if reading is not None:
-                stamp = message.header.stamp
-                self._controller.measured(
-                    reading.heights, time.monotonic(), stamp.sec + 1e-9 * stamp.nanosec
-                )
+                stamp = reading.seconds + 1e-9 * reading.nanoseconds
+                self._controller.measured(reading.heights, time.monotonic(), stamp)
         except KinematicsError as error:
             self._unusable.add(f"unusable measurement: {error}")
 

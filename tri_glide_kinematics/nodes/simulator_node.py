@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from array import array
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -17,10 +16,11 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.from_parameters import check_joint_names, check_travel
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
-from tri_glide_kinematics.ros.messages import SliderReader, set_stamp
 from tri_glide_kinematics.ros.parameter_table import ParameterError, Values
 from tri_glide_kinematics.ros.parameters import SIMULATOR_NODE
 from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.slider_measurements import SliderMeasurements
+from tri_glide_kinematics.ros.stamped_triples import FIRST, SECOND, StampedTriples
 from tri_glide_kinematics.wording import number_text, vector_text
 
 
@@ -41,27 +41,30 @@ class SimulatorNode(Node):
         parameters = LiveParameters(self, SIMULATOR_NODE, _check)
         values = parameters.values
         self._period = 1.0 / values["rate"]
-        self._reader = SliderReader(values["joint_names"])
+        self._reader = SliderMeasurements(values["joint_names"])
         self._reasons = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._sliders = SimulatedSliders(
             values["initial_heights"], values["lower_heights"], values["upper_heights"]
         )
         self._apply(values)
         parameters.on_change(self._apply)
-        self._message = JointState(name=values["joint_names"])
+        self._message = StampedTriples(
+            JointState(name=values["joint_names"], position=FIRST, velocity=SECOND), 2
+        )
+        self._now = self.get_clock().now
         self._publisher = self.create_publisher(JointState, "joint_states", QoSProfile(depth=10))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._reasons.end_of_second, clock=steady)
         # Best effort, so that no old command is sent again after the connection was lost.
         commands = self.create_subscription(
-            JointState, "joint_commands", self._on_command, qos_profile_sensor_data
+            JointState, "joint_commands", self._on_command, qos_profile_sensor_data, raw=True
         )
         self.cycle = Cycle((commands,), self._period, self._cycle)
         PatientServices(self)
 
-    def _on_command(self, message: JointState) -> None:
+    def _on_command(self, data: bytes) -> None:
         try:
-            reading = self._reader.read(message)
+            reading = self._reader.read(data)
         except KinematicsError as error:
             self._reasons.add(f"ignored a command: {error}")
             return
@@ -77,13 +80,9 @@ class SimulatorNode(Node):
     def _cycle(self) -> None:
         self._sliders.step(self._period)
         measured = self._sliders.measure()
-        if measured is None:
-            return
-        message = self._message
-        message.position = array("d", measured[0])
-        message.velocity = array("d", measured[1])
-        set_stamp(message.header.stamp, self.get_clock())
-        self._publisher.publish(message)
+        if measured is not None:
+            stamp = divmod(self._now().nanoseconds, 1_000_000_000)
+            self._publisher.publish(self._message.at(*stamp, *measured))
 
     def _apply(self, values: Values) -> None:
         self._sliders.lag = values["lag"]

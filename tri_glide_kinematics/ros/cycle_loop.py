@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from time import monotonic, sleep
+from typing import Any
 
 from rclpy.node import Node
 
@@ -14,8 +16,6 @@ from tri_glide_kinematics.ros.urgent_inputs import Input, Survive, UrgentInputs
 
 # After this part of a period, what has come in and is not handled yet waits for the next cycle.
 INPUT_SHARE = 0.25
-# The same for a node that has no period [s].
-INPUT_TIME = 0.005
 # In a sleep that would go on for longer than this, others get their turns, too [s].
 ROOM = 0.005
 # Background work ends this long before the next cycle [s]: a sleep may end that much too late.
@@ -55,7 +55,11 @@ class CycleLoop:
             cycle: what is done.
             survive: gets what a callback raises, and raises what ends the node.
         """
-        self._context = node.context
+        # Kept, so that to ask it takes no more than a call.
+        context: Any = node.context.handle
+        self._kept = ExitStack()
+        self._kept.enter_context(context)
+        self._is_running: Callable[[], bool] = context.ok
         self._cycle = cycle
         self._survive = survive
         self._inputs = UrgentInputs(cycle.urgent, node.context, survive)
@@ -70,24 +74,30 @@ class CycleLoop:
         """
         self._next = monotonic()
         if self._cycle.period is None:
-            while self._context.ok():
+            while self._is_running():
                 self._react()
         else:
-            while self._context.ok():
+            while self._is_running():
                 self._run_cycle(self._cycle.period)
 
     def close(self) -> None:
         """Let go of the node."""
+        self._inputs.close()
         self._others.shutdown()
+        self._kept.close()
 
     def _react(self) -> None:
-        """Wait for what is urgent, and handle it."""
-        now = monotonic()
-        if now < self._others.due:
-            self._do(lambda: self._inputs.wait(self._others.due - now))
-        self._inputs.handle(monotonic() + INPUT_TIME)
-        self._do(self._cycle.step)
-        self._give_turn()
+        """Handle what is urgent as soon as it comes in, until others have their turn."""
+        inputs, others = self._inputs, self._others
+        while (left := others.due - monotonic()) > 0.0:
+            try:
+                inputs.wait(left)
+            except Exception as error:
+                self._survive(error)
+            # One of each: to wait for more costs no more than to look for it in vain.
+            inputs.handle(until=0.0)
+            self._do(self._cycle.step)
+        self._do(others.give)
 
     def _run_cycle(self, period: float) -> None:
         """Wait for the next cycle, and run it."""
@@ -114,7 +124,7 @@ class CycleLoop:
                 sleep(left)
                 continue
             sleep(max(nap, 0.0))
-            if not self._context.ok():
+            if not self._is_running():
                 return False
             self._give_turn()
         return True

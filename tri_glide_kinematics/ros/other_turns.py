@@ -10,6 +10,8 @@ from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutEx
 from rclpy.node import Node
 from rclpy.timer import Timer
 
+from tri_glide_kinematics.ros.ready_look import ReadyLook
+
 # How long what is not urgent waits at most, beside the callbacks that are due [s].
 LONGEST_WAIT = 0.02
 
@@ -21,25 +23,35 @@ SHORT_WAIT = 0.002
 class OtherTurns(SingleThreadedExecutor):
     """An executor of all that a node has, save what is urgent, for a loop that has other work.
 
-    Each look builds a list of all that is waited for, anew and in Python; that takes 0.1 to 0.3 ms
-    for one of our nodes.
-
     Attributes:
         due: time.monotonic() of the next turn [s].
     """
 
     def __init__(self, node: Node, urgent: Iterable[Any]) -> None:
         """Look at all of ``node`` but the subscriptions and services that are ``urgent``."""
-        super().__init__(context=node.context)
         self.due = 0.0
+        self._node = node
         self._urgent = frozenset(urgent)
         self._attentive_until = 0.0
+        # Of one look of the executor there may be callbacks left, or tasks of its own.
         self._has_more = False
+        self._look: ReadyLook | None = None
+        super().__init__(context=node.context)
         self.add_node(node)
 
     def can_execute(self, entity: Any) -> bool:
         """Tell whether to look at ``entity``."""
         return entity not in self._urgent and super().can_execute(entity)
+
+    def wake(self) -> None:
+        """Look at other things than before, as the node has made or destroyed some."""
+        self._look = None
+        super().wake()
+
+    def create_task(self, *arguments: Any, **named: Any) -> Any:
+        """Run a callback in one of the next turns."""
+        self._has_more = True
+        return super().create_task(*arguments, **named)
 
     def give(self) -> None:
         """Run one callback, if one is ready, and set when the next turn is due.
@@ -47,7 +59,7 @@ class OtherTurns(SingleThreadedExecutor):
         Raises:
             Exception: what the callback raises.
         """
-        ready = self._next_ready()
+        ready = self._next_ready() if self._has_more or self._is_any_ready() else None
         self._has_more = ready is not None
         now = monotonic()
         if ready is not None and not isinstance(ready[1], Timer):
@@ -59,6 +71,11 @@ class OtherTurns(SingleThreadedExecutor):
             handler()
             # Raises what the callback has raised.
             handler.result()
+
+    def _is_any_ready(self) -> bool:
+        if self._look is None:
+            self._look = ReadyLook(self._node, self._urgent)
+        return self._look.is_any_ready()
 
     def _next_ready(self) -> tuple[Any, Any] | None:
         """Return a callback that is ready and what it belongs to, None if there is none."""
