@@ -8,8 +8,7 @@ from ruckig import InputParameter, OutputParameter, Ruckig, Trajectory
 
 from benchmarks.harness import Figure, Work, compare, pinned_to_one_core
 from benchmarks.judge import LIMITS
-from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind
-from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3

@@ -39,8 +39,9 @@ def _compared(what: str, node: str) -> Figure:
 def _time_to_serve(node: str) -> float:
     """Start a node and return the time to its first answer [s].
 
-    Who asks has just joined the domain, too. A participant makes itself known when it joins and
-    then every 3 s; where an old one asked, about half of all starts waited for that.
+    Who asks has just joined the domain, too. A participant makes itself known when it joins, and
+    each 0.1 s for half a second, and then each second; where an old one asked, many starts waited
+    for that.
     """
     with session() as running:
         client = running.probe.create_client(ListParameters, f"{NAMESPACE}/{node}/list_parameters")

@@ -16,8 +16,7 @@ import numpy as np
 from benchmarks.judge import LIMITS, beyond_reach, beyond_travel
 from benchmarks.linear_moves import MACHINE, WORKSPACE
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine import MotionEngine
-from tri_glide_kinematics.motion.errors import NoRoomError
+from tri_glide_kinematics.motion import MotionEngine, NoRoomError
 from tri_glide_kinematics.vectors import FloatArray
 
 SAMPLES = 200

@@ -36,8 +36,7 @@ from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
-from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion import MotionEngine, MotionPhase, SliderLimits, SliderState
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace

@@ -21,7 +21,7 @@ import numpy as np
 from benchmarks import edge_jogs, linear_moves
 from benchmarks.judge import Findings, Judge, Scenario
 from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all, some_pieces
-from tri_glide_kinematics.motion.engine import MotionEngine, SliderLimits
+from tri_glide_kinematics.motion import MotionEngine, SliderLimits
 from tri_glide_kinematics.motion.limit_use import TOLERANCES
 from tri_glide_kinematics.motion.limits import QUANTITIES
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide

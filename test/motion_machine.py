@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 from strategies import DEFAULT_LIMITS
 
-from tri_glide_kinematics.motion.command_stream import CommandStream
-from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderLimits
-from tri_glide_kinematics.motion.limit_use import LimitUse
+from tri_glide_kinematics.motion import (
+    CommandStream,
+    LimitUse,
+    MotionEngine,
+    MotionKind,
+    MotionPhase,
+    SliderLimits,
+)
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import FloatArray

@@ -14,7 +14,7 @@ from typing import Any
 from tri_glide_kinematics.ros.processes import NodeProcesses, default_parameter_file
 
 TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).resolve().parents[1]
 
 
 class RunningNode:
@@ -53,9 +53,7 @@ class Launcher:
 
     def __init__(self, namespace: str = "/", folder: Path | None = None) -> None:
         """Start nodes in ``namespace``, with one log each in ``folder`` if there is one."""
-        # What is installed comes first; this folder is for modules that are not.
-        paths = [*filter(None, [os.environ.get("PYTHONPATH")]), str(ROOT)]
-        self._processes = NodeProcesses({"PYTHONPATH": os.pathsep.join(paths)})
+        self._processes = NodeProcesses({"PYTHONPATH": _python_path()})
         self._folder = folder
         self._namespace = namespace
         self._count = itertools.count()
@@ -122,6 +120,15 @@ def launched(folder: Path, namespace: str) -> Iterator[Launcher]:
     for node in launcher.started:
         assert "Traceback" not in node.output, f"{node.name}:\n{node.output}"
         assert node.process.returncode in (0, -9), f"{node.name}:\n{node.output}"
+
+
+def _python_path() -> str:
+    """Return where processes find modules: this folder is only for those that are not installed.
+
+    Where it comes first, a node is made of the sources in it, which are compiled at each start.
+    """
+    paths = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))
+    return os.pathsep.join([*(path for path in paths if Path(path).resolve() != ROOT), str(ROOT)])
 
 
 def _in_namespace(namespace: str) -> list[str]:

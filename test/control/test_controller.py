@@ -19,8 +19,7 @@ from tri_glide_kinematics.control.operating_state import (
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase
-from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, SliderLimits
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.workspace.limits import WorkspaceLimits

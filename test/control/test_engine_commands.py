@@ -7,9 +7,7 @@ import pytest
 from tri_glide_kinematics.control.engine_commands import EngineCommands
 from tri_glide_kinematics.control.inbox import TargetPosition, TargetVelocity
 from tri_glide_kinematics.control.streams import Streams
-from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
-from tri_glide_kinematics.motion.errors import NoRoomError
-from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion import MotionEngine, MotionPhase, NoRoomError, SliderLimits
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.workspace.limits import WorkspaceLimits

@@ -24,6 +24,7 @@ TABLES = {
     name: {parameter.name: parameter for parameter in table}
     for name, table in parameters.NODES.items()
 }
+MADE = ("build/", "install/", "out/")  # what make makes
 each_page = pytest.mark.parametrize("page", PAGES, ids=IDS)
 
 
@@ -47,6 +48,13 @@ def test_every_named_path_exists(page):
     for name in named:
         inside = chain.from_iterable((ROOT / room).rglob(name) for room in (PACKAGE, "benchmarks"))
         assert (ROOT / name).exists() or any(inside), name
+
+
+@each_page
+def test_every_named_folder_exists(page):
+    for name in re.findall(r"`((?:[a-z_]+/)+)`", text(page)):
+        inside = (ROOT / PACKAGE).rglob(name)
+        assert (ROOT / name).is_dir() or name in MADE or any(inside), name
 
 
 @each_page
@@ -148,6 +156,8 @@ def test_targets_of_make_exist():
 
 
 @each_page
-def test_modules_that_are_run_exist(page):
-    for name in re.findall(r"python -m ((?!pip|pytest)[a-z_.]+[a-z_])", text(page)):
+def test_named_modules_exist(page):
+    named = re.findall(r"python -m ((?!pip|pytest)[a-z_.]+[a-z_])", text(page))
+    named += re.findall(rf"\b{PACKAGE}(?:\.[a-z_]+)+\b", text(page))
+    for name in named:
         assert find_spec(name) is not None, name

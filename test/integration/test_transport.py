@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import struct
 import subprocess
@@ -70,6 +71,19 @@ def test_nodes_have_the_chosen_transport_and_everybody_hears_them(chosen, monkey
         monkeypatch.delenv(variable, raising=False)
     topic = f"{machine.namespace}/joint_commands"
     subprocess.run([sys.executable, "-c", LISTENER, topic], check=True, timeout=TIMEOUT)
+
+
+def test_on_one_computer_a_node_that_was_killed_is_soon_forgotten(client, nodes):
+    node = nodes.start("fk_node")
+
+    def is_known():
+        names = client.node.get_node_names_and_namespaces()
+        return ("fk_node", client.namespace) in names
+
+    client.wait_for(is_known, "the node to be found")
+    assert node.signal(signal.SIGKILL) == -signal.SIGKILL
+    # By default of Fast DDS it would take 20 s.
+    client.wait_for(lambda: not is_known(), "the node to be forgotten", timeout=10.0)
 
 
 def test_what_brings_shared_memory_is_warned_of(

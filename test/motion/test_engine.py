@@ -30,8 +30,13 @@ from tri_glide_kinematics.errors import (
     OutOfBoundsError,
     WrongShapeError,
 )
-from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderLimits
-from tri_glide_kinematics.motion.errors import NotStartedError
+from tri_glide_kinematics.motion import (
+    MotionEngine,
+    MotionKind,
+    MotionPhase,
+    NotStartedError,
+    SliderLimits,
+)
 from tri_glide_kinematics.tri_glide.errors import ArmTooShortError, NoPoseError
 from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 

@@ -23,8 +23,7 @@ from motion_machine import (
 from tri_glide_kinematics.errors import (
     KinematicsError,
 )
-from tri_glide_kinematics.motion.engine import MotionKind, MotionPhase
-from tri_glide_kinematics.motion.errors import NoRoomError
+from tri_glide_kinematics.motion import MotionKind, MotionPhase, NoRoomError
 from tri_glide_kinematics.workspace.workspace import WorkspaceLimits
 
 

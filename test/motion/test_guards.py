@@ -22,15 +22,19 @@ from numpy.polynomial import Polynomial
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion import verification
-from tri_glide_kinematics.motion.engine import MotionKind, SliderLimits
-from tri_glide_kinematics.motion.errors import PlanningError
+from tri_glide_kinematics.motion import (
+    MotionKind,
+    PlanningError,
+    SliderLimits,
+    SliderState,
+    verification,
+)
 from tri_glide_kinematics.motion.lines.line_builders import EDGE_CLEARANCE
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
 from tri_glide_kinematics.motion.planner import MotionPlanner
-from tri_glide_kinematics.motion.plans import AT_REST, SliderState
+from tri_glide_kinematics.motion.plans import AT_REST
 from tri_glide_kinematics.motion.sliders.slider_motion import SliderMotion
 from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
 

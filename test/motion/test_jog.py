@@ -17,8 +17,7 @@ from benchmarks.edge_jogs import (
     random_twist,
 )
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine import MotionPhase
-from tri_glide_kinematics.motion.errors import NoRoomError
+from tri_glide_kinematics.motion import MotionPhase, NoRoomError
 
 JOGS = 2_000
 

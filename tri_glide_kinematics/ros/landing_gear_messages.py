@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any, TypeVar
+
 from tri_glide_interfaces.msg import BodyState as BodyMessage
 from tri_glide_interfaces.msg import LandingGear as LandingGearMessage
 from tri_glide_interfaces.msg import LandingGearMotion as MotionMessage
@@ -14,6 +17,8 @@ from tri_glide_kinematics.mechanisms.landing_gear import (
     Reaction,
 )
 
+Message = TypeVar("Message", BodyMessage, ReactionMessage)
+
 
 def solve(request: SolveLandingGear.Request, response: SolveLandingGear.Response) -> None:
     """Fill the response with motion, momentum and reactions.
@@ -22,10 +27,10 @@ def solve(request: SolveLandingGear.Request, response: SolveLandingGear.Response
         KinematicsError: if there is no answer; the message says why.
     """
     state = gear_of(request.gear).state(motion_of(request.motion))
-    response.gear = _body_message(state.gear)
-    response.wheel = _body_message(state.wheel)
-    response.hinge = _reaction_message(state.hinge)
-    response.axle = _reaction_message(state.axle)
+    response.gear = _message(BodyMessage, state.gear)
+    response.wheel = _message(BodyMessage, state.wheel)
+    response.hinge = _message(ReactionMessage, state.hinge)
+    response.axle = _message(ReactionMessage, state.axle)
 
 
 def gear_of(message: LandingGearMessage) -> LandingGear:
@@ -54,39 +59,13 @@ def gear_of(message: LandingGearMessage) -> LandingGear:
 
 def motion_of(message: MotionMessage) -> LandingGearMotion:
     """Return the motion that a message describes."""
-    return LandingGearMotion(
-        pitch_angle=message.pitch_angle,
-        retraction_angle=message.retraction_angle,
-        yaw_velocity=message.yaw_velocity,
-        retraction_velocity=message.retraction_velocity,
-        spin_velocity=message.spin_velocity,
-        yaw_acceleration=message.yaw_acceleration,
-        retraction_acceleration=message.retraction_acceleration,
-        spin_acceleration=message.spin_acceleration,
-        forward_velocity=message.forward_velocity,
-        forward_acceleration=message.forward_acceleration,
-    )
+    return LandingGearMotion(**{name: getattr(message, name) for name in _names(MotionMessage)})
 
 
-def _body_message(body: BodyState) -> BodyMessage:
-    return BodyMessage(
-        position=body.position,
-        velocity=body.velocity,
-        acceleration=body.acceleration,
-        coriolis_acceleration=body.coriolis_acceleration,
-        angular_velocity=body.angular_velocity,
-        angular_acceleration=body.angular_acceleration,
-        momentum=body.momentum,
-        momentum_rate=body.momentum_rate,
-        angular_momentum=body.angular_momentum,
-        angular_momentum_rate=body.angular_momentum_rate,
-    )
+def _message(kind: type[Message], values: BodyState | Reaction) -> Message:
+    """Return a message of ``kind``, filled from the attributes that its fields are named after."""
+    return kind(**{name: getattr(values, name).tolist() for name in _names(kind)})
 
 
-def _reaction_message(reaction: Reaction) -> ReactionMessage:
-    return ReactionMessage(
-        position=reaction.position,
-        force=reaction.force,
-        moment=reaction.moment,
-        axial_moment=float(reaction.axial_moment),
-    )
+def _names(kind: type[Any]) -> Iterable[str]:
+    return kind.get_fields_and_field_types()
