@@ -20,7 +20,7 @@ from motion_machine import (
 )
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
+from tri_glide_kinematics.motion import MotionEngine, MotionPhase
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 
