@@ -109,7 +109,7 @@ def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(m
         ((0.0, 0.0, HEIGHT), 3.0, "tri_glide_base", "behind the clock of this node"),
         ((0.0, 0.0, HEIGHT), None, "tri_glide_base", "has no stamp"),
         ((0.0, 0.0, HEIGHT), 0.0, "somewhere", "frame_id 'somewhere'"),
-        ((0.0, math.nan, HEIGHT), 0.0, "tri_glide_base", "position.y is nan"),
+        ((0.0, math.nan, HEIGHT), 0.0, "tri_glide_base", "position.y = nan"),
         ((0.9, 0.0, HEIGHT), 0.0, "tri_glide_base", "refused a target state"),
     ],
 )

@@ -177,7 +177,7 @@ class EngineCommands:
                 self._engine.jog(command.velocity)
             else:
                 # The next setpoint is for now; the present one of the engine is a period older.
-                age = self._now - self._period - command.seen
+                age = max(self._now, command.received) - self._period - command.seen
                 self._engine.track(command.position, command.velocity, age)
         except KinematicsError as error:
             return error
