@@ -98,7 +98,12 @@ class MotionController(CommandedMotion):
                 self._fault(silence)
             elif (stream := self._stream) and (silence := stream.silence(now)) is not None:
                 self._brake(silence, asked_for=False)
-        self.plan(may_go_on)
+        # In motion the setpoint comes first: a plan begins later anyway.
+        self._take(
+            lambda moving: self._commands.carry_out(
+                moving, may_go_on if self._engine.phase is MotionPhase.IDLE else None
+            )
+        )
         setpoint = self._commands.step()
         self._commanded = setpoint.heights
         # A plan that was ready begins with this setpoint.

@@ -109,11 +109,12 @@ class PlanExecution(PlanHolder):
         return refusal
 
     def _prepare(self, making: Making, goal: Command | None = None) -> None:
-        """Make what is held next: a first piece of it, and the others unless that is for later."""
+        """Make what is held next, unless that is for later; at rest, a first piece of it."""
         lead = self._lead_time.after(self._last_step) if self._in_pieces else 0.0
         self._preparation = Preparation(making, goal, self._holding(), self._time, lead)
         self._look_ahead()
-        self._work(lambda: not self._in_pieces)
+        if not self._in_pieces or self._preparation.begins_at_rest:
+            self._work(lambda: not self._in_pieces)
 
     def _work(self, may_go_on: Callable[[], bool]) -> None:
         preparation = self._preparation
