@@ -143,7 +143,7 @@ def test_a_target_with_an_acceleration_is_followed_without_an_error():
 def test_each_slider_on_the_shortest_way_goes_on_as_it_was_planned():
     """A target at rest far away: what is planned anew in each cycle is the plan of the first."""
     target = MovingTarget((0.05, -0.03, 0.33), STILL)
-    tracking, state, period = TargetTracking(MACHINE), at_rest(), 0.002
+    tracking, state, period = TargetTracking(WORKSPACE), at_rest(), 0.002
     ways = tracking.step_towards(state, target, LIMITS, 0.5)
     durations = [sum(length for length, jerk in way.phases if jerk) for way in ways]
     run = TrackingRun()

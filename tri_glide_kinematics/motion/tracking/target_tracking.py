@@ -31,8 +31,8 @@ from tri_glide_kinematics.motion.tracking.velocity_phases import (
     within,
 )
 from tri_glide_kinematics.motion.tracking.way_ahead import EDGE_CLEARANCE, approach
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace.workspace import Workspace
 
 # What the target may take of the limits: there is always something left to catch up with. A
 # target that takes more is not followed, only run after.
@@ -72,9 +72,9 @@ def straight_towards(place: Vector3, target: MovingTarget, limits: SliderLimits)
 class TargetTracking:
     """Steps towards moving targets."""
 
-    def __init__(self, machine: TriGlide) -> None:
-        """Prepare for a ``machine``."""
-        self._machine = machine
+    def __init__(self, workspace: Workspace) -> None:
+        """Prepare for a ``workspace`` and its machine."""
+        self._workspace = workspace
         self._ruckig = RuckigPlanner(3)
 
     def step_towards(
@@ -89,13 +89,14 @@ class TargetTracking:
             period: of the step [s].
 
         Raises:
-            KinematicsError: if the machine has no pose at the target, a number is not finite or
-                no way was found.
+            KinematicsError: if the machine has no pose at the target, a number is not finite, or
+                the target is far away and outside the workspace.
         """
         position, velocity, acceleration = target
-        heights, rates, bends, _ = slider_line(self._machine, position, velocity)
+        machine = self._workspace.machine
+        heights, rates, bends, _ = slider_line(machine, position, velocity)
         if any(acceleration):
-            _, more = self._machine.inverse_velocity(position, acceleration)
+            _, more = machine.inverse_velocity(position, acceleration)
             bends = bends[0] + more[0], bends[1] + more[1], bends[2] + more[2]
         own = list(zip(*state))
         wanted = list(zip(heights, rates, bends))
@@ -104,6 +105,8 @@ class TargetTracking:
         ways = [way for way in onto if way]
         if len(ways) == 3:
             return ways
+        # It would end in a to and fro next to the edge.
+        self._workspace.check_position(position)
         caught = self._catch_up(own, wanted, bounds, period)
         return [way or other for way, other in zip(onto, caught)]
 
