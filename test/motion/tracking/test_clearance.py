@@ -96,6 +96,13 @@ def test_the_workspace_is_looked_at(monkeypatch):
         assert certified(at_rest(), ways, workspace=TIGHT)
 
 
+def test_not_even_a_rest_outside_is_certified():
+    """There the caller has other means: moves that make nothing worse."""
+    stay = [STAY, STAY, STAY]
+    assert certified(at_rest((0.0, 0.0, 0.302)), stay, workspace=TIGHT)
+    assert not certified(at_rest((0.0, 0.0, 0.30201)), stay, workspace=TIGHT)
+
+
 def test_where_the_room_is_too_small_the_path_is_traced(monkeypatch):
     near = at_rest((0.0, 0.0, 0.2979))
     assert TIGHT.free_way(near.heights) < 0.0035

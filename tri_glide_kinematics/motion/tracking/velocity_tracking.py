@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from math import hypot
 
+from tri_glide_kinematics.motion.commands import SLOWEST_JOG
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import AT_REST, SliderState
 from tri_glide_kinematics.motion.tracking.platform_wish import PlatformWish, platform_wish
@@ -32,9 +33,6 @@ from tri_glide_kinematics.motion.tracking.velocity_phases import (
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
-
-# A slower platform is meant to stand still [m/s].
-STANDSTILL = 1e-7
 
 
 class VelocityTracking:
@@ -62,8 +60,8 @@ class VelocityTracking:
         machine = self._machine
         place = machine.forward_velocity(state.heights, state.velocities)
         rates = accelerations = AT_REST
-        stop = hypot(*velocity) < STANDSTILL
-        if stop and hypot(*place[1]) > STANDSTILL:
+        stop = hypot(*velocity) < SLOWEST_JOG
+        if stop and hypot(*place[1]) > SLOWEST_JOG:
             # To a halt along the line, if there is one.
             velocity = place[1]
         if not stop or velocity is place[1]:
