@@ -13,7 +13,7 @@ from tracking_run import PLACE, TrackingRun, at_rest, peaks
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.plans import AT_REST, SliderState
+from tri_glide_kinematics.motion.plans import AT_REST, SAME_TIME, SliderState
 from tri_glide_kinematics.motion.tracking.follower import Follower
 from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget, WantedVelocity
 from tri_glide_kinematics.motion.verification import TRAVEL_ROUNDING, height_extremes
@@ -60,7 +60,8 @@ def check_promise(step, state, limits, period, workspace):
     # It begins where the sliders are, passes the state after the step, and ends at rest.
     # A phase that is shorter than ``SAME_TIME`` is not told from its neighbour.
     for time, expected in ((0.0, state), (period, step.after)):
-        for values, wanted, rounding in zip(plan.state(time), expected, (1e-15, 1e-13, 5e-9)):
+        roundings = 1e-15, 1e-13, 4.0 * SAME_TIME * max(limits.jerk)
+        for values, wanted, rounding in zip(plan.state(time), expected, roundings):
             np.testing.assert_allclose(values, wanted, rtol=0.0, atol=rounding)
     assert plan.duration == pytest.approx(step.duration, abs=1e-9)
     before_end = plan.state(plan.duration - 1e-9)
