@@ -128,6 +128,7 @@ def test_a_target_faster_than_the_sliders_is_run_after_within_the_limits():
         run.step(MovingTarget((x, 0.0, 0.3), velocity), slow)
     rates = np.abs([state.velocities for state in run.states])
     assert rates.max() == pytest.approx(0.1, rel=1e-6)
+    assert run.refused == 0
     assert math.dist(run.places[-1], (0.1, 0.0, 0.3)) < 1e-12
 
 

@@ -9,7 +9,7 @@ the target does takes its part of the limits of velocity and acceleration.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import copysign, hypot
+from math import hypot
 
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import SliderState
@@ -22,14 +22,8 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     SliderWay,
     way_of,
     way_onto,
-    way_to_speed,
 )
-from tri_glide_kinematics.motion.tracking.velocity_phases import (
-    Phase,
-    cut_to,
-    stopping_velocity,
-    within,
-)
+from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, within
 from tri_glide_kinematics.motion.tracking.way_ahead import EDGE_CLEARANCE, approach
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
@@ -141,20 +135,6 @@ class TargetTracking:
             relative, velocities, accelerations, [jerk for _, _, jerk in bounds]
         )
         return [
-            _way_within(one, cut_to(phases, period), limit, period)
-            for one, phases, limit in zip(own, found, bounds)
+            way_of(velocity, acceleration, cut_to(phases, period))
+            for (_, velocity, acceleration), phases in zip(own, found)
         ]
-
-
-def _way_within(own: Setpoint, phases: Sequence[Phase], bounds: Bounds, period: float) -> SliderWay:
-    """Return a step on ``phases``, or one that stops short of the velocity limit if they do not.
-
-    In a frame that is accelerated, a velocity that can just be kept there may be none outside.
-    """
-    _, velocity, acceleration = own
-    fastest, _, jerk = bounds
-    way = way_of(velocity, acceleration, phases)
-    left = stopping_velocity(way.velocity, way.acceleration, jerk)
-    if abs(left) <= fastest:
-        return way
-    return way_to_speed(velocity, acceleration, copysign(fastest, left), bounds, period)

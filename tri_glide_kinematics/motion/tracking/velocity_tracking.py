@@ -21,15 +21,9 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     SliderWay,
     way_of,
     way_onto_speed,
-    way_to_speed,
 )
 from tri_glide_kinematics.motion.tracking.straight_step import straight_step
-from tri_glide_kinematics.motion.tracking.velocity_phases import (
-    cut_to,
-    stopping_velocity,
-    to_zero,
-    within,
-)
+from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, to_zero
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
@@ -98,14 +92,10 @@ def _way_towards(
     """
     velocity, acceleration = own
     rate, bend = wanted
-    fastest, most, jerk = bounds
+    _, most, jerk = bounds
     way = way_onto_speed(velocity, acceleration, rate, bend, bounds, period)
     if way:
         return way
     before = rate - period * bend
     phases = to_zero(velocity - before, acceleration - bend, -most - bend, most - bend, jerk)
-    way = way_of(velocity, acceleration, cut_to(phases, period))
-    if abs(stopping_velocity(way.velocity, way.acceleration, jerk)) <= fastest:
-        return way
-    # In a frame that is accelerated, a velocity that can just be kept may be none outside.
-    return way_to_speed(velocity, acceleration, within(rate, fastest), bounds, period)
+    return way_of(velocity, acceleration, cut_to(phases, period))
