@@ -38,7 +38,7 @@ def test_all_is_inside_within_the_free_way(name):
         try:
             workspace.check_position(place)
         except KinematicsError:
-            assert free_way == 0.0
+            assert free_way < 0.0
             outside += 1
             continue
         free_ways.append(free_way)
@@ -54,7 +54,7 @@ def test_all_is_inside_within_the_free_way(name):
 
 def test_free_way_without_a_pose_or_a_number():
     for heights in ((0.6, 5.0, 0.6), (np.nan, 0.6, 0.6)):
-        assert WORKSPACE.free_way(heights) == 0.0
+        assert WORKSPACE.free_way(heights) < 0.0
 
 
 def test_a_path_is_proved_as_far_as_the_samples_go():

@@ -13,7 +13,7 @@ makes none of them worse.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from math import dist, hypot
+from math import dist, hypot, inf
 
 from tri_glide_kinematics.checks import finite_vector, non_negative, positive
 from tri_glide_kinematics.errors import KinematicsError
@@ -258,17 +258,17 @@ class Workspace:
         leaves neither the ball in which the condition number is kept nor the convex shapes.
 
         Returns:
-            Largest Euclidean distance from the heights; 0 if the place is outside [m].
+            Largest Euclidean distance from the heights; less than 0 if the place is outside [m].
         """
         try:
             position = self.machine.forward(heights)
         except KinematicsError:
-            return 0.0
+            return -inf
         around = self._field.around(position[0], position[1])
-        if around is None:
-            return 0.0
-        room = min(around.radius, self._bounds.slack(position))
-        return max(room * around.singular_value, 0.0)
+        slack = self._bounds.slack(position)
+        if around is None or not slack >= -ROUNDING:
+            return -inf
+        return max(min(around.radius, slack), 0.0) * around.singular_value
 
     def _trace_line(
         self, start: Vector3, direction: Vector3, length: float

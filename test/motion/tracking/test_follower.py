@@ -13,8 +13,8 @@ from tracking_run import PLACE, TrackingRun, at_rest, peaks
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.plans import AT_REST, SliderState
-from tri_glide_kinematics.motion.tracking.follower import Follower, fits
+from tri_glide_kinematics.motion.plans import AT_REST, SAME_TIME, SliderState
+from tri_glide_kinematics.motion.tracking.follower import Follower
 from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget, WantedVelocity
 from tri_glide_kinematics.motion.verification import TRAVEL_ROUNDING, height_extremes
 from tri_glide_kinematics.workspace.workspace import TOLERANCE, Cylinder, Workspace
@@ -32,6 +32,7 @@ WORKSPACES = {
     ),
 }
 ONE = 1.0 + RELATIVE_ROUNDING
+STOP = WantedVelocity((0.0, 0.0, 0.0))
 
 
 def is_inside(workspace, heights) -> bool:
@@ -59,7 +60,8 @@ def check_promise(step, state, limits, period, workspace):
     # It begins where the sliders are, passes the state after the step, and ends at rest.
     # A phase that is shorter than ``SAME_TIME`` is not told from its neighbour.
     for time, expected in ((0.0, state), (period, step.after)):
-        for values, wanted, rounding in zip(plan.state(time), expected, (1e-15, 1e-13, 5e-9)):
+        roundings = 1e-15, 1e-13, 4.0 * SAME_TIME * max(limits.jerk)
+        for values, wanted, rounding in zip(plan.state(time), expected, roundings):
             np.testing.assert_allclose(values, wanted, rtol=0.0, atol=rounding)
     assert plan.duration == pytest.approx(step.duration, abs=1e-9)
     before_end = plan.state(plan.duration - 1e-9)
@@ -151,15 +153,32 @@ def test_limits_that_the_state_cannot_keep_are_refused(wanted):
         too_low = replace(LIMITS, **{name: (0.9 * fastest,) * 3})
         assert run.follower.step(run.state, wanted, too_low, 0.002) is None
         assert limits[order].min() > fastest
-    # A jerk with which the acceleration cannot be taken back before the limit of the velocity.
-    tight = SliderState(run.state.heights, (0.0, 0.9, 0.0), (0.0, 5.0, 0.0))
-    assert fits(tight, LIMITS)
-    assert not fits(tight, replace(LIMITS, jerk=(200.0, 100.0, 200.0)))
-    # Against the motion, too: a velocity that is passed on the other side.
-    other = SliderState(run.state.heights, (-0.1, 0.0, 0.0), (10.0, 0.0, 0.0))
-    assert not fits(other, replace(LIMITS, velocity=(0.14, 1.0, 1.0)))
-    assert fits(other, replace(LIMITS, velocity=(0.16, 1.0, 1.0)))
-    assert not fits(SliderState(run.state.heights, (math.nan, 0.0, 0.0), AT_REST), LIMITS)
+
+
+@pytest.mark.parametrize(
+    "wanted", (STOP, WantedVelocity((0.1, 0.0, 0.0)), MovingTarget(PLACE, AT_REST))
+)
+def test_a_velocity_that_will_be_passed_is_foreseen(wanted):
+    """An acceleration has to be taken back: until then the velocity goes on."""
+    heights = MACHINE.inverse(PLACE)
+    for velocity, acceleration, name, enough, too_low in (
+        (0.9, 5.0, "jerk", 200.0, 100.0),
+        # Against the motion, too: it is passed on the other side.
+        (-0.1, 10.0, "velocity", 0.16, 0.14),
+    ):
+        state = SliderState(heights, (0.0, velocity, 0.0), (0.0, acceleration, 0.0))
+        for value, possible in ((enough, True), (too_low, False)):
+            values = list(getattr(LIMITS, name))
+            values[1] = value
+            limits = replace(LIMITS, **{name: tuple(values)})
+            step = Follower(WORKSPACE).step(state, wanted, limits, 0.002)
+            assert (step is not None) is possible
+    assert (
+        Follower(WORKSPACE).step(
+            SliderState(heights, (math.nan, 0.0, 0.0), AT_REST), wanted, LIMITS, 0.002
+        )
+        is None
+    )
 
 
 @pytest.mark.parametrize("bad", (math.nan, math.inf, -math.inf, 1e300))
@@ -181,7 +200,7 @@ def test_a_step_is_a_plan_and_at_rest_exactly():
     run.step(WantedVelocity((0.1, 0.0, 0.0)))
     step = run.held
     assert step.state(0.002) is step.after
-    assert step.state(0.0) == run.states[0]
+    assert step.state(0.0) is run.states[0]
     assert step.duration > 0.002
     assert not step.ends_at_rest
     assert step.as_cubic() is step.as_cubic()

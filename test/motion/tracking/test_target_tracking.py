@@ -128,6 +128,7 @@ def test_a_target_faster_than_the_sliders_is_run_after_within_the_limits():
         run.step(MovingTarget((x, 0.0, 0.3), velocity), slow)
     rates = np.abs([state.velocities for state in run.states])
     assert rates.max() == pytest.approx(0.1, rel=1e-6)
+    assert run.refused == 0
     assert math.dist(run.places[-1], (0.1, 0.0, 0.3)) < 1e-12
 
 
@@ -143,7 +144,7 @@ def test_a_target_with_an_acceleration_is_followed_without_an_error():
 def test_each_slider_on_the_shortest_way_goes_on_as_it_was_planned():
     """A target at rest far away: what is planned anew in each cycle is the plan of the first."""
     target = MovingTarget((0.05, -0.03, 0.33), STILL)
-    tracking, state, period = TargetTracking(MACHINE), at_rest(), 0.002
+    tracking, state, period = TargetTracking(WORKSPACE), at_rest(), 0.002
     ways = tracking.step_towards(state, target, LIMITS, 0.5)
     durations = [sum(length for length, jerk in way.phases if jerk) for way in ways]
     run = TrackingRun()

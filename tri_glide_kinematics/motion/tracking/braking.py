@@ -11,7 +11,7 @@ from tri_glide_kinematics.motion.tracking.velocity_phases import Phase, to_zero
 # A slider that is slower than the others brakes more gently, but not by more than this.
 GENTLEST = 0.05
 
-# A part of the velocity that is none.
+# Added to each part of the velocity, so that none is zero.
 TINY = 1e-9
 
 Braking = tuple[Phase, Phase, Phase]
@@ -40,13 +40,16 @@ def braking_together(ways: Sequence[SliderWay], limits: SliderLimits) -> list[Br
         ways: of the sliders in the step.
         limits: of the sliders.
     """
-    fastest = max(abs(way.velocity) for way in ways)
+    v1, v2, v3 = [abs(way.velocity) for way in ways]
+    fastest = max(v1, v2, v3)
     if fastest == 0.0:
         return braking_alone(ways, limits)
-    parts = [abs(way.velocity) / fastest for way in ways]
+    parts = (v1 / fastest + TINY, v2 / fastest + TINY, v3 / fastest + TINY)
     # Limits of a slider that has all of the velocity.
-    hardest = min(most / max(part, TINY) for part, most in zip(parts, limits.acceleration))
-    sharpest = min(jerk / max(part, TINY) for part, jerk in zip(parts, limits.jerk))
+    p1, p2, p3 = parts
+    a1, a2, a3 = limits.acceleration
+    j1, j2, j3 = limits.jerk
+    hardest, sharpest = min(a1 / p1, a2 / p2, a3 / p3), min(j1 / p1, j2 / p2, j3 / p3)
     together = []
     for way, part, most, jerk in zip(ways, parts, limits.acceleration, limits.jerk):
         gentle = max(min(hardest * part, most), GENTLEST * most, abs(way.acceleration))

@@ -13,7 +13,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import SliderState
 from tri_glide_kinematics.motion.tracking.braking import braking_alone, braking_together
-from tri_glide_kinematics.motion.tracking.clearance import ONE_AND_ROUNDING, first_certified
+from tri_glide_kinematics.motion.tracking.clearance import first_certified
 from tri_glide_kinematics.motion.tracking.moving_target import Wanted, WantedVelocity
 from tri_glide_kinematics.motion.tracking.slider_way import SliderWay
 from tri_glide_kinematics.motion.tracking.target_tracking import (
@@ -21,7 +21,6 @@ from tri_glide_kinematics.motion.tracking.target_tracking import (
     straight_towards,
 )
 from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
-from tri_glide_kinematics.motion.tracking.velocity_phases import stopping_velocity
 from tri_glide_kinematics.motion.tracking.velocity_tracking import VelocityTracking
 from tri_glide_kinematics.workspace.workspace import Workspace
 
@@ -33,7 +32,7 @@ class Follower:
         """Prepare for a ``workspace`` and its machine."""
         self._workspace = workspace
         self._velocities = VelocityTracking(workspace)
-        self._targets = TargetTracking(workspace.machine)
+        self._targets = TargetTracking(workspace)
 
     def step(
         self, state: SliderState, wanted: Wanted, limits: SliderLimits, period: float
@@ -48,17 +47,14 @@ class Follower:
             period: of the step [s].
 
         Returns:
-            The step; None if the state does not fit the limits, a target is outside the workspace
-            or has no pose, or the step would not leave a way to rest. The braking that is held
-            then goes on.
+            The step; None if the limits cannot be kept from this state on, a target is outside
+            the workspace or has no pose, or the step would leave no way to rest that can be shown
+            to be one. The braking that is held then goes on.
         """
-        if not fits(state, limits):
-            return None
         try:
             if isinstance(wanted, WantedVelocity):
                 ways = self._velocities.step_towards(state, wanted.velocity, limits, period)
                 return self._with_braking(state, ways, limits, period)
-            self._workspace.check_position(wanted.position)
             ways = self._targets.step_towards(state, wanted, limits, period)
             step = self._with_braking(state, ways, limits, period)
             if step is not None:
@@ -91,15 +87,3 @@ class Follower:
             (one.acceleration, two.acceleration, three.acceleration),
         )
         return TrackedStep(state, after, period, certified.ways, certified.duration)
-
-
-def fits(state: SliderState, limits: SliderLimits) -> bool:
-    """Return whether the sliders can stay inside ``limits`` from this ``state`` on."""
-    for v, a, speed, most, jerk in zip(
-        state.velocities, state.accelerations, limits.velocity, limits.acceleration, limits.jerk
-    ):
-        bound = speed * ONE_AND_ROUNDING
-        left = stopping_velocity(v, a, jerk)
-        if not (abs(a) <= most * ONE_AND_ROUNDING and abs(v) <= bound and abs(left) <= bound):
-            return False
-    return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from tri_glide_kinematics.motion.tracking.velocity_phases import Phase, cut_to, to_zero
+from tri_glide_kinematics.motion.tracking.velocity_phases import Phase
 
 # Height [m], velocity [m/s] and acceleration [m/s^2] of one slider.
 Setpoint = tuple[float, float, float]
@@ -39,25 +39,6 @@ def way_of(velocity: float, acceleration: float, phases: Sequence[Phase]) -> Sli
         velocity += 0.5 * length * (acceleration + end)
         acceleration = end
     return SliderWay(phases, displacement, velocity, acceleration)
-
-
-def way_to_speed(
-    velocity: float, acceleration: float, wanted: float, bounds: Bounds, period: float
-) -> SliderWay:
-    """Return the next step towards a steady velocity.
-
-    It passes no velocity beyond the wanted one and that which it cannot avoid any more.
-
-    Args:
-        velocity: at the start [m/s].
-        acceleration: at the start [m/s^2].
-        wanted: velocity [m/s].
-        bounds: of the slider.
-        period: of the step [s].
-    """
-    _, most, jerk = bounds
-    phases = to_zero(velocity - wanted, acceleration, -most, most, jerk)
-    return way_of(velocity, acceleration, cut_to(phases, period))
 
 
 def way_onto(own: Setpoint, wanted: Setpoint, bounds: Bounds, period: float) -> SliderWay | None:

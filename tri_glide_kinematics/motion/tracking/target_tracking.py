@@ -9,7 +9,7 @@ the target does takes its part of the limits of velocity and acceleration.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import copysign, hypot
+from math import hypot
 
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import SliderState
@@ -22,17 +22,11 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     SliderWay,
     way_of,
     way_onto,
-    way_to_speed,
 )
-from tri_glide_kinematics.motion.tracking.velocity_phases import (
-    Phase,
-    cut_to,
-    stopping_velocity,
-    within,
-)
+from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, within
 from tri_glide_kinematics.motion.tracking.way_ahead import EDGE_CLEARANCE, approach
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace.workspace import Workspace
 
 # What the target may take of the limits: there is always something left to catch up with. A
 # target that takes more is not followed, only run after.
@@ -72,9 +66,9 @@ def straight_towards(place: Vector3, target: MovingTarget, limits: SliderLimits)
 class TargetTracking:
     """Steps towards moving targets."""
 
-    def __init__(self, machine: TriGlide) -> None:
-        """Prepare for a ``machine``."""
-        self._machine = machine
+    def __init__(self, workspace: Workspace) -> None:
+        """Prepare for a ``workspace`` and its machine."""
+        self._workspace = workspace
         self._ruckig = RuckigPlanner(3)
 
     def step_towards(
@@ -89,13 +83,14 @@ class TargetTracking:
             period: of the step [s].
 
         Raises:
-            KinematicsError: if the machine has no pose at the target, a number is not finite or
-                no way was found.
+            KinematicsError: if the machine has no pose at the target, a number is not finite, or
+                the target is far away and outside the workspace.
         """
         position, velocity, acceleration = target
-        heights, rates, bends, _ = slider_line(self._machine, position, velocity)
+        machine = self._workspace.machine
+        heights, rates, bends, _ = slider_line(machine, position, velocity)
         if any(acceleration):
-            _, more = self._machine.inverse_velocity(position, acceleration)
+            _, more = machine.inverse_velocity(position, acceleration)
             bends = bends[0] + more[0], bends[1] + more[1], bends[2] + more[2]
         own = list(zip(*state))
         wanted = list(zip(heights, rates, bends))
@@ -104,6 +99,8 @@ class TargetTracking:
         ways = [way for way in onto if way]
         if len(ways) == 3:
             return ways
+        # It would end in a to and fro next to the edge.
+        self._workspace.check_position(position)
         caught = self._catch_up(own, wanted, bounds, period)
         return [way or other for way, other in zip(onto, caught)]
 
@@ -138,20 +135,6 @@ class TargetTracking:
             relative, velocities, accelerations, [jerk for _, _, jerk in bounds]
         )
         return [
-            _way_within(one, cut_to(phases, period), limit, period)
-            for one, phases, limit in zip(own, found, bounds)
+            way_of(velocity, acceleration, cut_to(phases, period))
+            for (_, velocity, acceleration), phases in zip(own, found)
         ]
-
-
-def _way_within(own: Setpoint, phases: Sequence[Phase], bounds: Bounds, period: float) -> SliderWay:
-    """Return a step on ``phases``, or one that stops short of the velocity limit if they do not.
-
-    In a frame that is accelerated, a velocity that can just be kept there may be none outside.
-    """
-    _, velocity, acceleration = own
-    fastest, _, jerk = bounds
-    way = way_of(velocity, acceleration, phases)
-    left = stopping_velocity(way.velocity, way.acceleration, jerk)
-    if abs(left) <= fastest:
-        return way
-    return way_to_speed(velocity, acceleration, copysign(fastest, left), bounds, period)

@@ -63,7 +63,9 @@ class TrackedStep:
 
     def state(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
-        return self.after if time == self.period else self.as_cubic().state(time)
+        if time == self.period:
+            return self.after
+        return self.as_cubic().state(time) if time > 0.0 else self.start
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""

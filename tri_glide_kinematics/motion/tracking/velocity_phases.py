@@ -35,8 +35,7 @@ def to_zero(
     Returns:
         (duration [s], jerk [m/s^3]) of three phases; each may take no time.
     """
-    left = velocity + acceleration * abs(acceleration) / (2.0 * jerk)
-    if left > 0.0:
+    if stopping_velocity(velocity, acceleration, jerk) > 0.0:
         velocity, acceleration, top, signed = -velocity, -acceleration, -lowest, -jerk
     else:
         top, signed = highest, jerk

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from math import hypot
 
+from tri_glide_kinematics.motion.commands import SLOWEST_JOG
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import AT_REST, SliderState
 from tri_glide_kinematics.motion.tracking.platform_wish import PlatformWish, platform_wish
@@ -20,21 +21,12 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     SliderWay,
     way_of,
     way_onto_speed,
-    way_to_speed,
 )
 from tri_glide_kinematics.motion.tracking.straight_step import straight_step
-from tri_glide_kinematics.motion.tracking.velocity_phases import (
-    cut_to,
-    stopping_velocity,
-    to_zero,
-    within,
-)
+from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, to_zero
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
-
-# A slower platform is meant to stand still [m/s].
-STANDSTILL = 1e-7
 
 
 class VelocityTracking:
@@ -62,8 +54,8 @@ class VelocityTracking:
         machine = self._machine
         place = machine.forward_velocity(state.heights, state.velocities)
         rates = accelerations = AT_REST
-        stop = hypot(*velocity) < STANDSTILL
-        if stop and hypot(*place[1]) > STANDSTILL:
+        stop = hypot(*velocity) < SLOWEST_JOG
+        if stop and hypot(*place[1]) > SLOWEST_JOG:
             # To a halt along the line, if there is one.
             velocity = place[1]
         if not stop or velocity is place[1]:
@@ -100,14 +92,10 @@ def _way_towards(
     """
     velocity, acceleration = own
     rate, bend = wanted
-    fastest, most, jerk = bounds
+    _, most, jerk = bounds
     way = way_onto_speed(velocity, acceleration, rate, bend, bounds, period)
     if way:
         return way
     before = rate - period * bend
     phases = to_zero(velocity - before, acceleration - bend, -most - bend, most - bend, jerk)
-    way = way_of(velocity, acceleration, cut_to(phases, period))
-    if abs(stopping_velocity(way.velocity, way.acceleration, jerk)) <= fastest:
-        return way
-    # In a frame that is accelerated, a velocity that can just be kept may be none outside.
-    return way_to_speed(velocity, acceleration, within(rate, fastest), bounds, period)
+    return way_of(velocity, acceleration, cut_to(phases, period))
