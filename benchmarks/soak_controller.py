@@ -110,8 +110,11 @@ class Adversary:
         self._random_actions = RandomActions(actions, rng, findings)
 
     def act(self) -> None:
-        """Do something; a machine that is not led is mostly enabled again."""
+        """Do something; a machine that is not led is moved by hand, and mostly enabled again."""
         self._acted = True
+        if self._last is None and self._rng.random() < 0.3:
+            place = random_place(self._rng, self._workspace)
+            self._heights = self._workspace.check_position(place)
         if self.controller.state in (FAULT, DISABLED) and self._rng.random() < 0.4:
             self._random_actions.attempt(self._enable)
         else:
