@@ -49,7 +49,7 @@ class OutOfBoundsError(KinematicsError):
 
 
 class WrongShapeError(KinematicsError):
-    """An array has not the shape that its meaning demands."""
+    """An array has not the shape that its meaning asks for."""
 
     def __init__(self, name: str, shape: tuple[int, ...], expected: str) -> None:
         """Store the ``name`` of the array, its ``shape`` and the ``expected`` one in words."""

@@ -18,7 +18,6 @@ from tri_glide_kinematics.motion.held_motion import MotionPhase, PlanRole
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.planner import MotionKind
 from tri_glide_kinematics.motion.plans import SampledPlan, SliderState
-from tri_glide_kinematics.motion.preparation import only_held
 from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
 from tri_glide_kinematics.tri_glide.errors import NoPoseError
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
@@ -279,9 +278,7 @@ class MotionEngine(PlanExecution):
             if self._preparation is not None:
                 self._prepare(self._replanning.tried_again)
         else:
-            self._prepare(
-                lambda now, time: only_held(self._replanning.with_goal(now, time, goal)), goal
-            )
+            self._prepare(self._making(goal), goal)
 
     def _change(self, limits: DriveLimits) -> None:
         """Put limits in force now, or slow down until that is possible."""

@@ -125,7 +125,9 @@ class PlanExecution(PlanHolder):
         except KinematicsError:
             self._preparation = None
             self._look_ahead()
-            raise
+            # A goal that was taken before comes to rest where it cannot go on.
+            if preparation.goal is not None:
+                raise
         if preparation.ready is not None:
             self._lead_time.note(preparation.taken(self._time))
             if preparation.has_begun(self._time):
@@ -198,14 +200,29 @@ class PlanExecution(PlanHolder):
             self._replace(tracking)
         elif self._time >= held.plan.duration and held.pending is not None:
             self._replace(replace(held, limits=held.pending, pending=None))
-        # A jog ends where it comes to rest; a target may go on.
-        plan = self._holding().plan
-        if isinstance(held.goal, Jog) and (
-            plan.ends_at_rest if isinstance(plan, TrackedStep) else self._time >= plan.duration
-        ):
-            self._tracks = False
-            self._look_ahead()
+        if isinstance(held.goal, Jog):
+            self._look_after_jog(held.goal, is_certified=tracking is not None)
         return tracking is not None
+
+    def _look_after_jog(self, jog: Jog, *, is_certified: bool) -> None:
+        """End the tracking of a ``jog`` that has come to rest, or for which there is no step.
+
+        Where there is none once, near an edge, there are some and none in turn, and the platform
+        would swerve. So the jog is planned there, as from rest.
+        """
+        held = self._holding()
+        plan = held.plan
+        if is_certified:
+            self._tracks = not (isinstance(plan, TrackedStep) and plan.ends_at_rest)
+        else:
+            self._tracks = False
+            self._replace(replace(held, role=PlanRole.BRAKES))
+            if held.pending is None and self._time < plan.duration:
+                self._prepare(self._making(jog))
+        self._look_ahead()
+
+    def _making(self, goal: Command) -> Making:
+        return lambda held, time: only_held(self._replanning.with_goal(held, time, goal))
 
     def _replace(
         self, held: HeldMotion, refusal: KinematicsError | None = None, elapsed: float = 0.0

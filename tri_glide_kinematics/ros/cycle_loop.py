@@ -15,7 +15,7 @@ from tri_glide_kinematics.ros.other_turns import OtherTurns
 from tri_glide_kinematics.ros.urgent_inputs import Input, Survive, UrgentInputs
 
 # After this part of a period, what has come in and is not handled yet waits for the next cycle.
-INPUT_SHARE = 0.25
+INPUT_PART = 0.25
 # In a sleep that would go on for longer than this, others get their turns, too [s].
 ROOM = 0.005
 # Background work ends this long before the next cycle [s]: a sleep may end that much too late.
@@ -105,7 +105,7 @@ class CycleLoop:
             return
         now = monotonic()
         self._next += period * (1 + math.floor((now - self._next) / period))
-        self._inputs.handle(now + INPUT_SHARE * period)
+        self._inputs.handle(now + INPUT_PART * period)
         self._do(self._cycle.step)
         self._give_turn()
         work = self._cycle.work

@@ -15,8 +15,8 @@ from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import CubicPlan, SliderState
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity
-from tri_glide_kinematics.motion.tracking.platform_wish import platform_wish
 from tri_glide_kinematics.motion.tracking.slider_line import slider_line
+from tri_glide_kinematics.motion.tracking.wanted_motion import wanted_motion
 from tri_glide_kinematics.motion.tracking.way_ahead import (
     EDGE_CLEARANCE,
     WayAhead,
@@ -161,7 +161,7 @@ def test_wish_keeps_each_limit_where_the_platform_passes(limit):
         place = rng.uniform((-0.08, -0.08, 0.2), (0.08, 0.08, 0.3))
         direction = rng.normal(size=3)
         velocity = direction / np.linalg.norm(direction) * 0.4
-        wish = platform_wish(MACHINE, ahead, tuple(place), tuple(velocity), limits)
+        wish = wanted_motion(MACHINE, ahead, tuple(place), tuple(velocity), limits)
         np.testing.assert_allclose(np.cross(wish.direction, velocity), 0.0, atol=1e-12)
         assert 0.0 < wish.speed <= 0.4 + 1e-12
         bound += int(wish.speed < 0.39)
@@ -177,7 +177,7 @@ def test_slope_of_a_wish_is_how_the_speed_changes():
     ahead, direction = WayAhead(WORKSPACE), np.array((1.0, 0.0, 0.0))
     place, h = np.array((0.05, 0.02, 0.3)), 1e-5
     before, here, after = (
-        platform_wish(MACHINE, ahead, tuple(place + k * h * direction), (2.0, 0.0, 0.0), slow)
+        wanted_motion(MACHINE, ahead, tuple(place + k * h * direction), (2.0, 0.0, 0.0), slow)
         for k in (-1, 0, 1)
     )
     assert here.speed < 1.0

@@ -11,7 +11,6 @@ from math import hypot, inf
 
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import SliderState
-from tri_glide_kinematics.motion.tracking.platform_wish import TINY, PlatformWish
 from tri_glide_kinematics.motion.tracking.slider_line import slider_line
 from tri_glide_kinematics.motion.tracking.slider_way import (
     Bounds,
@@ -21,15 +20,16 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     way_onto_speed,
 )
 from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, to_zero
+from tri_glide_kinematics.motion.tracking.wanted_motion import TINY, WantedMotion
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
 # What of the limits of the jerk the motion along the line may take: the rest keeps to the line.
-SHARE_OF_JERK = 0.95
+FRACTION_OF_JERK = 0.95
 
 # A step that ends at the wanted speed has two jerks, which the three of the sliders do not follow
 # exactly: they may be harder.
-SHARE_AT_END = 0.6
+FRACTION_AT_END = 0.6
 
 # With one jerk a step the shortest change of the speed cannot be followed to its end. It is left
 # when two jerks over so many steps lead there.
@@ -44,7 +44,7 @@ def straight_step(
     machine: TriGlide,
     state: SliderState,
     place: tuple[Vector3, Vector3],
-    wish: PlatformWish,
+    wanted: WantedMotion,
     limits: SliderLimits,
     period: float,
 ) -> list[SliderWay] | None:
@@ -54,7 +54,7 @@ def straight_step(
         machine: the kinematics.
         state: where the step begins.
         place: position [m] and velocity [m/s] of the platform there.
-        wish: how the platform is to move at the end of the step.
+        wanted: how the platform is to move at the end of the step.
         limits: of the sliders.
         period: of the step [s].
 
@@ -62,19 +62,19 @@ def straight_step(
         KinematicsError: if the machine has no pose there.
     """
     (x, y, z), velocity = place
-    ux, uy, uz = wish.direction
-    speed = _along(velocity, wish.direction, ACROSS)
+    ux, uy, uz = wanted.direction
+    speed = _along(velocity, wanted.direction, ACROSS)
     if speed is None:
         return None
     # The acceleration of the platform is what the bends do not explain.
-    _, rates, bends, twists = wish.line
+    _, rates, bends, twists = wanted.line
     squared = speed * speed
     a1, a2, a3 = state.accelerations
-    b1, b2, b3 = slider_line(machine, (x, y, z), wish.direction).accelerations
+    b1, b2, b3 = slider_line(machine, (x, y, z), wanted.direction).accelerations
     _, acceleration_vector = machine.forward_velocity(
         state.heights, (a1 - squared * b1, a2 - squared * b2, a3 - squared * b3)
     )
-    acceleration = _along(acceleration_vector, wish.direction, ACCELERATION_ACROSS)
+    acceleration = _along(acceleration_vector, wanted.direction, ACCELERATION_ACROSS)
     if acceleration is None:
         return None
     most = jerk = inf
@@ -84,13 +84,13 @@ def straight_step(
         size = abs(rate) + TINY
         taken = abs(3.0 * bend * speed * acceleration + twist * squared * speed)
         most = min(most, (largest + bend * squared) / size)
-        jerk = min(jerk, (SHARE_OF_JERK * hardest - taken) / size)
-    slope = wish.slope
+        jerk = min(jerk, (FRACTION_OF_JERK * hardest - taken) / size)
+    slope = wanted.slope
     if not (jerk > 0.0 and most > abs(slope)):
         return None
-    way, faster, acceleration = _along_line(speed, acceleration, wish, (inf, most, jerk), period)
+    way, faster, acceleration = _along_line(speed, acceleration, wanted, (inf, most, jerk), period)
     heights, rates, bends, _ = slider_line(
-        machine, (x + way * ux, y + way * uy, z + way * uz), wish.direction
+        machine, (x + way * ux, y + way * uy, z + way * uz), wanted.direction
     )
     ways = []
     for own, height, rate, bend, bounds in zip(
@@ -100,8 +100,8 @@ def straight_step(
         bends,
         zip(limits.velocity, limits.acceleration, limits.jerk),
     ):
-        wanted = height, rate * faster, rate * acceleration + bend * faster * faster
-        onto = way_onto(own, wanted, bounds, period)
+        end = height, rate * faster, rate * acceleration + bend * faster * faster
+        onto = way_onto(own, end, bounds, period)
         if onto is None:
             return None
         ways.append(onto)
@@ -117,25 +117,25 @@ def _along(vector: Vector3, direction: Vector3, across: float) -> float | None:
 
 
 def _along_line(
-    speed: float, acceleration: float, wish: PlatformWish, bounds: Bounds, period: float
+    speed: float, acceleration: float, wanted: WantedMotion, bounds: Bounds, period: float
 ) -> tuple[float, float, float]:
     """Return way [m], speed [m/s] and acceleration [m/s^2] at the end of the step."""
     _, most, jerk = bounds
     onto = way_onto_speed(
-        speed, acceleration, wish.speed, wish.slope, (inf, most, SHARE_AT_END * jerk), period
+        speed, acceleration, wanted.speed, wanted.slope, (inf, most, FRACTION_AT_END * jerk), period
     )
     if onto:
         return onto.displacement, onto.velocity, onto.acceleration
     for periods in range(2, SOON + 1):
         ahead = (periods - 1) * period
-        later = wish.speed + ahead * wish.slope
-        onto = way_onto_speed(speed, acceleration, later, wish.slope, bounds, periods * period)
+        later = wanted.speed + ahead * wanted.slope
+        onto = way_onto_speed(speed, acceleration, later, wanted.slope, bounds, periods * period)
         if onto:
             way = way_of(speed, acceleration, ((period, onto.phases[0][1]),))
             return way.displacement, way.velocity, way.acceleration
-    before = wish.speed - period * wish.slope
+    before = wanted.speed - period * wanted.slope
     phases = to_zero(
-        speed - before, acceleration - wish.slope, -most - wish.slope, most - wish.slope, jerk
+        speed - before, acceleration - wanted.slope, -most - wanted.slope, most - wanted.slope, jerk
     )
     mean = sum(length * one for length, one in cut_to(phases, period)) / period
     way = way_of(speed, acceleration, ((period, mean),))

@@ -30,12 +30,12 @@ from tri_glide_kinematics.workspace.workspace import Workspace
 
 # What the target may take of the limits: there is always something left to catch up with. A
 # target that takes more is not followed, only run after.
-SHARE_OF_VELOCITY = 0.98
-SHARE_OF_ACCELERATION = 0.5
+FRACTION_OF_VELOCITY = 0.98
+FRACTION_OF_ACCELERATION = 0.5
 
 # What of the limits a platform takes that catches up on a straight line: a slider may have to move
 # more than the platform.
-SHARE_OF_STRAIGHT = 0.25
+FRACTION_OF_STRAIGHT = 0.25
 
 
 def straight_towards(place: Vector3, target: MovingTarget, limits: SliderLimits) -> Vector3:
@@ -56,8 +56,8 @@ def straight_towards(place: Vector3, target: MovingTarget, limits: SliderLimits)
         return target.velocity
     speed, _ = approach(
         distance + EDGE_CLEARANCE,
-        SHARE_OF_STRAIGHT * min(limits.acceleration),
-        SHARE_OF_STRAIGHT * min(limits.jerk),
+        FRACTION_OF_STRAIGHT * min(limits.acceleration),
+        FRACTION_OF_STRAIGHT * min(limits.jerk),
     )
     part = speed / distance
     return dx + part * x, dy + part * y, dz + part * z
@@ -123,10 +123,10 @@ class TargetTracking:
         for (height, velocity, acceleration), (place, rate, bend), (fastest, most, _) in zip(
             own, wanted, bounds
         ):
-            bend = within(bend, SHARE_OF_ACCELERATION * most)
-            rate = within(rate, SHARE_OF_VELOCITY * fastest)
+            bend = within(bend, FRACTION_OF_ACCELERATION * most)
+            rate = within(rate, FRACTION_OF_VELOCITY * fastest)
             # The frame where the step begins.
-            before = within(rate - period * bend, SHARE_OF_VELOCITY * fastest)
+            before = within(rate - period * bend, FRACTION_OF_VELOCITY * fastest)
             place -= 0.5 * period * (rate + before)
             relative.append((height - place, velocity - before, acceleration - bend))
             velocities.append((-fastest - before, fastest - before))

@@ -15,7 +15,6 @@ from math import hypot
 from tri_glide_kinematics.motion.commands import SLOWEST_JOG
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import AT_REST, SliderState
-from tri_glide_kinematics.motion.tracking.platform_wish import PlatformWish, platform_wish
 from tri_glide_kinematics.motion.tracking.slider_way import (
     Bounds,
     SliderWay,
@@ -24,6 +23,7 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
 )
 from tri_glide_kinematics.motion.tracking.straight_step import straight_step
 from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, to_zero
+from tri_glide_kinematics.motion.tracking.wanted_motion import WantedMotion, wanted_motion
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
@@ -61,14 +61,14 @@ class VelocityTracking:
         if not stop or velocity is place[1]:
             (x, y, z), (dx, dy, dz) = place
             end = x + period * dx, y + period * dy, z + period * dz
-            wish = platform_wish(machine, self._ahead, end, velocity, limits)
+            wanted = wanted_motion(machine, self._ahead, end, velocity, limits)
             if stop:
-                wish = PlatformWish(wish.direction, 0.0, 0.0, wish.line)
-            straight = straight_step(machine, state, place, wish, limits, period)
+                wanted = WantedMotion(wanted.direction, 0.0, 0.0, wanted.line)
+            straight = straight_step(machine, state, place, wanted, limits, period)
             if straight:
                 return straight
             if not stop:
-                rates, accelerations = wish.rates(), wish.accelerations(limits)
+                rates, accelerations = wanted.rates(), wanted.accelerations(limits)
         return [
             _way_towards(*numbers, period)
             for numbers in zip(

@@ -19,16 +19,16 @@ from tri_glide_kinematics.vectors import Vector3
 
 # What the bends of the slider paths may take of the limits of acceleration and jerk; the rest is
 # left to get onto such a path and to keep to it.
-SHARE_OF_BENDS = 0.5
+FRACTION_OF_BENDS = 0.5
 
 # What they may take of the acceleration at most, where the place is not as it was foreseen.
-LARGEST_SHARE = 0.9
+LARGEST_FRACTION = 0.9
 
 # A slider that hardly moves with the platform bounds it hardly, and by a finite number.
 TINY = 1e-9
 
 
-class PlatformWish(NamedTuple):
+class WantedMotion(NamedTuple):
     """A motion of the platform along a direction that the sliders can keep up.
 
     Attributes:
@@ -49,24 +49,24 @@ class PlatformWish(NamedTuple):
         return self.speed * w1, self.speed * w2, self.speed * w3
 
     def accelerations(self, limits: SliderLimits) -> Vector3:
-        """Return those of the sliders, cut to a share of their ``limits``. Shape (3,) [m/s^2]."""
+        """Return those of the sliders, cut to a part of their ``limits``. Shape (3,) [m/s^2]."""
         squared, slope = self.speed * self.speed, self.slope
         (w1, w2, w3), (b1, b2, b3) = self.line.rates, self.line.accelerations
         most1, most2, most3 = limits.acceleration
         return (
-            within(squared * b1 + slope * w1, LARGEST_SHARE * most1),
-            within(squared * b2 + slope * w2, LARGEST_SHARE * most2),
-            within(squared * b3 + slope * w3, LARGEST_SHARE * most3),
+            within(squared * b1 + slope * w1, LARGEST_FRACTION * most1),
+            within(squared * b2 + slope * w2, LARGEST_FRACTION * most2),
+            within(squared * b3 + slope * w3, LARGEST_FRACTION * most3),
         )
 
 
-def platform_wish(
+def wanted_motion(
     machine: TriGlide,
     ahead: WayAhead,
     position: Vector3,
     velocity: Vector3,
     limits: SliderLimits,
-) -> PlatformWish:
+) -> WantedMotion:
     """Return the motion of the platform with a velocity, or with the most of it.
 
     The limits and the edge of the workspace reduce the size of the velocity, never its direction.
@@ -89,7 +89,7 @@ def platform_wish(
     braking = building_up = inf
     for i, (rate, bend, twist) in enumerate(zip(*line[1:])):
         size, bend, twist = abs(rate) + TINY, -bend, abs(twist)
-        most, jerk = SHARE_OF_BENDS * limits.acceleration[i], SHARE_OF_BENDS * limits.jerk[i]
+        most, jerk = FRACTION_OF_BENDS * limits.acceleration[i], FRACTION_OF_BENDS * limits.jerk[i]
         # What all sliders can do along the direction is what the least of them can.
         braking, building_up = min(braking, most / size), min(building_up, jerk / size)
         if speed * speed * bend > most:
@@ -109,4 +109,4 @@ def platform_wish(
     held_back = approach(ahead.distance(position, direction, needed), braking, building_up)
     if held_back.speed < speed:
         speed, slope = held_back
-    return PlatformWish(direction, speed, slope, line)
+    return WantedMotion(direction, speed, slope, line)
