@@ -182,14 +182,14 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
             else:
                 streak += 1
                 heights[row] = engine.step(scenario.dt).heights
-                if engine.preparing:
-                    engine.work(some_pieces(rng))
             if known is None or known[0] is not engine.limits or known[1] != engine.speed_scale:
                 known = engine.limits, engine.speed_scale
                 effective = known[0].with_velocity_scaled(known[1])
                 bound = np.array((effective.velocity, effective.acceleration, effective.jerk))
             bounds[row] = bound
             streaks[row] = streak
+            if engine.preparing:
+                engine.work(some_pieces(rng))
         judge.add(heights, bounds, streaks)
         done += count
 

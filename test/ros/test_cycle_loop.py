@@ -54,7 +54,7 @@ def run(node):
     """Return a function that runs a loop until a condition holds, and gives the errors survived."""
     loops = []
 
-    def run(until, *urgent, period=PERIOD, step=lambda: None, work=None):
+    def run(until, *urgent, period=PERIOD, step=lambda: None, **more):
         errors = []
         end = time.monotonic() + BOUND
 
@@ -70,7 +70,7 @@ def run(node):
                 raise TimeoutError("in vain")
             step()
 
-        loop = CycleLoop(node, Cycle(urgent, period, step_or_end, work), survive)
+        loop = CycleLoop(node, Cycle(urgent, period, step_or_end, **more), survive)
         loops.append(loop)
         with pytest.raises(EndOfTest):
             loop.spin()
@@ -173,6 +173,24 @@ def test_messages_are_handled_in_order_and_none_is_lost(run, numbers):
     made = subscription(lambda message: received.append(message.data))
     run(lambda: len(received) == 200, made, step=Steps(publish_some))
     assert received == list(range(4, 204))
+
+
+def test_what_may_come_early_is_handled_in_the_sleep(run, numbers):
+    subscription, publish = numbers
+    period = 0.4
+    sent, delays = [], []
+
+    def step():
+        # What comes in while a first one is handled waits for the next cycle.
+        for number in range(2):
+            publish(number)
+        sent.append(time.monotonic())
+
+    made = subscription(lambda message: delays.append((message.data, time.monotonic() - sent[-1])))
+    run(lambda: len(delays) >= 9, made, period=period, step=step, early=(made,))
+    assert [number for number, _ in delays[:8]] == [0, 1] * 4
+    assert sorted(delay for number, delay in delays if number == 0)[2] < 0.5 * period
+    assert sorted(delay for number, delay in delays if number == 1)[2] > 0.5 * period
 
 
 def test_a_slow_callback_delays_a_cycle_by_itself_alone(run, numbers):

@@ -131,16 +131,18 @@ class IkNode(Node):
         DiagnosticsPublisher(self, self._health)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(STATUS_PERIOD, self._publish_status, clock=steady)
+        poses = self.create_subscription(PoseStamped, "target_pose", self._on_pose, RELIABLE)
         urgent = (
             self.create_subscription(
                 JointState, "joint_states", self._on_measured, qos_profile_sensor_data, raw=True
             ),
-            self.create_subscription(PoseStamped, "target_pose", self._on_pose, RELIABLE),
+            poses,
             self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY),
             self.create_subscription(Odometry, "target_state", self._on_state, LATEST_ONLY),
             self.create_service(Trigger, "~/stop", self._on_stop),
         )
-        self.cycle = Cycle(urgent, period, self._cycle, self._plan)
+        # The way to a pose takes a millisecond to plan: it begins in the sleep before the cycle.
+        self.cycle = Cycle(urgent, period, self._cycle, self._plan, early=(poses,))
         PatientServices(self, lambda: self._engine.phase is MotionPhase.IDLE)
 
     def _cycle(self) -> None:

@@ -16,8 +16,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, SampledPlan, SliderState
-from tri_glide_kinematics.ros.messages import set_stamp
 from tri_glide_kinematics.ros.parameter_table import Values
+from tri_glide_kinematics.ros.stamped_triples import FIRST, SECOND, StampedTriples
 
 RELIABLE = QoSProfile(depth=10)
 
@@ -38,13 +38,14 @@ class CommandOutputs:
 
     def __init__(self, node: Node, values: Values) -> None:
         """Create the publishers on ``node``."""
-        self._clock = node.get_clock()
+        self._now = node.get_clock().now
         self._joint_names = list(values["joint_names"])
         self._base_frame = values["base_frame"]
         self._trajectory_step = values["trajectory_step"]
         self._plan_number = 0
-        self._joint_state = JointState(name=self._joint_names)
-        self._joint_state.header.frame_id = self._base_frame
+        joint_state = JointState(name=self._joint_names, position=FIRST, velocity=SECOND)
+        joint_state.header.frame_id = self._base_frame
+        self._joint_state = StampedTriples(joint_state, 2)
         self._array = Float64MultiArray()
 
         def publisher(output: str, kind: type, topic: str) -> Publisher | None:
@@ -70,11 +71,9 @@ class CommandOutputs:
     def publish(self, setpoint: SliderState, engine: MotionEngine) -> None:
         """Publish the setpoint of a cycle, and the plan of ``engine`` if it is a new one."""
         if self._joint_states is not None:
-            message = self._joint_state
-            message.position = array("d", setpoint.heights)
-            message.velocity = array("d", setpoint.velocities)
-            set_stamp(message.header.stamp, self._clock)
-            self._joint_states.publish(message)
+            stamp = divmod(self._now().nanoseconds, 1_000_000_000)
+            numbers = setpoint.heights, setpoint.velocities
+            self._joint_states.publish(self._joint_state.at(*stamp, *numbers))
         if self._arrays is not None:
             self._array.data = array("d", setpoint.heights)
             self._arrays.publish(self._array)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from time import monotonic, sleep
 from typing import Any
 
@@ -32,12 +33,15 @@ class Cycle:
         step: is done in each cycle, once all that came in is handled.
         work: is called after each cycle with the time.monotonic() until which it may work [s],
             which is past where there is no time left. It is not called without a period.
+        early: of what is urgent, what takes so long that it is begun in the sleep: the first that
+            comes in between two cycles is handled at once.
     """
 
     urgent: tuple[Input, ...]
     period: float | None = None
     step: Callable[[], None] = lambda: None
     work: Callable[[float], None] | None = None
+    early: tuple[Input, ...] = ()
 
 
 class CycleLoop:
@@ -63,6 +67,7 @@ class CycleLoop:
         self._cycle = cycle
         self._survive = survive
         self._inputs = UrgentInputs(cycle.urgent, node.context, survive)
+        self._early = UrgentInputs(cycle.early, node.context, survive) if cycle.early else None
         self._others = OtherTurns(node, cycle.urgent)
         self._next = monotonic()
 
@@ -83,6 +88,8 @@ class CycleLoop:
     def close(self) -> None:
         """Let go of the node."""
         self._inputs.close()
+        if self._early is not None:
+            self._early.close()
         self._others.shutdown()
         self._kept.close()
 
@@ -108,25 +115,37 @@ class CycleLoop:
         self._inputs.handle(now + INPUT_PART * period)
         self._do(self._cycle.step)
         self._give_turn()
+        self._work()
+
+    def _work(self) -> None:
+        """Do background work until shortly before the next cycle."""
         work = self._cycle.work
         if work is not None:
-            until = self._next - WORK_MARGIN
-            self._do(lambda: work(until))
+            self._do(partial(work, self._next - WORK_MARGIN))
 
     def _wait(self) -> bool:
         """Sleep until the next cycle, and return whether there is to be one.
 
         Others get their turns in a sleep that is long enough for them.
         """
+        early = self._early
         while (left := self._next - (now := monotonic())) > 0.0:
-            nap = self._others.due - now
-            if left - nap < ROOM:
-                sleep(left)
-                continue
-            sleep(max(nap, 0.0))
-            if not self._is_running():
-                return False
-            self._give_turn()
+            nap = max(self._others.due - now, 0.0)
+            is_turn = left - nap > ROOM
+            pause = nap if is_turn else left
+            if early is None:
+                sleep(pause)
+            else:
+                self._do(partial(early.wait, pause))
+                if monotonic() < now + pause:
+                    early.handle(until=0.0)
+                    self._work()
+                    # One in a cycle: a flood is no reason not to sleep.
+                    early = None
+            if is_turn:
+                if not self._is_running():
+                    return False
+                self._give_turn()
         return True
 
     def _give_turn(self) -> None:
