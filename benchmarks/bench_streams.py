@@ -71,10 +71,14 @@ class Commander:
         self._twist = node.create_publisher(TwistStamped, "target_twist", 10)
         self._state = node.create_publisher(Odometry, "target_state", 10)
         self._setpoints = node.create_subscription(
-            JointState, "joint_commands", lambda _: None, QoSProfile(depth=5000)
+            JointState, "joint_commands", self._hear, QoSProfile(depth=5000)
         )
+        self._has_heard = False
         self._limits = AsyncParameterClient(node, "ik_node")
         self._chance = random.Random(3)
+
+    def _hear(self, _: JointState) -> None:
+        self._has_heard = True
 
     def stamps(self) -> list[float]:
         """Return the times of the setpoints that have come in [s]."""
@@ -133,9 +137,9 @@ class Commander:
 
     @property
     def is_connected(self) -> bool:
-        """Whether somebody takes in what is sent."""
+        """Whether setpoints come, and somebody takes in what is sent."""
         publishers = (self._pose, self._twist, self._state)
-        return all(publisher.get_subscription_count() for publisher in publishers)
+        return self._has_heard and all(publisher.get_subscription_count() for publisher in publishers)
 
 
 # What is commanded, by which method, and how often [s].
@@ -173,7 +177,7 @@ def _measured(
     running.start_node("simulator_node", "/")
     running.start_node("ik_node", "/", rate=rate)
     commander = Commander(running.probe)
-    running.spin_until(lambda: commander.is_connected and commander.stamps(), "the nodes")
+    running.spin_until(lambda: commander.is_connected, "the nodes")
     idle, busy = Stream("nothing", rate, [], [], 0.0), Stream(what, rate, [], [], 0.0)
     for _ in range(ROUNDS):
         idle = _with(idle, _drive(commander, commander.nothing, interval))
