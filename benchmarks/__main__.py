@@ -22,8 +22,9 @@ FIGURES = (
     "start",
     "transport",
 )
-STREAMS, GROWTH = "streams", "growth"
-NAMES = (*FIGURES, STREAMS, GROWTH)
+TABLES = ("tracking", "streams")
+GROWTH = "growth"
+NAMES = (*FIGURES, *TABLES, GROWTH)
 
 
 def main() -> int:
@@ -49,8 +50,9 @@ def main() -> int:
     for row in missing:
         print(f"\nno answer: {row.what}: {row.reason}", file=sys.stderr, flush=True)
     complete = not missing
-    if STREAMS in names:
-        complete = import_module("benchmarks.bench_streams").run() and complete
+    for name in TABLES:
+        if name in names:
+            complete = import_module(f"benchmarks.bench_{name}").run() and complete
     if GROWTH in names:
         complete = import_module("benchmarks.growth").run() and complete
     return 0 if complete else 1

@@ -139,7 +139,8 @@ class Commander:
     def is_connected(self) -> bool:
         """Whether setpoints come, and somebody takes in what is sent."""
         publishers = (self._pose, self._twist, self._state)
-        return self._has_heard and all(publisher.get_subscription_count() for publisher in publishers)
+        listeners = [publisher.get_subscription_count() for publisher in publishers]
+        return self._has_heard and all(listeners)
 
 
 # What is commanded, by which method, and how often [s].
@@ -218,7 +219,7 @@ def as_markdown(rows: list[tuple[Stream, Stream] | Missing]) -> str:
 
 def _cells(row: tuple[Stream, Stream] | Missing) -> tuple[str, ...]:
     if isinstance(row, Missing):
-        return (row.what, "-", "-", "-", "-", "-", row.reason)
+        return (f"{row.what}: {row.reason}", "-", "-", "-", "-", "-", "not measured")
     busy, idle = row
     least, more = GOALS[busy.rate]
     cycles, cycles_idle = np.median(busy.cycles), np.median(idle.cycles)

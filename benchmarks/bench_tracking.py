@@ -1,0 +1,172 @@
+"""How far behind: turning twists and moving targets, by the engine as ``ik_node`` steps it.
+
+Nothing here is timed, so nothing depends on the computer.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.judge import LIMITS
+from benchmarks.table import aligned
+from tri_glide_kinematics.motion import MotionEngine, SliderState
+from tri_glide_kinematics.motion.plans import CubicPlan
+from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
+
+PERIOD = 0.002  # s
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
+WORKSPACE = Workspace(MACHINE, WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0))
+PLACE = (0.0, 0.0, 0.3)
+SPEED = 0.1  # m/s of twists
+TWIST_PERIOD = 0.01  # s
+SETTLED = 0.5  # s after which a lag is measured
+TURNS = (0.25, 0.5, 1.0, 2.0)  # per second
+
+
+class Row(NamedTuple):
+    """What was measured, and what was to be reached.
+
+    Attributes:
+        what: in words.
+        ours: in words.
+        reference: in words.
+        is_reached: whether that is the goal.
+    """
+
+    what: str
+    ours: str
+    reference: str
+    is_reached: bool
+
+
+def run() -> bool:
+    """Measure and print the table; it is always complete."""
+    lines = [(*row[:3], "yes" if row.is_reached else "NO") for row in rows()]
+    print("\n" + aligned([("tracking", "ours", "reference", "reached"), *lines]), flush=True)
+    return True
+
+
+def rows() -> Iterable[Row]:
+    """Yield lags behind twists, and errors behind targets."""
+    for turns in TURNS:
+        ours, theirs = _lag(_jogged(turns), turns), _lag(_unchecked(turns), turns)
+        yield Row(
+            f"lag behind a twist that turns {turns:g} times a second",
+            f"{1000.0 * ours:.2f} ms",
+            f"{1000.0 * theirs:.2f} ms (ruckig's velocity interface, no checks)",
+            ours <= theirs + PERIOD,
+        )
+    error = _straight()
+    yield Row(
+        "target in a straight line, 0.3 m/s, told 100 times a second",
+        f"{1000.0 * error:.2g} mm",
+        "0.05 mm",
+        error < 5e-5,
+    )
+    ours, theirs = _circle(with_velocity=True), _circle(with_velocity=False)
+    yield Row(
+        "target on a circle of 20 mm once a second, told 30 times with 5 ms of jitter",
+        f"{1000.0 * ours:.2g} mm",
+        f"{1000.0 * theirs:.2g} mm (poses)",
+        ours < min(1e-3, theirs / 3.0),
+    )
+
+
+def _started() -> MotionEngine:
+    engine = MotionEngine(WORKSPACE, LIMITS, in_pieces=True)
+    engine.start(MACHINE.inverse(PLACE))
+    return engine
+
+
+def _cycle(engine: MotionEngine) -> SliderState:
+    """Return the next setpoint; plans are ready within their cycle."""
+    setpoint = engine.step(PERIOD)
+    engine.work(lambda: True)
+    return setpoint
+
+
+def _turning(time: float, turns: float) -> Vector3:
+    """Return the twist that was sent last at a ``time`` [s]."""
+    angle = math.tau * turns * TWIST_PERIOD * math.floor(time / TWIST_PERIOD + 1e-6)
+    return SPEED * math.cos(angle), SPEED * math.sin(angle), 0.0
+
+
+def _jogged(turns: float) -> list[SliderState]:
+    engine, states = _started(), []
+    for cycle in range(round(2.0 / PERIOD)):
+        engine.jog(_turning(cycle * PERIOD, turns))
+        engine.work(lambda: True)
+        states.append(_cycle(engine))
+    return states
+
+
+def _unchecked(turns: float) -> list[SliderState]:
+    """Return setpoints by ruckig's velocity interface, each cycle from inverse kinematics."""
+    ruckig, states = RuckigPlanner(3), []
+    state = SliderState(MACHINE.inverse(PLACE), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    bounds = (LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk)
+    for cycle in range(round(2.0 / PERIOD)):
+        place = MACHINE.forward(state.heights)
+        _, rates = MACHINE.inverse_velocity(place, _turning(cycle * PERIOD, turns))
+        phases = ruckig.to_velocity(rates, state.velocities, state.accelerations, bounds)
+        state = CubicPlan(state, [[*each, (PERIOD, 0.0)] for each in phases]).state(PERIOD)
+        states.append(state)
+    return states
+
+
+def _lag(states: list[SliderState], turns: float) -> float:
+    """Return by how much the direction of the platform is behind that of the stick [s]."""
+    first = round(SETTLED / PERIOD)
+    times = PERIOD * np.arange(first, len(states))
+    velocities = [MACHINE.forward_velocity(*state[:2])[1] for state in states[first:]]
+    angles = np.array([math.atan2(y, x) for x, y, _ in velocities])
+    behind = np.angle(np.exp(1j * (math.tau * turns * times - angles)))
+    return float(behind.mean()) / (math.tau * turns)
+
+
+def _straight() -> float:
+    """Return the largest error once caught up [m]."""
+    engine = _started()
+    start, velocity = np.array((-0.15, 0.02, 0.3)), np.array((0.3, 0.0, 0.0))
+    errors = []
+    for cycle in range(round(0.95 / PERIOD)):
+        now = cycle * PERIOD
+        if cycle % 5 == 0:
+            engine.track((start + now * velocity).tolist(), velocity.tolist())
+        place = MACHINE.forward(_cycle(engine).heights)
+        errors.append(math.dist(place, start + (now + PERIOD) * velocity))
+    return max(errors[round(SETTLED / PERIOD) :])
+
+
+def _circle(*, with_velocity: bool) -> float:
+    """Return the largest error behind a target that is reported late and with jitter [m]."""
+    chance = np.random.default_rng(4)
+    reports = [(n / 30.0, n / 30.0 + float(chance.uniform(0.0, 0.005))) for n in range(120)]
+    engine, errors = _started(), []
+    for cycle in range(round(3.9 / PERIOD)):
+        now = cycle * PERIOD
+        while reports and reports[0][1] <= now:
+            seen, _ = reports.pop(0)
+            position, velocity = _on_circle(seen)
+            if with_velocity:
+                engine.track(position, velocity, now - seen)
+            else:
+                engine.move_to(position)
+                engine.work(lambda: True)
+        place = MACHINE.forward(_cycle(engine).heights)
+        errors.append(math.dist(place, _on_circle(now + PERIOD)[0]))
+    return max(errors[round(1.0 / PERIOD) :])
+
+
+def _on_circle(time: float) -> tuple[Vector3, Vector3]:
+    angle, radius = math.tau * time, 0.02
+    x, y = radius * math.cos(angle), radius * math.sin(angle)
+    return (x, y, PLACE[2]), (-math.tau * y, math.tau * x, 0.0)
