@@ -89,6 +89,7 @@ class Adversary:
         self._restarted = False
         self._acted = True
         self._was_idle = False
+        self._begins = False
         self._was_planning = False
         self._plan_number = self.engine.plan_number
         actions: tuple[tuple[float, Callable[[], object]], ...] = (
@@ -130,6 +131,7 @@ class Adversary:
         if setpoint is None and before is not None and any(before.velocities):
             self._violated("the stream ended in motion")
         self._check_state(setpoint)
+        self._begins = setpoint is not None and before is None
         goes_on = setpoint is not None and before is not None and not self._restarted
         self._restarted = False
         self._last = setpoint
@@ -180,7 +182,8 @@ class Adversary:
         was_idle, self._was_idle = self._was_idle, self.controller.state is IDLE
         if was_idle and made and not (self._acted or self._was_planning):
             self._violated("idle, and then a motion that nobody asked for")
-        self._acted = False
+        # What came before the first setpoint has its turn after it.
+        self._acted = self._begins
         # Two commands had their turn since the last step: limits, which may need a plan to brake
         # and one to go on, and a target. Services are answered at once.
         if made > 3 + self._services:

@@ -350,6 +350,7 @@ def test_a_fault_is_a_ramp_and_then_silence_until_somebody_clears_it(rig, fault,
     rig.controller.enable(rig.now)
     assert rig.controller.state is IDLE
     rig.controller.move_to(TARGET)
+    rig.cycle_until(MOVING)
     rig.cycle_until(IDLE)
     assert rig.heights == pytest.approx(MACHINE.inverse(TARGET), abs=1e-9)
 
@@ -557,3 +558,19 @@ def test_an_obstacle_keeps_it_from_leading_and_is_a_fault_while_it_leads():
         rig.controller.enable(rig.now)
     rig.controller.set_obstacle(None)
     assert rig.controller.enable(rig.now) == "enabled"
+
+
+def test_the_first_setpoint_is_where_the_machine_is_measured(rig):
+    """Also if a target comes between the enabling and the cycle."""
+    for target in (TARGET, (0.0, 0.0, 0.25)):
+        rig.controller.disable()
+        rig.cycle(3)
+        assert rig.controller.state is DISABLED
+        rig.controller.enable(rig.now)
+        rig.controller.move_to(target)
+        place = rig.measured
+        first = rig.cycle()
+        assert first.heights == place
+        assert first.velocities == (0.0, 0.0, 0.0)
+        rig.cycle_until(MOVING)
+        rig.cycle_until(IDLE)

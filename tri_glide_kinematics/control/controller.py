@@ -200,6 +200,8 @@ class MotionController(CommandedMotion):
 
     def _lead(self, heights: Vector3, reason: str) -> None:
         self._engine.start(heights)
+        # So that whoever listens gets the place from which the machine sets off.
+        self._commands.rest_first()
         self._commanded = heights
         self._leading = True
         self._states.change(IDLE, reason)

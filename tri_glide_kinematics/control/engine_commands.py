@@ -64,6 +64,7 @@ class EngineCommands:
         self._inbox = Inbox(period)
         self._limits = NewLimits(engine.limits, engine.speed_scale)
         self._cycle = 0
+        self._rests_first = False
         self._begun: Command | None = None
 
     @property
@@ -78,6 +79,10 @@ class EngineCommands:
         """Begin a new cycle ``now`` [s]."""
         self._cycle += 1
         self._now = now
+
+    def rest_first(self) -> None:
+        """Carry out nothing before the next setpoint, which so is one of rest."""
+        self._rests_first = True
 
     def put(self, target: Target) -> None:
         """Let a ``target`` wait, in place of an older one."""
@@ -123,6 +128,8 @@ class EngineCommands:
         Raises:
             KinematicsError: if the engine refuses the command.
         """
+        if self._rests_first:
+            return None
         refusal = None
         if not self._engine.preparing:
             in_each = self._engine.tracks or self._engine.phase is MotionPhase.IDLE
@@ -160,6 +167,7 @@ class EngineCommands:
 
     def step(self) -> SliderState:
         """Advance the engine by a cycle, and return its setpoint."""
+        self._rests_first = False
         setpoint = self._engine.step(self._period)
         refusal = self._engine.take_refusal()
         if refusal is not None:
