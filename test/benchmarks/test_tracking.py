@@ -1,0 +1,14 @@
+"""The engine as ``ik_node`` steps it keeps up with twists that turn and targets that move."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks import bench_tracking
+
+
+@pytest.mark.slow
+def test_lag_and_errors_are_as_small_as_they_were_measured():
+    rows = list(bench_tracking.rows())
+    assert len(rows) == len(bench_tracking.TURNS) + 2
+    assert [row for row in rows if not row.is_reached] == []
