@@ -79,7 +79,8 @@ def rough_treatment(context: Context, minutes: float) -> None:
             if name == "hostility":
                 hostility(machine, duration)
             elif name == "flood":
-                flood(machine, 10_000.0, duration)
+                for kind in ("pose", "twist", "state"):
+                    flood(machine, 10_000.0, duration / 3.0, kind)
             else:
                 say(f"{parameter_storm(machine, duration)} sets of parameters")
             assert machine.ik.is_running

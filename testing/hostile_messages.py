@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from hypothesis import strategies as st
+from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Parameter, ParameterValue
 from sensor_msgs.msg import JointState
 
@@ -47,6 +49,24 @@ def twists(draw: st.DrawFn) -> TwistStamped:
     v.x, v.y, v.z = draw(any_float), draw(any_float), draw(any_float)
     if draw(st.booleans()):
         w.x, w.y, w.z = draw(any_float), draw(any_float), draw(any_float)
+    return message
+
+
+@st.composite
+def target_states(draw: st.DrawFn, now: Callable[[], Any]) -> Odometry:
+    """Draw the state of a moving target; every second one is of now, and may be followed."""
+    message = _header(Odometry(), draw(frames), draw(seconds))
+    place, velocity = message.pose.pose.position, message.twist.twist.linear
+    if draw(st.booleans()):
+        message.header.stamp = now()
+        message.header.frame_id = ""
+        near = st.floats(-0.1, 0.1)
+        place.x, place.y, place.z = draw(near), draw(near), draw(st.floats(0.2, 0.4))
+    else:
+        place.x, place.y, place.z = draw(any_float), draw(any_float), draw(any_float)
+        turned = message.pose.pose.orientation
+        turned.x, turned.w = draw(any_float), draw(any_float)
+    velocity.x, velocity.y, velocity.z = draw(any_float), draw(any_float), draw(any_float)
     return message
 
 

@@ -13,12 +13,13 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
+from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import SetParameters
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from testing.commands import FOREIGN_FRAME, KINEMATICS, LIMITS
-from testing.hostile_messages import joint_states, parameters, poses, twists
+from testing.hostile_messages import joint_states, parameters, poses, target_states, twists
 from testing.machine import JOINTS, PATIENCE, Machine
 
 HOME = (0.0, 0.0, 0.25)
@@ -76,10 +77,10 @@ def assert_normal_target_is_reached(machine: Machine) -> None:
     assert max(abs(a - b) for a, b in zip(machine.heights(), expected)) < 1e-5
 
 
-def flood(machine: Machine, rate: float, duration: float) -> None:
-    """Publish ``rate`` targets a second from another process."""
+def flood(machine: Machine, rate: float, duration: float, kind: str = "pose") -> None:
+    """Publish ``rate`` targets of a ``kind`` a second from another process."""
     script = Path(__file__).with_name("flood.py")
-    arguments = [sys.executable, str(script), machine.namespace, str(rate), str(duration)]
+    arguments = [sys.executable, str(script), machine.namespace, kind, str(rate), str(duration)]
     with subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True) as process:
         machine.client.wait_for(
             lambda: process.poll() is not None, "the flood to end", duration + 60.0
@@ -110,6 +111,7 @@ def send_at_random(machine: Machine, duration: float, *, commands: bool) -> None
     publishers = {
         "pose": client.publisher(PoseStamped, "target_pose"),
         "twist": client.publisher(TwistStamped, "target_twist"),
+        "state": client.publisher(Odometry, "target_state"),
         "measured": client.publisher(JointState, "joint_states"),
     }
     if commands:
@@ -126,6 +128,7 @@ def send_at_random(machine: Machine, duration: float, *, commands: bool) -> None
     inputs = st.one_of(
         st.tuples(st.just("pose"), poses()),
         st.tuples(st.just("twist"), twists()),
+        st.tuples(st.just("state"), target_states(lambda: client.node.get_clock().now().to_msg())),
         st.tuples(st.just("measured"), joint_states()),
         *([st.tuples(st.just("command"), joint_states())] if commands else []),
         st.tuples(st.just("enable"), st.builds(SetBool.Request, data=st.booleans())),

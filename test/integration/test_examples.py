@@ -113,3 +113,17 @@ def test_a_joystick_jogs_while_its_button_is_held(machine, client):
     finally:
         jog.terminate()
         jog.wait(TIMEOUT)
+
+
+def test_a_part_on_a_conveyor_is_followed_to_its_end(machine, client):
+    machine.start()
+    code, output = end_of(start("follow_a_conveyor.py", namespace=client.namespace))
+    assert code == 0, output
+    machine.wait_for_state("idle")
+    assert "tracking" in machine.states_since(0)
+    assert machine.reason == "at rest: no target for 0.5 s"
+    machine.catch_up()
+    x, y, z = MACHINE.forward(machine.heights())
+    # It goes on with the part until the timeout.
+    assert 0.06 < x < 0.10
+    assert (y, z) == pytest.approx((0.02, 0.28), abs=5e-4)

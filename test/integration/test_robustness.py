@@ -80,12 +80,13 @@ def test_a_stream_of_twists_stops_and_resumes(machine, client):
     assert_stretches_within_limits(machine)
 
 
-def test_flood_of_targets(machine):
+@pytest.mark.parametrize("kind", ["pose", "twist", "state"])
+def test_flood_of_targets(machine, kind):
     machine.start()
-    flood(machine, rate=10_000.0, duration=4.0)
+    flood(machine, rate=10_000.0, duration=4.0, kind=kind)
     assert machine.ik.is_running
-    assert "more in the last second; the latest: refused a target pose" in machine.ik.output
-    assert machine.ik.output.count("refused a target pose") < 200
+    assert f"more in the last second; the latest: refused a target {kind}" in machine.ik.output
+    assert machine.ik.output.count(f"refused a target {kind}") < 200
     assert "fault" not in [status.message.split(":")[0] for status in machine.states]
     assert_normal_target_is_reached(machine)
     assert_stretches_within_limits(machine)
