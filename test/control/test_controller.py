@@ -38,7 +38,9 @@ IN_POSITION = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5
 class Rig:
     """A controller with a machine that follows perfectly, or is told not to."""
 
-    def __init__(self, start_disabled=False, start=HOME, kind=MotionKind.SLIDER):
+    def __init__(
+        self, start_disabled=False, start=HOME, kind=MotionKind.SLIDER, *, in_pieces=False
+    ):
         self.now = 100.0
         self.statuses = []
         self.refusals = []
@@ -50,7 +52,7 @@ class Rig:
             ("slider_1", "slider_2", "slider_3"),
         )
         workspace = Workspace(MACHINE, WorkspaceLimits(LOWER, UPPER, 0.005, 6.0))
-        self.engine = MotionEngine(workspace, LIMITS, kind=kind)
+        self.engine = MotionEngine(workspace, LIMITS, kind=kind, in_pieces=in_pieces)
         self.controller = MotionController(
             self.engine,
             supervisor,
@@ -75,11 +77,12 @@ class Rig:
         setpoint = None
         for _ in range(count):
             self.now += PERIOD
-            setpoint = self.controller.cycle(self.now)
+            setpoint = self.controller.cycle(self.now, lambda: False)
             if setpoint is not None:
                 self.heights = setpoint.heights
             if self.measures:
                 self.controller.measured(self.measured, self.now)
+            self.controller.plan(lambda: False)
         return setpoint
 
     def cycle_until(self, state, most=5000):
@@ -574,3 +577,37 @@ def test_the_first_setpoint_is_where_the_machine_is_measured(rig):
         assert first.velocities == (0.0, 0.0, 0.0)
         rig.cycle_until(MOVING)
         rig.cycle_until(IDLE)
+
+
+@pytest.mark.parametrize("kind", list(MotionKind))
+@pytest.mark.parametrize("end_of_jog", ["released", "silent"])
+def test_a_pose_is_not_lost_when_the_jog_before_it_ends(kind, end_of_jog):
+    """The pose is still being planned when the stick is let go."""
+    rig = Rig(kind=kind, in_pieces=True)
+    rig.cycle(2)
+    rig.jog()
+    rig.cycle_until(JOGGING)
+    rig.cycle(30)
+    rig.jog((0.05, 0.0, 0.0))
+    rig.cycle(10)
+    rig.controller.move_to(TARGET)
+    rig.cycle()
+    if end_of_jog == "released":
+        rig.jog((0.0, 0.0, 0.0))
+    else:
+        rig.now += 2.0 * TWIST_TIMEOUT
+        rig.controller.measured(rig.measured, rig.now)
+    rig.cycle_until(MOVING)
+    rig.cycle_until(IDLE)
+    assert MACHINE.forward(rig.heights) == pytest.approx(TARGET, abs=1e-9)
+
+
+def test_a_refusal_that_comes_late_names_its_target():
+    rig = Rig(start=(0.9, 0.9, 0.9), in_pieces=True)
+    rig.cycle(2)
+    rig.controller.move_to((0.0, 0.0, 0.5))
+    rig.cycle_until(MOVING)
+    rig.jog((0.0, 0.0, 0.3))
+    rig.cycle_until(IDLE)
+    for text in rig.refusals:
+        assert text.startswith("twist (0, 0, 0.3) m/s: ")

@@ -176,7 +176,7 @@ def test_two_senders_are_told_of(machine, client, ros_context):
     try:
         client.wait_for(
             lambda: any(
-                value.key == "remark" and "2 nodes publish target_state" in value.value
+                value.key == "remark" and "target_state: the newest message wins" in value.value
                 for status in machine.states
                 for value in status.values
             ),

@@ -231,3 +231,90 @@ def test_each_start_forgets_what_was_being_planned():
     assert {state.heights for state in go(moving, 50)} == {HOME}
     assert moving.limits is LIMITS
     WORKSPACE.check_heights(moving.state.heights)
+
+
+@each_kind
+def test_a_stop_brakes_at_once_however_long_other_plans_took(kind):
+    moving = engine(kind, in_pieces=True)
+    moving.move_to(TARGET)
+    go(moving, 40, pieces=100)
+    # A plan for which there was no time.
+    moving.move_to(OTHER)
+    for _ in range(30):
+        moving.step(DT)
+    go(moving, 200)
+    moving.move_to(TARGET)
+    go(moving, 60, pieces=100)
+    moving.stop()
+    assert not moving.preparing
+    assert moving.phase is MotionPhase.STOPPING
+    go(moving, 1000)
+    assert moving.phase is MotionPhase.IDLE
+
+
+@each_kind
+def test_limits_that_come_while_a_target_is_planned_from_rest_lose_neither(kind):
+    moving = engine(kind, in_pieces=True)
+    lower = SliderLimits.uniform(0.2, 5.0, 100.0)
+    moving.move_to(TARGET)
+    moving.set_limits(lower)
+    go(moving, 6000)
+    assert moving.limits == lower
+    assert np.abs(place(moving) - TARGET).max() < 1e-9
+    assert moving.phase is MotionPhase.IDLE
+
+
+def test_a_tracked_jog_a_target_and_limits_lose_none():
+    lower = SliderLimits.uniform(0.2, 5.0, 100.0)
+    moving = engine(in_pieces=True)
+    moving.jog((0.05, 0.0, 0.0))
+    go(moving, 150)
+    moving.jog((0.0, 0.05, 0.0))
+    go(moving, 50)
+    assert moving.tracks
+    moving.move_to(TARGET)
+    moving.set_limits(lower)
+    go(moving, 6000)
+    assert moving.limits == lower
+    assert np.abs(place(moving) - TARGET).max() < 1e-9
+
+
+@each_kind
+def test_limits_that_come_while_a_moving_target_is_begun_with_are_not_lost(kind):
+    lower = SliderLimits.uniform(0.05, 5.0, 100.0)
+    moving = engine(kind, in_pieces=True)
+    moving.move_to(TARGET)
+    go(moving, 120, pieces=100)
+    moving.track((0.0, 0.0, 0.3), (0.0, 0.0, 0.0))
+    moving.set_limits(lower)
+    go(moving, 6000)
+    assert moving.limits == lower
+    assert np.abs(place(moving) - (0.0, 0.0, 0.3)).max() < 1e-9
+
+
+def test_the_newest_of_a_target_that_moves_and_one_that_does_not_wins():
+    moving = engine(in_pieces=True)
+    moving.track((0.0, 0.0, 0.3), (0.0, 0.0, 0.0))
+    go(moving, 500)
+    moving.move_to(TARGET)
+    moving.track((0.01, 0.0, 0.3), (0.0, 0.0, 0.0))
+    go(moving, 1000)
+    assert moving.phase is MotionPhase.TRACKING
+    assert np.abs(place(moving) - (0.01, 0.0, 0.3)).max() < 1e-9
+
+
+def test_an_error_in_planning_ends_that_plan_only(monkeypatch):
+    moving = engine(in_pieces=True)
+
+    def broken(*_arguments, **_options):
+        raise ZeroDivisionError("on purpose")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(type(WORKSPACE), "path_check", broken)
+        moving.move_to(TARGET)
+        with pytest.raises(ZeroDivisionError):
+            go(moving, 50)
+    assert not moving.preparing
+    moving.move_to(TARGET)
+    go(moving, 3000)
+    assert np.abs(place(moving) - TARGET).max() < 1e-9

@@ -161,7 +161,7 @@ class CommandedMotion:
         try:
             self._note(carry_out(self.state is MOVING))
         except KinematicsError as error:
-            self._on_refusal(str(error))
+            self._on_refusal(f"{self._commands.refused}: {error}")
 
     def _carry_out(self) -> None:
         """Carry out the command whose turn it is; raise a KinematicsError if it is refused."""

@@ -8,17 +8,14 @@ from tri_glide_kinematics.control.commanded_motion import CommandedMotion
 from tri_glide_kinematics.control.engine_commands import EngineCommands
 from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.in_position import Arrival, InPositionBounds
-from tri_glide_kinematics.control.inbox import TargetPosition, TargetVelocity, TrackedTarget
 from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
     FAULT,
     IDLE,
     IN_MOTION,
-    JOGGING,
     MOVING,
     STOPPING,
-    TRACKING,
     WAITING,
     StateMachine,
 )
@@ -28,8 +25,6 @@ from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
 from tri_glide_kinematics.vectors import Vector3
-
-STATE_OF = {TargetPosition: MOVING, TargetVelocity: JOGGING, TrackedTarget: TRACKING}
 
 NO_MEASUREMENT = "no measured slider heights yet"
 RAMP_NOT_OVER = "the ramp to a stop is not over yet"
@@ -80,7 +75,6 @@ class MotionController(CommandedMotion):
         )
         self._supervisor = supervisor
         self._start = StartingPlace(supervisor, travel)
-        self._leading = False
         self._commanded: Vector3 | None = None
         on_change(self.status)
 

@@ -66,6 +66,7 @@ class EngineCommands:
         self._cycle = 0
         self._rests_first = False
         self._begun: Command | None = None
+        self.refused: Command | None = None
 
     @property
     def target(self) -> Target | None:
@@ -103,9 +104,12 @@ class EngineCommands:
             self.drop_target()
 
     def stop(self) -> None:
-        """Let the engine come to rest; a target that waits is not forgotten."""
-        if not isinstance(self._begun, NewLimits):
+        """Let the engine come to rest. A position that waits, or is being planned, waits on."""
+        begun = self._begun
+        if begun is not None and not isinstance(begun, NewLimits):
             self._begun = None
+            if isinstance(begun, TargetPosition) and self._inbox.peek(Kind.TARGET) is None:
+                self._inbox.put(Kind.TARGET, begun)
         self._engine.stop()
 
     def put_limits(self, limits: SliderLimits, speed_scale: float) -> None:
@@ -160,6 +164,7 @@ class EngineCommands:
         if isinstance(command, TargetVelocity):
             return self._jogged(command, refusal, moving)
         if refusal is not None:
+            self.refused = command
             raise refusal
         if isinstance(command, TrackedTarget):
             return self._tracked(command)
@@ -209,6 +214,7 @@ class EngineCommands:
             self._engine.stop()
             done = CarriedOut(twist, f"{twist}, held at the edge: {refusal}", held_at_edge=True)
         elif refusal is not None:
+            self.refused = twist
             raise refusal
         else:
             done = CarriedOut(twist, f"{twist}{self._streams.twists.remark(twist.pause)}")

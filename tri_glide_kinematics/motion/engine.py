@@ -170,6 +170,7 @@ class MotionEngine(PlanExecution):
         x, y, z = finite_vector("position", position, 3)
         dx, dy, dz = finite_vector("velocity", velocity, 3)
         target = Track((x, y, z), (dx, dy, dz), finite("age", age))
+        self.keep_goal()
         begins = not (self._tracks and isinstance(held.goal, Track))
         if begins:
             self._workspace.check_heights(held.plan.state(self._time).heights)
@@ -196,7 +197,7 @@ class MotionEngine(PlanExecution):
         self._preparation = None
         self._replace(replace(held, goal=None, role=role))
         if not braking:
-            self._prepare_braking()
+            self._prepare_braking(urgent=True)
 
     def keep_goal(self) -> None:
         """Give up a new goal that is still being prepared; what is held goes on."""
@@ -287,7 +288,11 @@ class MotionEngine(PlanExecution):
             self._first_limits = limits
         elif limits != self._newest_limits:
             goal = self._preparation.goal if self._preparation is not None else None
-            self._replace(replace(held, goal=goal or held.goal, pending=limits))
+            if goal is not None:
+                # It is planned when the limits are in force.
+                self._tracks = False
+                held = replace(held, goal=goal, role=PlanRole.EARLIER)
+            self._replace(replace(held, pending=limits))
             # The next step of tracking keeps them, if it can.
             if not self._tracks:
                 self._prepare(self._replanning.tried_again)

@@ -96,7 +96,7 @@ class PlanExecution(PlanHolder):
         """Go on with what is being prepared, by one piece at least.
 
         Args:
-            may_go_on: asked after each piece, none of which takes a millisecond.
+            may_go_on: asked after each piece, which takes some tenths of a millisecond.
         """
         try:
             self._work(may_go_on)
@@ -108,13 +108,16 @@ class PlanExecution(PlanHolder):
         refusal, self._refusal = self._refusal, None
         return refusal
 
-    def _prepare(self, making: Making, goal: Command | None = None) -> None:
+    def _prepare(
+        self, making: Making, goal: Command | None = None, *, urgent: bool = False
+    ) -> None:
         """Make what is held next, unless that is for later; at rest, a first piece of it."""
-        lead = self._lead_time.after(self._last_step) if self._in_pieces else 0.0
+        at_once = urgent or not self._in_pieces
+        lead = 0.0 if at_once else self._lead_time.after(self._last_step)
         self._preparation = Preparation(making, goal, self._holding(), self._time, lead)
         self._look_ahead()
-        if not self._in_pieces or self._preparation.begins_at_rest:
-            self._work(lambda: not self._in_pieces)
+        if at_once or self._preparation.begins_at_rest:
+            self._work(lambda: at_once)
 
     def _work(self, may_go_on: Callable[[], bool]) -> None:
         preparation = self._preparation
@@ -128,6 +131,11 @@ class PlanExecution(PlanHolder):
             # A goal that was taken before comes to rest where it cannot go on.
             if preparation.goal is not None:
                 raise
+            return
+        except BaseException:
+            self._preparation = None
+            self._look_ahead()
+            raise
         if preparation.ready is not None:
             self._lead_time.note(preparation.taken(self._time))
             if preparation.has_begun(self._time):
@@ -139,7 +147,12 @@ class PlanExecution(PlanHolder):
         self._preparation = None
         if preparation.goal is not None:
             self._tracks = False
-        self._replace(*preparation.ready, preparation.elapsed(self._time))
+        held, refusal = preparation.ready
+        # Limits that have come meanwhile, while something is tracked, go on waiting.
+        newest = self._holding().pending
+        if newest is not preparation.held.pending:
+            held = replace(held, pending=newest)
+        self._replace(held, refusal, preparation.elapsed(self._time))
 
     def _on_event(self, dt: float) -> None:
         """Do what is due before a step of ``dt`` [s]."""
@@ -184,12 +197,15 @@ class PlanExecution(PlanHolder):
         self._preparation = None
         if self._time < held.plan.duration and held.role is not PlanRole.BRAKES:
             self._replace(replace(held, role=PlanRole.EARLIER))
-            self._prepare_braking()
+            self._prepare_braking(urgent=False)
         else:
             self._replace(held)
 
-    def _prepare_braking(self) -> None:
-        self._prepare(lambda held, time: only_held(self._replanning.braked(held, time)))
+    def _prepare_braking(self, *, urgent: bool) -> None:
+        """Make a braking; an ``urgent`` one at once, which takes a millisecond."""
+        self._prepare(
+            lambda held, time: only_held(self._replanning.braked(held, time)), urgent=urgent
+        )
 
     def _take_step(self, dt: float) -> bool:
         """Track for ``dt`` [s] if such a step is certified; return whether it is."""

@@ -9,6 +9,7 @@ start at measured heights     no motion                none      none, in force 
 a goal                        leads to it              new       none
 a goal while limits wait      as it was                new       as they were
 stop                          brakes                   none      as they were
+a moving target               as it was, or brakes     new       as they were
 a step of tracking            step, then braking       same      none, the newest in force
 new limits that can be kept   leads to the goal        same      none, in force from now on
 new limits that cannot        brakes                   same      new

@@ -58,6 +58,7 @@ class Preparation:
     Attributes:
         goal: that it leads to; None if it is not made for a new one.
         start: time in the held plan at which it begins [s].
+        held: from which it is made.
         ready: what is held next, once that is known.
     """
 
@@ -75,7 +76,7 @@ class Preparation:
         """
         self.goal = goal
         self._making = making
-        self._held = held
+        self.held = held
         self._begun = time
         self._lead = lead
         self.ready: Replanned | None = None
@@ -83,13 +84,13 @@ class Preparation:
 
     def _begin_at(self, start: float) -> None:
         # At the end of the held plan the sliders rest, and go on resting for as long as it takes.
-        self.start = min(start, max(self._held.plan.duration, self._begun))
-        self._computation = self._making(self._held, self.start)
+        self.start = min(start, max(self.held.plan.duration, self._begun))
+        self._computation = self._making(self.held, self.start)
 
     @property
     def begins_at_rest(self) -> bool:
         """Whether it begins where the sliders rest, so that it is never too late for it."""
-        return self.start >= self._held.plan.duration
+        return self.start >= self.held.plan.duration
 
     def has_begun(self, time: float) -> bool:
         """Return whether it has begun at a ``time`` in the held plan [s]."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import verification
-from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, stays_within
+from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, Track, stays_within
 from tri_glide_kinematics.motion.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.planner import MotionKind, MotionPlanner
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, Plan, SequencePlan, SliderState
@@ -126,6 +126,7 @@ class Replanning:
         state, moving = held.plan.state(time), time < held.plan.duration
         region = self._region(held, time)
         plan: Plan
+        assert not isinstance(goal, Track), "a moving target is tracked, never planned"
         if isinstance(goal, Jog):
             speed = goal.speed * limits.speed_scale
             plan = yield from self._planner.jog(

@@ -103,6 +103,7 @@ class IkNode(Node):
         self._states = ReasonLog(lambda text: self.get_logger().info(text), lines_per_second=5)
         self._told: Health | None = None
         self._remark = ""
+        self._stream_topics: tuple[str, ...] = ()
         self._logged: ControllerStatus | None = None
         self._status_publisher = self.create_publisher(DiagnosticStatus, "~/status", LATCHED)
         self._outputs = CommandOutputs(self, values)
@@ -132,13 +133,16 @@ class IkNode(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(STATUS_PERIOD, self._publish_status, clock=steady)
         poses = self.create_subscription(PoseStamped, "target_pose", self._on_pose, RELIABLE)
+        twists = self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY)
+        states = self.create_subscription(Odometry, "target_state", self._on_state, LATEST_ONLY)
+        self._stream_topics = (twists.topic_name, states.topic_name)
         urgent = (
             self.create_subscription(
                 JointState, "joint_states", self._on_measured, qos_profile_sensor_data, raw=True
             ),
             poses,
-            self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY),
-            self.create_subscription(Odometry, "target_state", self._on_state, LATEST_ONLY),
+            twists,
+            states,
             self.create_service(Trigger, "~/stop", self._on_stop),
         )
         # The way to a pose takes a millisecond to plan: it begins in the sleep before the cycle.
@@ -210,8 +214,8 @@ class IkNode(Node):
         self._controller.set_obstacle(text)
         self._tell_changes()
         self._remark = "; ".join(
-            f"{count} nodes publish {topic}: the newest message wins"
-            for topic in ("target_state", "target_twist")
+            f"{count} publishers of {topic}: the newest message wins"
+            for topic in self._stream_topics
             if (count := self.count_publishers(topic)) > 1
         )
 

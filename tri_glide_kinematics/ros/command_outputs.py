@@ -66,7 +66,9 @@ class CommandOutputs:
             JogOutputError: if one of them takes whole trajectories: a jog has no end to plan.
         """
         if self._trajectories is not None:
-            raise JogOutputError("no jog while command_outputs has joint_trajectory")
+            raise JogOutputError(
+                "no jog and no moving target while command_outputs has joint_trajectory"
+            )
 
     def publish(self, setpoint: SliderState, engine: MotionEngine) -> None:
         """Publish the setpoint of a cycle, and the plan of ``engine`` if it is a new one."""

@@ -104,6 +104,9 @@ class CycleLoop:
             # One of each: to wait for more costs no more than to look for it in vain.
             inputs.handle(until=0.0)
             self._do(self._cycle.step)
+        # Also when what is not urgent takes so long that its next turn is due already.
+        inputs.handle(until=0.0)
+        self._do(self._cycle.step)
         self._do(others.give)
 
     def _run_cycle(self, period: float) -> None:

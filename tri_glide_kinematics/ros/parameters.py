@@ -234,8 +234,7 @@ IK_NODE = (
     Parameter(
         "tracking_latency",
         0.0,
-        "a moving target is followed where it will be after this time, as the drives and what "
-        "sees the target are late",
+        "a moving target is followed where it will be after this time, as the drives are late",
         "s",
         -0.5,
         0.5,

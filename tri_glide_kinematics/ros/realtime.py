@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -80,10 +81,13 @@ def set_priority(priority: int) -> None:
     """
     # Those of the middleware must not wait behind other processes, and the cycle not behind them.
     below = os.sched_param(max(priority - 1, 1))
-    for thread in _threads():
-        with suppress(ProcessLookupError):
-            os.sched_setscheduler(thread, os.SCHED_FIFO, below)
+    # This thread first: if the system refuses that, nothing is changed.
     os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    own = threading.get_native_id()
+    for thread in _threads():
+        if thread != own:
+            with suppress(ProcessLookupError):
+                os.sched_setscheduler(thread, os.SCHED_FIFO, below)
 
 
 def lock_memory() -> None:
