@@ -74,7 +74,7 @@ def test_a_stop_is_a_trajectory_too(machine, client):
     machine.catch_up()
     client.wait_for(lambda: len(trajectories) == 2, "the trajectory of the stop")
     client.send_twist((0.0, 0.0, 0.1))
-    reason = "no jog while command_outputs has joint_trajectory"
+    reason = "no jog and no moving target while command_outputs has joint_trajectory"
     client.wait_for(lambda: reason in machine.ik.output, reason)
     last = trajectories[-1].points[-1]
     assert list(last.positions) == pytest.approx(machine.heights(), abs=1e-9)
