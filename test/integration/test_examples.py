@@ -119,8 +119,8 @@ def test_a_part_on_a_conveyor_is_followed_to_its_end(machine, client):
     machine.start()
     code, output = end_of(start("follow_a_conveyor.py", namespace=client.namespace))
     assert code == 0, output
+    client.wait_for(lambda: "tracking" in machine.states_since(0), "the state of tracking")
     machine.wait_for_state("idle")
-    assert "tracking" in machine.states_since(0)
     assert machine.reason == "at rest: no target for 0.5 s"
     machine.catch_up()
     x, y, z = MACHINE.forward(machine.heights())
