@@ -30,7 +30,7 @@ class CarriedOut(NamedTuple):
     Attributes:
         target: where, or how, the platform is to move.
         reason: for the new state, in words.
-        held_at_edge: whether it is a jog that stands still as it leads out of the workspace.
+        held_at_edge: whether it leads out of the workspace, so that the platform is held there.
     """
 
     target: Target

@@ -16,7 +16,7 @@ class NewestTarget:
         bounds: when a position counts as reached.
         text: the target in words; empty before the first.
         is_missed: whether the machine stands still and is not measured there.
-        held_at_edge: whether it is a jog that stands still as it leads out of the workspace.
+        held_at_edge: whether it leads out of the workspace, so that the platform is held there.
     """
 
     def __init__(self, bounds: InPositionBounds) -> None:

@@ -16,7 +16,7 @@ class ControllerStatus:
         reason: why it is doing that.
         newest_target: the newest target that was accepted, in words; empty before the first.
         target_missed: whether the machine stands still and is not measured at its target.
-        held_at_edge: whether a jog stands still as its twist leads out of the workspace.
+        held_at_edge: whether the target leads out of the workspace, so that the platform is held.
     """
 
     state: OperatingState

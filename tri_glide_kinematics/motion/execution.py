@@ -125,16 +125,12 @@ class PlanExecution(PlanHolder):
             return
         try:
             preparation.work(may_go_on)
-        except KinematicsError:
+        except BaseException as error:
             self._preparation = None
             self._look_ahead()
             # A goal that was taken before comes to rest where it cannot go on.
-            if preparation.goal is not None:
-                raise
-            return
-        except BaseException:
-            self._preparation = None
-            self._look_ahead()
+            if isinstance(error, KinematicsError) and preparation.goal is None:
+                return
             raise
         if preparation.ready is not None:
             self._lead_time.note(preparation.taken(self._time))

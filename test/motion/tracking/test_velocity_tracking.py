@@ -12,13 +12,13 @@ from strategies import DEFAULT_LIMITS
 from tracking_run import PLACE, TrackingRun, at_rest
 
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.lines.line_builders import EDGE_CLEARANCE
 from tri_glide_kinematics.motion.plans import CubicPlan, SliderState
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity
 from tri_glide_kinematics.motion.tracking.slider_line import slider_line
 from tri_glide_kinematics.motion.tracking.wanted_motion import wanted_motion
 from tri_glide_kinematics.motion.tracking.way_ahead import (
-    EDGE_CLEARANCE,
     WayAhead,
     approach,
     way_to_rest,

@@ -1,8 +1,7 @@
 """One cycle after the other: the next step towards what is wanted, with a certified way to rest.
 
-A step is taken only if the whole of it and the braking that could follow, each slider by itself
-in the shortest time, keep all limits. Otherwise what the caller holds goes on: it is the braking
-of the step before, which was certified with it.
+A step is taken only if the whole of it and a braking that could follow keep all limits. Otherwise
+what the caller holds goes on: it is the braking of the step before, which was certified with it.
 """
 
 from __future__ import annotations

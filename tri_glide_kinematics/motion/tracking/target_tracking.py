@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from math import hypot
 
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.lines.line_builders import EDGE_CLEARANCE
 from tri_glide_kinematics.motion.plans import SliderState
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget
@@ -24,7 +25,7 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     way_onto,
 )
 from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, within
-from tri_glide_kinematics.motion.tracking.way_ahead import EDGE_CLEARANCE, approach
+from tri_glide_kinematics.motion.tracking.way_ahead import approach
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
 

@@ -10,7 +10,7 @@ from tri_glide_kinematics.vectors import FloatArray
 
 
 class TrackedStep:
-    """A certified plan: one step, then each slider brakes by itself to rest.
+    """A certified plan: one step, then a braking to rest.
 
     As a rule the next cycle replaces the plan after its step. So only the state after the step is
     at hand; all of the plan is worked out when something else is asked for.

@@ -6,10 +6,10 @@ from math import hypot, inf, sqrt
 from typing import NamedTuple
 
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.lines.line_builders import EDGE_CLEARANCE
 from tri_glide_kinematics.motion.tracking.slider_line import SliderLine, slider_line
 from tri_glide_kinematics.motion.tracking.velocity_phases import within
 from tri_glide_kinematics.motion.tracking.way_ahead import (
-    EDGE_CLEARANCE,
     WayAhead,
     approach,
     way_to_rest,

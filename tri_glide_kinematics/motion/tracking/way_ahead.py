@@ -14,11 +14,9 @@ from __future__ import annotations
 from math import dist, hypot, inf, sqrt
 from typing import NamedTuple
 
+from tri_glide_kinematics.motion.lines.line_builders import EDGE_CLEARANCE
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
-
-# So far before the edge the platform rests [m].
-EDGE_CLEARANCE = 1e-6
 
 # Nearer than this it is there [m].
 ARRIVED = 1e-7
