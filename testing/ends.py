@@ -18,6 +18,7 @@ from testing.client import Client
 from testing.machine import Machine
 
 ENDED_CLIENT = Path(__file__).with_name("ended_client.py")
+MOST_OUTPUT = 100_000  # bytes of a client that are looked at
 TOGETHER = 4  # clients at a time
 WAYS = {"exit": 0, "kill": -signal.SIGKILL}  # how a client ends, and its exit code then
 
@@ -102,7 +103,7 @@ class EndingClient:
     def __init__(self, namespace: str, way: str) -> None:
         """Start it in a ``namespace``; the ``way`` is "exit" or "kill"."""
         self._way = way
-        self._output = tempfile.TemporaryFile("w+")
+        self._output = tempfile.TemporaryFile()
         role = "exit" if way == "exit" else "wait"
         self._process = subprocess.Popen(
             [sys.executable, str(ENDED_CLIENT), namespace, role],
@@ -112,8 +113,8 @@ class EndingClient:
 
     def has_ended(self) -> bool:
         """Kill it as soon as it has its answer, if it is to be killed; tell whether it is gone."""
-        self._output.seek(0)
-        output = self._output.read()
+        # Not by seeking: the process writes where this file is at.
+        output = os.pread(self._output.fileno(), MOST_OUTPUT, 0).decode()
         if self._way == "kill" and "answered" in output:
             self._process.kill()
         if self._process.poll() is None:
