@@ -12,12 +12,16 @@ from tri_glide_kinematics.ros.transport import (
     MIDDLEWARE_VARIABLES,
     TransportError,
     choose_transport,
-    loopback_profile,
+    profile,
     transport_of,
 )
 
-LOOPBACK = str(loopback_profile())
-CELL = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+LOOPBACK = str(profile("computer"))
+CELL = {
+    "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
+    "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+    "FASTRTPS_DEFAULT_PROFILES_FILE": str(profile("cell")),
+}
 COMPUTER = {
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
     "FASTRTPS_DEFAULT_PROFILES_FILE": LOOPBACK,

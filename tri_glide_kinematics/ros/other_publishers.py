@@ -15,12 +15,12 @@ from rclpy.publisher import Publisher
 PERIOD = 0.2  # s, from look to look
 
 # For this time after the start nobody can know who else is there [s]. Participants that did not
-# hear each other at once find each other when one of them announces itself again: on one computer
-# after a second (config/fast_dds_loopback.xml), by default of Fast DDS after three.
+# hear each other at once find each other when one of them announces itself again: after a second
+# (the profiles in config/), by default of Fast DDS after three.
 SETTLING = 1.2
 
 # A node that died without a word stays known for this time at most, the default of Fast DDS [s]. It
-# is the one that died who chose it: nodes with the profile for one computer have 5 s.
+# is the one that died who chose it: nodes with one of the profiles in config/ have 5 s.
 LEASE = 20.0
 
 # The name of a node comes a moment later than its publishers [s].

@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from ament_index_python.packages import get_package_share_directory
+
 from tri_glide_kinematics.errors import KinematicsError
 
 VARIABLE = "TRI_GLIDE_TRANSPORT"
@@ -20,6 +22,7 @@ MEANINGS = {
     COMPUTER: "UDP on the loopback address alone: nothing leaves this computer",
     CELL: "UDP on all network interfaces",
 }
+PROFILE_OF = {COMPUTER: "fast_dds_loopback.xml", CELL: "fast_dds_cell.xml"}
 
 MIDDLEWARE = "RMW_IMPLEMENTATION"
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
@@ -92,10 +95,8 @@ def transport_of(environment: Mapping[str, str], default: str = CELL) -> Transpo
     name = environment.get(VARIABLE) or default
     if name not in MEANINGS:
         raise TransportError(name)
-    set_up = {RANGE: "SUBNET"}
-    if name == COMPUTER:
-        set_up[PROFILES] = str(loopback_profile())
-    else:
+    set_up = {RANGE: "SUBNET", PROFILES: str(profile(name))}
+    if name == CELL:
         set_up[BUILTIN] = "UDPv4"
     found = {key: environment.get(key) or "" for key in MIDDLEWARE_VARIABLES}
     if not _contradictions(name, set_up, found):
@@ -113,13 +114,10 @@ def transport_of(environment: Mapping[str, str], default: str = CELL) -> Transpo
     return Transport(text, {VARIABLE: name}, can_stall=True)
 
 
-def loopback_profile() -> Path:
-    """Return the installed profile of Fast DDS that has UDP on the loopback address alone."""
-    # Imported late, as only one of the set-ups needs it.
-    from ament_index_python.packages import get_package_share_directory
-
+def profile(name: str) -> Path:
+    """Return the installed profile of Fast DDS for the set-up with this ``name``."""
     share = get_package_share_directory("tri_glide_kinematics")
-    return Path(share, "config", "fast_dds_loopback.xml")
+    return Path(share, "config", PROFILE_OF[name])
 
 
 def _contradictions(name: str, set_up: Mapping[str, str], found: Mapping[str, str]) -> bool:
