@@ -47,3 +47,17 @@ def test_only_a_stream_that_is_too_slow_is_remarked():
     assert "twist_timeout, 0.1 s" in twists.remark(1.5 * TIMEOUT)
     for pause in (0.5 * TIMEOUT, TIMEOUT, SLOWEST_STREAM, float("inf")):
         assert twists.remark(pause) == ""
+
+
+def test_a_pause_in_which_nobody_looked_is_no_release():
+    twists = twist_stream(TIMEOUT)
+    twists.receive(START)
+    twists.need_release()
+    twists.looked(START + 0.01)
+    # The node itself stood still; the sender may have sent all the time.
+    assert twists.receive(START + 5.0 * TIMEOUT) == pytest.approx(5.0 * TIMEOUT)
+    with pytest.raises(CommandRefusedError):
+        twists.check_released()
+    twists.looked(START + 7.0 * TIMEOUT)
+    twists.receive(START + 7.1 * TIMEOUT)
+    twists.check_released()

@@ -83,6 +83,7 @@ class MotionController(CommandedMotion):
 
         ``may_go_on`` is asked, after each piece of planning, for another one before the setpoint.
         """
+        self.streams.looked(now)
         self._commands.next_cycle(now)
         if not self._leading:
             return None

@@ -34,17 +34,26 @@ class Stream:
         self._release = release
         self._received = -math.inf
         self._accepted = -math.inf
+        self._looked = math.inf
         self._release_needed = False
+
+    def looked(self, now: float) -> None:
+        """Note that all commands that have come in until ``now`` [s] were received."""
+        self._looked = now
 
     def receive(self, now: float, released: bool = False) -> float:
         """Note a command that comes in ``now`` [s]; return how long after the last one [s].
+
+        A pause of the sender is what was seen of it: if nobody looked for commands meanwhile, this
+        one may have waited for long.
 
         Args:
             now: time of receipt [s].
             released: whether it says that the sender lets go.
         """
+        seen_pause = min(now, self._looked) - self._received
         pause, self._received = now - self._received, now
-        if released or pause > self.timeout:
+        if released or seen_pause > self.timeout:
             self._release_needed = False
         return pause
 
@@ -110,6 +119,11 @@ class Streams:
     def with_timeouts(cls, twist: float, target: float) -> Streams:
         """Return both, with the longest times between two commands [s]."""
         return cls(twist_stream(twist), target_stream(target))
+
+    def looked(self, now: float) -> None:
+        """Note that all commands that have come in until ``now`` [s] were received."""
+        self.twists.looked(now)
+        self.targets.looked(now)
 
     def need_release(self) -> None:
         """Listen to none before its sender has let go."""
