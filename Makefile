@@ -15,8 +15,9 @@ env: ## everything that running and testing need (.venv, install/)
 demo: env ## drive a simulated tri-glide through real nodes; writes out/demo.png
 	@$(IN_ENV) exec install/tri_glide_kinematics/lib/tri_glide_kinematics/demo --output out
 
-test: env ## all tests: mathematics and motion on all cores, then nodes as real processes
-	@$(IN_ENV) python -m pytest -n auto -m "not nodes" && exec python -m pytest -m nodes
+test: env ## all tests: mathematics and motion on all cores, nodes as real processes, then what is timed
+	@$(IN_ENV) python -m pytest -n auto -m "not nodes and not alone" \
+		&& python -m pytest -n 2 --dist worksteal -m "nodes and not alone" && exec python -m pytest -m alone
 
 test-processors: env ## all tests without nodes, as they run on five kinds of processors
 	@$(IN_ENV) exec scripts/test_processors.sh

@@ -9,9 +9,11 @@ import pytest
 
 from testing.ends import WAYS, Delays, delays_alone, delays_beside_ends, run_in_real_time
 
+pytestmark = pytest.mark.alone
+
 COUNT = 16  # by shared memory, about one end of four holds the cycle for 0.2 s and longer
 TIME_ALONE = 10.0  # s
-ALLOWED = 0.15  # s more than alone: other tests may keep this computer busy
+ALLOWED = 0.15  # s more than alone: other programs may keep this computer busy
 
 
 @pytest.mark.parametrize("way", WAYS)

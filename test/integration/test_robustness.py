@@ -80,6 +80,7 @@ def test_a_stream_of_twists_stops_and_resumes(machine, client):
     assert_stretches_within_limits(machine)
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("kind", ["pose", "twist", "state"])
 def test_flood_of_targets(machine, kind):
     machine.start()

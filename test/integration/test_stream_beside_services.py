@@ -9,12 +9,15 @@ from contextlib import suppress
 from importlib import import_module
 
 import numpy as np
+import pytest
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import NodeNameNonExistentError
 from std_srvs.srv import SetBool
 
 from testing import fresh_client
 from testing.client import UNFIT
+
+pytestmark = pytest.mark.alone
 
 FAR = (0.0, 0.0, 0.5)
 # So slow that it takes longer to get there than all clients take to start.

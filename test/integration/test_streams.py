@@ -54,6 +54,7 @@ def late_part(machine, client, send=None):
     return float(np.mean(1e-9 * np.diff(times) > LATE / RATE))
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize(
     ("send", "state"),
     [(turning, "jogging"), (circling_pose, "moving"), (circling_state, "tracking")],
@@ -72,6 +73,7 @@ def test_a_stream_of_commands_does_not_make_setpoints_late(machine, client, send
     assert_within_limits(machine)
 
 
+@pytest.mark.alone
 def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(machine, client):
     machine.start()
     begin = client.now()

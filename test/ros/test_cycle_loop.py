@@ -21,7 +21,7 @@ from testing.domain import own_context, own_domain, set_transport
 from tri_glide_kinematics.ros.cycle_loop import Cycle, CycleLoop
 from tri_glide_kinematics.ros.transport import COMPUTER
 
-pytestmark = pytest.mark.nodes
+pytestmark = [pytest.mark.nodes, pytest.mark.alone]
 
 PERIOD = 0.005  # s
 BOUND = 60.0  # s, for what takes a fraction of this
