@@ -50,9 +50,14 @@ class Workspace:
     ``UnreachableError`` or ``NoPoseError`` where the machine has no pose at all, or a
     ``NotFiniteError`` or ``WrongShapeError`` for what is not a place. All are a
     ``KinematicsError``.
+
+    Attributes:
+        machine: whose workspace it is.
+        limits: from which it was made.
+        bounds: what is checked, which may be wider than the limits.
     """
 
-    __slots__ = ("_bounds", "_field", "limits", "machine")
+    __slots__ = ("_field", "bounds", "limits", "machine")
 
     def __init__(self, machine: TriGlide, limits: WorkspaceLimits) -> None:
         """Prepare the checks of ``machine`` against ``limits``."""
@@ -64,14 +69,14 @@ class Workspace:
         """Return whether the other workspace has the same machine and the same places inside."""
         if not isinstance(other, Workspace):
             return NotImplemented
-        return (self.machine, self._bounds) == (other.machine, other._bounds)
+        return (self.machine, self.bounds) == (other.machine, other.bounds)
 
     def __hash__(self) -> int:
         """Return the hash of machine and bounds."""
-        return hash((self.machine, self._bounds))
+        return hash((self.machine, self.bounds))
 
     def _use(self, bounds: WorkspaceBounds) -> None:
-        self._bounds = bounds
+        self.bounds = bounds
         self._field = ConditionField(self.machine.geometry, bounds.condition)
 
     def widened_to(self, heights: Iterable[float]) -> Workspace:
@@ -91,7 +96,7 @@ class Workspace:
         position = self.machine.forward(place)
         condition = self.machine.condition_number(position)
         widened = Workspace(self.machine, self.limits)
-        widened._use(self._bounds.widened_to(position, condition))
+        widened._use(self.bounds.widened_to(position, condition))
         return widened
 
     def check_position(self, position: Iterable[float]) -> Vector3:
@@ -104,10 +109,10 @@ class Workspace:
             KinematicsError: see the class.
         """
         place = _vector("position", position)
-        for shape in self._bounds.shapes:
+        for shape in self.bounds.shapes:
             shape.check(place)
         heights = self.machine.inverse(place)
-        for end in self._bounds.travel:
+        for end in self.bounds.travel:
             end.check(place)
         self._check_condition(place)
         return heights
@@ -122,7 +127,7 @@ class Workspace:
             KinematicsError: see the class.
         """
         position = self.machine.forward(_vector("heights", heights))
-        for bound in (*self._bounds.travel, *self._bounds.shapes):
+        for bound in (*self.bounds.travel, *self.bounds.shapes):
             bound.check(position)
         self._check_condition(position)
         return position
@@ -202,7 +207,7 @@ class Workspace:
             (last[1] - first[1]) / length,
             (last[2] - first[2]) / length,
         )
-        bound, leaves = self._bounds.first_exit(first, direction)
+        bound, leaves = self.bounds.first_exit(first, direction)
         outside = yield from self._trace_line(first, direction, min(length, leaves.distance))
         if outside:
             self._refuse(_along(first, direction, outside[1]))
@@ -223,7 +228,7 @@ class Workspace:
             self.check_position(first)
         except KinematicsError:
             return 0.0
-        length = min(length, self._bounds.first_exit(first, unit)[1].distance)
+        length = min(length, self.bounds.first_exit(first, unit)[1].distance)
         outside = yield from self._trace_line(first, unit, length)
         return outside[0] if outside else length
 
@@ -234,7 +239,7 @@ class Workspace:
         acceleration_bound: float,
     ) -> Interruptible[None]:
         """Check as ``check_path`` does, interruptibly."""
-        probe = path_probe(self.machine.forward, self._bounds, self._field, state)
+        probe = path_probe(self.machine.forward, self.bounds, self._field, state)
         outside = yield from first_outside(probe, duration, acceleration_bound)
         if outside:
             self._refuse(self.check_heights(state(outside[1]).heights))
@@ -247,7 +252,7 @@ class Workspace:
         samples: int,
     ) -> bool:
         """Return whether ``check_path`` accepts a motion with so few ``samples``."""
-        probe = path_probe(self.machine.forward, self._bounds, self._field, state)
+        probe = path_probe(self.machine.forward, self.bounds, self._field, state)
         return at_once(first_outside(probe, duration, acceleration_bound, samples)) is None
 
     def free_way(self, heights: Vector3) -> float:
@@ -265,7 +270,7 @@ class Workspace:
         except KinematicsError:
             return -inf
         around = self._field.around(position[0], position[1])
-        slack = self._bounds.slack(position)
+        slack = self.bounds.slack(position)
         if around is None or not slack >= -ROUNDING:
             return -inf
         return max(min(around.radius, slack), 0.0) * around.singular_value
@@ -289,8 +294,8 @@ class Workspace:
     def _check_condition(self, position: Vector3) -> None:
         """Raise an error if the condition number is too large."""
         condition = self.machine.condition_number(position)
-        if not condition <= self._bounds.condition * (1.0 + 2.0 * ROUNDING):
-            limit, bound = WorkspaceLimit.CONDITION, self._bounds.condition
+        if not condition <= self.bounds.condition * (1.0 + 2.0 * ROUNDING):
+            limit, bound = WorkspaceLimit.CONDITION, self.bounds.condition
             raise OutsideWorkspaceError(limit, None, position, condition, bound)
 
     def _refuse(self, position: Vector3) -> None:
@@ -300,7 +305,7 @@ class Workspace:
         whose edge cannot be solved for, comes into question.
         """
         self.check_position(position)
-        limit, bound = WorkspaceLimit.CONDITION, self._bounds.condition
+        limit, bound = WorkspaceLimit.CONDITION, self.bounds.condition
         condition = self.machine.condition_number(position)
         raise OutsideWorkspaceError(limit, None, position, condition, bound)
 

@@ -1,0 +1,93 @@
+"""Paths at random, and their distance from the path as programmed, found without its formulas."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
+from tri_glide_kinematics.vectors import FloatArray
+
+
+class Piece(NamedTuple):
+    """A line or an arc as it was asked for; a line has no ``centre``."""
+
+    start: FloatArray
+    end: FloatArray
+    tolerance: float
+    centre: FloatArray | None = None
+    axis: FloatArray | None = None
+    angle: float = 0.0
+
+
+def random_path(
+    rng: np.random.Generator,
+    count: int | None = None,
+    arcs: float = 0.4,
+    stops: float = 0.1,
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.3),
+    size: float = 0.1,
+) -> tuple[PlatformPath, list[Piece]]:
+    """Lines and arcs in all planes, 2 to 40, with tolerances of 0.05 to 10 mm or stops."""
+    count = count or int(rng.integers(2, 41))
+    here = np.array(centre) + rng.uniform(-size, size, 3)
+    path = PlatformPath.start(here)
+    pieces: list[Piece] = []
+    for _ in range(count):
+        tolerance = 0.0 if rng.random() < stops else 1e-3 * 10.0 ** rng.uniform(-1.3, 1.0)
+        length = size * 10.0 ** rng.uniform(-2.0, 0.0)
+        kind = rng.random()
+        if kind < arcs:
+            radius = size * 10.0 ** rng.uniform(-1.5, 0.0)
+            axis = unit(rng)
+            out = np.cross(axis, unit(rng))
+            out /= np.linalg.norm(out)
+            if pieces and rng.random() < 0.5:
+                # Tangent to what is before it.
+                ahead = path.segments.end_tangents[-1]
+                axis = np.cross(ahead, unit(rng))
+                axis /= np.linalg.norm(axis)
+                out = np.cross(ahead, axis)
+            middle = here - radius * out
+            angle = rng.choice((-1.0, 1.0)) * rng.uniform(0.05, 7.0)
+            after = path.arc_about(middle, axis, angle, tolerance)
+            end = np.array(after.end)
+            pieces.append(Piece(here, end, tolerance, middle, axis, angle))
+        else:
+            direction = unit(rng)
+            if pieces and rng.random() < 0.2:
+                direction = path.segments.end_tangents[-1]
+            end = here + length * direction
+            after = path.line_to(end, tolerance)
+            pieces.append(Piece(here, end, tolerance))
+        path, here = after, end
+    return path, pieces
+
+
+def unit(rng: np.random.Generator) -> FloatArray:
+    """Return a direction at random. Shape (3,)."""
+    vector = rng.normal(size=3)
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+def distances(places: FloatArray, piece: Piece) -> FloatArray:
+    """Return the distances of places, shape (n, 3), from a line or an arc. Shape (n,) [m]."""
+    if piece.centre is None or piece.axis is None:
+        step = piece.end - piece.start
+        part = np.clip((places - piece.start) @ step / (step @ step), 0.0, 1.0)
+        return np.linalg.norm(places - piece.start - part[:, np.newaxis] * step, axis=1)
+    out = piece.start - piece.centre
+    radius = np.linalg.norm(out)
+    across = np.cross(piece.axis, out)
+    from_centre = places - piece.centre
+    height = from_centre @ piece.axis
+    turned = np.arctan2(from_centre @ across, from_centre @ out) * math.copysign(1.0, piece.angle)
+    inside = np.mod(turned, 2.0 * math.pi) <= abs(piece.angle)
+    flat = np.linalg.norm(from_centre - height[:, np.newaxis] * piece.axis, axis=1)
+    to_ring = np.hypot(flat - radius, height)
+    to_ends = np.minimum(
+        np.linalg.norm(places - piece.start, axis=1), np.linalg.norm(places - piece.end, axis=1)
+    )
+    return np.where(inside, to_ring, to_ends)

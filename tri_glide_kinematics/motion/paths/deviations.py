@@ -1,0 +1,94 @@
+r"""How far a path that is rounded is from the path as programmed.
+
+The rounding of a joint i, of half width $w_i$, adds to the path as programmed
+
+$$\Delta t_i B(s - s_i; w_i) + \Delta k_i E(s - s_i; w_i),\quad
+B(x; w) = \frac{w}{6} (1 - |x|/w)^3,\quad E(x; w) = \frac{x (w - |x|)^3}{12 w^2}$$
+
+for $|x| < w$, with the jumps of the unit tangent and of the curvature vector. As
+$|E| \le \frac{w^2}{81} (1 - |x|/w)$, the sum of both bounds over all joints is convex between two
+joints and so is largest at one: if it is at most the tolerance at each joint, the path nowhere
+leaves the larger tolerance of the joints beside it. Where a rounding overlaps no other, it is
+known better: its distance from two lines is B times the sine of the angle, and
+$|E| \le \frac{27}{3072} w^2$.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.paths.joints import RoundedJoints
+from tri_glide_kinematics.vectors import FloatArray
+
+# Largest value of |E|, and factor of its convex bound, as parts of the square of w.
+LARGEST_BEND = 27.0 / 3072.0
+CONVEX_BEND = 1.0 / 81.0
+
+# All tolerances hold by this part more, so that rounding decides nothing.
+SPARE = 1e-9
+
+
+class Weights(NamedTuple):
+    """How much the rounding of each joint counts: bound is turns B + bends w^2 (1 - |x|/w).
+
+    Attributes:
+        turns: Shape (m,).
+        bends: Shape (m,) [1/m].
+    """
+
+    turns: FloatArray
+    bends: FloatArray
+
+
+def deviation_bounds(
+    ways: FloatArray, weights: Weights, half_widths: FloatArray
+) -> Interruptible[FloatArray]:
+    """Return the bound of the deviation at each joint; interruptibly.
+
+    Args:
+        ways: of the joints. Shape (m,) [m].
+        weights: of their roundings.
+        half_widths: of their roundings, which differ by no more than the ways. Shape (m,) [m].
+
+    Returns:
+        Shape (m,) [m].
+    """
+    cubic = weights.turns / (6.0 * half_widths * half_widths)
+    linear = weights.bends * half_widths
+    bent = bool(linear.any())
+    bounds = half_widths * (weights.turns / 6.0 + linear)
+    for offset in range(1, len(ways)):
+        gaps = ways[offset:] - ways[:-offset]
+        forwards = np.maximum(half_widths[:-offset] - gaps, 0.0)
+        backwards = np.maximum(half_widths[offset:] - gaps, 0.0)
+        if not (forwards.any() or backwards.any()):
+            break
+        bounds[offset:] += forwards * forwards * forwards * cubic[:-offset]
+        bounds[:-offset] += backwards * backwards * backwards * cubic[offset:]
+        if bent:
+            bounds[offset:] += forwards * linear[:-offset]
+            bounds[:-offset] += backwards * linear[offset:]
+        yield
+    return bounds
+
+
+def width_alone(joints: RoundedJoints, turns: FloatArray, bend: float) -> FloatArray:
+    """Return the widths with which roundings that do not overlap just keep the tolerances."""
+    tolerances = (1.0 - SPARE) * joints.tolerances
+    of_corner = 6.0 * tolerances / turns
+    # The corner is the farthest place if the curvature jumps by little.
+    little = joints.bends * of_corner <= 6.0 * turns
+    half, bends = turns / 12.0, bend * joints.bends
+    root = np.sqrt(half * half + bends * tolerances)
+    return np.where(little, of_corner, tolerances / (half + root))
+
+
+def deviation_alone(joints: RoundedJoints, widths: FloatArray) -> FloatArray:
+    """Return the largest distance from the path as programmed of roundings that stand alone."""
+    of_corner = joints.distances * widths / 6.0
+    of_bend = LARGEST_BEND * joints.bends * widths * widths
+    little = joints.bends * widths <= 6.0 * joints.distances
+    return np.where(little, of_corner, of_corner + of_bend)

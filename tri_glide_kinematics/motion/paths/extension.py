@@ -1,0 +1,61 @@
+"""More segments behind a path that is being driven, which stays as it is up to a place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import dist
+
+import numpy as np
+
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.paths.errors import ApartError
+from tri_glide_kinematics.motion.paths.joints import RoundedJoints
+from tri_glide_kinematics.motion.paths.rounding import widths_of
+from tri_glide_kinematics.motion.paths.segments import SAME_PLACE, Segments, joined
+from tri_glide_kinematics.motion.paths.widths import Widths
+from tri_glide_kinematics.vectors import FloatArray
+
+# Where a path ended there is a stop still, if the place up to which it stays is not so far before.
+LEAST_ROOM = 1e-6
+
+
+def in_succession(segments: Segments, more: Segments) -> Segments:
+    """Return ``segments`` with ``more`` behind them.
+
+    Raises:
+        ApartError: if they begin elsewhere.
+    """
+    end, start = segments.points[-1].tolist(), more.points[0].tolist()
+    distance = dist(end, start)
+    if not distance <= SAME_PLACE:
+        raise ApartError(end, start, distance, SAME_PLACE)
+    return joined((segments, more))
+
+
+def stops_kept(stops: FloatArray, place: float) -> FloatArray:
+    """Return at which of the ``stops`` of a path it still stops with more behind it [m]."""
+    return stops[1:] if stops[-1] - place < LEAST_ROOM else stops[1:-1]
+
+
+def widths_kept(joints: RoundedJoints, widths: Widths, place: float) -> Widths:
+    """Return the widths of the first joints: those whose roundings begin before a ``place`` [m]."""
+    begun = np.flatnonzero(joints.ways - widths.half_widths < place)
+    return widths.part(slice(int(begun[-1]) + 1 if len(begun) else 0))
+
+
+def widths_behind(joints: RoundedJoints, kept: Widths, place: float) -> Interruptible[Widths]:
+    """Return the widths of all roundings, of which the first ones are kept.
+
+    All others begin at the ``place`` [m] or behind it. A rounding that was known better, as no
+    other overlapped it, they overlap at its outer half at most: there its deviation is convex.
+    """
+    count = len(kept.half_widths)
+    ways = joints.ways[:count]
+    middles = ways + 0.5 * kept.half_widths
+    begin = float(middles[kept.single].max(initial=place))
+    rooms = np.minimum(joints.rooms, np.maximum(joints.ways - begin, 0.0))
+    # What has ended before does not matter.
+    first = int(np.count_nonzero(ways + kept.half_widths <= place))
+    near = replace(joints, rooms=rooms).part(slice(first, None))
+    widths = yield from widths_of(near, kept.part(slice(first, None)))
+    return kept.part(slice(first)).followed_by(widths)

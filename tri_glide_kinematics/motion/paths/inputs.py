@@ -1,0 +1,78 @@
+"""Numbers that a path is made of, checked; errors name the segment, counted from 1."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import inf
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tri_glide_kinematics.checks import finite, finite_array, finite_vector, positive
+from tri_glide_kinematics.errors import OutOfBoundsError, WrongShapeError
+from tri_glide_kinematics.motion.paths.errors import RepeatedPointError
+from tri_glide_kinematics.motion.paths.segments import SHORTEST
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+# No coordinate, and no tolerance, is larger [m].
+LARGEST_PLACE = 100.0
+
+# No speed is larger, or smaller [m/s].
+LARGEST_SPEED = 1e6
+LEAST_SPEED = 1e-5
+
+
+def coordinate_of(name: str, value: float) -> float:
+    """Return ``value`` if it is finite and not too large [m]."""
+    return finite(name, value, LARGEST_PLACE)
+
+
+def place_of(name: str, values: Iterable[float]) -> Vector3:
+    """Return ``values`` as three plain numbers that are finite and not too large [m]."""
+    numbers: Sequence[float] = tuple(values)
+    x, y, z = finite_vector(name, numbers, 3)
+    if not max(abs(x), abs(y), abs(z)) <= LARGEST_PLACE:
+        for index, value in enumerate((x, y, z)):
+            coordinate_of(f"{name}[{index}]", value)
+    return x, y, z
+
+
+def points_of(points: ArrayLike) -> FloatArray:
+    """Return a copy of the ``points`` of a polyline, shape (n, 3) [m].
+
+    Raises:
+        KinematicsError: see ``PlatformPath.through``.
+    """
+    places = finite_array("points", points, (None, 3))
+    if len(places) < 2:
+        raise WrongShapeError("points", places.shape, "(n, 3) with n at least 2")
+    if not (np.abs(places) <= LARGEST_PLACE).all():
+        row, column = np.argwhere(np.abs(places) > LARGEST_PLACE)[0].tolist()
+        coordinate_of(f"points[{row}][{column}]", float(places[row, column]))
+    steps = np.diff(places, axis=0)
+    short = np.flatnonzero(~(np.einsum("ij,ij->i", steps, steps) >= SHORTEST * SHORTEST))
+    if len(short):
+        index = int(short[0])
+        length = float(np.linalg.norm(steps[index]))
+        raise RepeatedPointError(index, index, places[index].tolist(), length, SHORTEST)
+    return places.copy()
+
+
+def tolerance_of(number: int, value: float) -> float:
+    """Return the tolerance of the segment with the index ``number`` [m]."""
+    tolerance = coordinate_of(f"tolerance of segment {number + 1}", value)
+    if tolerance < 0.0:
+        name = f"tolerance of segment {number + 1}"
+        raise OutOfBoundsError(name, tolerance, "at least 0", "m")
+    return tolerance
+
+
+def speed_of(number: int, value: float | None) -> float:
+    """Return the speed of the segment with the index ``number``, infinite if it has none [m/s]."""
+    if value is None:
+        return inf
+    name = f"speed of segment {number + 1}"
+    speed = positive(name, value, "m/s", LARGEST_SPEED)
+    if speed < LEAST_SPEED:
+        raise OutOfBoundsError(name, speed, f"at least {LEAST_SPEED:g}", "m/s")
+    return speed

@@ -1,0 +1,151 @@
+"""Joints between the segments of a path: which are smooth, which are stops, which are rounded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.paths.segments import Segments
+from tri_glide_kinematics.vectors import FloatArray
+
+Indices = NDArray[np.intp]
+
+# Tangents that differ by less are the same: rounding.
+SAME_TANGENT = 1e-9
+
+# Curvatures that differ by less, as part of the larger one, are the same: rounding.
+SAME_CURVATURE = 1e-9
+
+# A rounding with a smaller tolerance would be a stop, but for rounding [m].
+LEAST_TOLERANCE = 1e-9
+
+# The way driven is nowhere shorter than this part of the way programmed. In the middle of a
+# rounded corner it is half the sum of both tangents; a sharper corner is a stop.
+LEAST_RATE = 0.2
+
+NO_STOPS = np.zeros(0)
+
+# So many joints are worked on between two breaks of the computation.
+AT_A_TIME = 4000
+
+
+@dataclass(frozen=True, eq=False)
+class RoundedJoints:
+    """Joints that are rounded, in the order of the path.
+
+    Attributes:
+        ways: programmed way at each. Shape (m,) [m].
+        tangent_jumps: change of the unit tangent. Shape (m, 3).
+        curvature_jumps: change of the curvature vector. Shape (m, 3) [1/m].
+        turns: size of the change of the tangent. Shape (m,).
+        bends: size of the change of the curvature. Shape (m,) [1/m].
+        distances: of a path that is rounded at this joint alone from the path as programmed, as
+            part of the rounding; at most ``turns``. Shape (m,).
+        tolerances: Shape (m,) [m].
+        rooms: way to the nearest stop. Shape (m,) [m].
+    """
+
+    ways: FloatArray
+    tangent_jumps: FloatArray
+    curvature_jumps: FloatArray
+    turns: FloatArray
+    bends: FloatArray
+    distances: FloatArray
+    tolerances: FloatArray
+    rooms: FloatArray
+
+    def part(self, some: slice | Indices) -> RoundedJoints:
+        """Return ``some`` of them."""
+        return RoundedJoints(*(getattr(self, name)[some] for name in self.__dataclass_fields__))
+
+
+class _Jumps(NamedTuple):
+    """What changes at joints, as in ``RoundedJoints``; and which are not smooth, and stops."""
+
+    tangents: FloatArray
+    curvatures: FloatArray
+    turns: FloatArray
+    bends: FloatArray
+    distances: FloatArray
+    rough: NDArray[np.bool_]
+    stop: NDArray[np.bool_]
+
+
+def joints_of(
+    segments: Segments, stops: FloatArray = NO_STOPS
+) -> Interruptible[tuple[RoundedJoints, FloatArray]]:
+    """Return the joints of a path that are rounded, and the ways at all stops [m].
+
+    Args:
+        segments: of the path.
+        stops: ways of joints that are stops in any case, unless they are smooth [m].
+    """
+    found = []
+    for first in range(0, len(segments), AT_A_TIME):
+        found.append(_jumps(segments, first, min(first + AT_A_TIME, len(segments) - 1)))
+        yield
+    jumps = _Jumps(*(np.concatenate(column) for column in zip(*found)))
+    ways = segments.joints
+    inner = ways[1:-1]
+    stop = jumps.stop | (jumps.rough & np.isin(inner, stops))
+    stops = np.concatenate((ways[:1], inner[stop], ways[-1:]))
+    rounded = np.flatnonzero(jumps.rough & ~stop)
+    at = inner[rounded]
+    following = np.searchsorted(stops, at)
+    rooms = np.minimum(at - stops[following - 1], stops[following] - at)
+    yield
+    return (
+        RoundedJoints(
+            at,
+            jumps.tangents[rounded],
+            jumps.curvatures[rounded],
+            jumps.turns[rounded],
+            jumps.bends[rounded],
+            jumps.distances[rounded],
+            segments.tolerances[rounded],
+            rooms,
+        ),
+        stops,
+    )
+
+
+def _jumps(segments: Segments, first: int, last: int) -> _Jumps:
+    """Return what changes at the ends of the segments from ``first`` on, before ``last``."""
+    before, after = slice(first, last), slice(first + 1, last + 1)
+    ends, starts = segments.end_tangents[before], segments.tangents[after]
+    tangents = starts - ends
+    turns = lengths_of(tangents)
+    half_sums = 0.5 * lengths_of(starts + ends)
+    corner = turns > SAME_TANGENT
+    old, new = segments.curvatures[before], segments.curvatures[after]
+    curvatures = (
+        new[:, np.newaxis] * segments.normals[after]
+        - old[:, np.newaxis] * segments.end_normals[before]
+    )
+    bends = lengths_of(curvatures)
+    bent = bends > SAME_CURVATURE * np.maximum(old, new)
+    tangents[~corner] = 0.0
+    turns[~corner] = 0.0
+    curvatures[~bent] = 0.0
+    bends[~bent] = 0.0
+    # Between two lines: at a corner of the angle a, the rounding is across them by its sine.
+    sines = np.where(turns * turns < 2.0, turns * half_sums, 1.0)
+    distances = np.where((old == 0.0) & (new == 0.0) & corner, sines, turns)
+    rough = corner | bent
+    sharp = (segments.tolerances[before] < LEAST_TOLERANCE) | (half_sums < LEAST_RATE)
+    return _Jumps(tangents, curvatures, turns, bends, distances, rough, rough & sharp)
+
+
+def lengths_of(vectors: FloatArray) -> FloatArray:
+    """Return the Euclidean lengths of vectors, shape (n, 3). Shape (n,)."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
+
+
+def any_bend(joints: RoundedJoints) -> bool:
+    """Return whether the curvature jumps at a joint."""
+    found: NDArray[np.bool_] = joints.bends > 0.0
+    return bool(found.any())

@@ -1,0 +1,109 @@
+"""Layers of roundings, and the breaks at which they begin and end.
+
+In a layer of two roundings the one that begins first also ends first. Those that taper off are put
+together of two, one inside the other (``tapering``), so they are in two layers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.paths.joints import Indices, RoundedJoints
+from tri_glide_kinematics.motion.paths.widths import Widths
+from tri_glide_kinematics.vectors import FloatArray
+
+# Two places of a path that are nearer, as part of its length, are the same: rounding.
+SAME_PLACE = 1e-13
+
+
+class Layer(NamedTuple):
+    """Roundings; of two, the one that begins first also ends first.
+
+    Each is made of one of the third and one of the fourth degree, the latter w/8 (1 - |x|/w)^4.
+
+    Attributes:
+        joints: that are rounded.
+        half_widths: Shape (m,) [m].
+        thirds: how much of the third degree counts. Shape (m,).
+        fourths: how much of the fourth degree counts. Shape (m,).
+    """
+
+    joints: RoundedJoints
+    half_widths: FloatArray
+    thirds: FloatArray
+    fourths: FloatArray
+
+
+class Breaks(NamedTuple):
+    """Joints of a path and ends of its roundings.
+
+    Attributes:
+        ways: of all of them, ascending. Shape (k + 1,) [m].
+        begins: index of the break at which each rounding of a layer begins. Shape (m,).
+        middles: index of the break at its joint. Shape (m,).
+        ends: index of the break at which it ends. Shape (m,).
+    """
+
+    ways: FloatArray
+    begins: Indices
+    middles: Indices
+    ends: Indices
+
+
+def layers_of(joints: RoundedJoints, widths: Widths) -> list[Layer]:
+    """Return the layers of all roundings: those that taper off have a narrow part of their own."""
+    tapers = widths.tapers
+    layers = [Layer(joints, widths.half_widths, 1.0 - tapers, 8.0 / 7.0 * tapers)]
+    tapering = np.flatnonzero(tapers)
+    if len(tapering):
+        inner = joints.part(tapering)
+        half = 0.5 * widths.half_widths[tapering]
+        # The curvature is rounded in the other layer.
+        nothing = np.zeros(len(half))
+        inner = replace(inner, curvature_jumps=np.zeros((len(half), 3)), bends=nothing)
+        layers.append(Layer(inner, half, nothing, -tapers[tapering] / 7.0))
+    return layers
+
+
+def breaks_of(ways: FloatArray, layers: Sequence[Layer]) -> Interruptible[list[Breaks]]:
+    """Return the joints of a path and the ends of its roundings, each place once; interruptibly.
+
+    Args:
+        ways: of all joints, rounded or not. Shape (n + 1,) [m].
+        layers: of roundings.
+
+    Returns:
+        One for each layer, all with the same ``ways``.
+    """
+    middles = np.concatenate([layer.joints.ways for layer in layers])
+    half_widths = np.concatenate([layer.half_widths for layer in layers])
+    ends = np.concatenate((ways, middles - half_widths, middles + half_widths))
+    np.clip(ends, ways[0], ways[-1], out=ends)
+    yield
+    order = np.argsort(ends, kind="stable")
+    yield
+    ascending = ends[order]
+    fresh = np.ones(len(ends), dtype=bool)
+    fresh[1:] = np.diff(ascending) > SAME_PLACE * ways[-1]
+    places = ascending[fresh]
+    group = np.empty(len(ends), dtype=np.intp)
+    group[order] = np.cumsum(fresh) - 1
+    yield
+    # Where an end of a rounding lies on a joint but for rounding, it is the joint that counts.
+    count, rounded = len(ways), len(half_widths)
+    places[group[:count]] = ways
+    columns = (
+        group[count : count + rounded],
+        group[np.searchsorted(ways, middles)],
+        group[count + rounded :],
+    )
+    last = np.cumsum([len(layer.half_widths) for layer in layers])
+    return [
+        Breaks(places, *(column[end - len(layer.half_widths) : end] for column in columns))
+        for layer, end in zip(layers, last)
+    ]
