@@ -21,10 +21,10 @@ setup(
         (f"lib/{PACKAGE}", glob("executables/*")),
     ],
     python_requires=">=3.10",
-    install_requires=["numpy", "ruckig"],
+    install_requires=["numpy", "ruckig", "scipy"],
     extras_require={
         "figures": ["matplotlib", "pillow", "pyyaml", "tqdm"],
-        "test": ["catkin_pkg", "hypothesis", "pytest", "scipy"],
+        "test": ["catkin_pkg", "hypothesis", "pytest"],
     },
     zip_safe=False,
 )

@@ -1,0 +1,253 @@
+"""Paths without a stop: how near the optimum their timing is, what limits it uses, what it costs.
+
+Run it as ``python -m benchmarks.bench_paths --count 100`` for more random paths than the table of
+all benchmarks has.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.judge import LIMITS
+from benchmarks.table import aligned
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.errors import MotionError
+from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.paths.path_bounds import path_bounds
+from tri_glide_kinematics.motion.paths.path_heights import PathHeights
+from tri_glide_kinematics.motion.paths.path_timing import PathScaling, PathStart, plan_window
+from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.vectors import FloatArray
+
+PERIOD = 0.001  # s, at which heights are differentiated
+LOWER, UPPER = (-0.12, -0.12, 0.25), (0.12, 0.12, 0.35)  # m
+
+
+class Row(NamedTuple):
+    """What was measured, and what was to be reached.
+
+    Attributes:
+        what: in words.
+        ours: in words.
+        goal: in words.
+        is_reached: whether that is so.
+    """
+
+    what: str
+    ours: str
+    goal: str
+    is_reached: bool
+
+
+class Drive(NamedTuple):
+    """A whole path, driven in windows.
+
+    Attributes:
+        duration: [s].
+        motion: the way along it over time.
+        uses: largest parts of the limits of velocity, acceleration and jerk, by bounds.
+        planning: processor time of all windows [s].
+        longest: processor time of the longest piece of planning between two turns [s].
+        windows: how many.
+        broken: how many windows could not be continued, so that the platform stopped.
+    """
+
+    duration: float
+    motion: TimeScaling
+    uses: FloatArray
+    planning: float
+    longest: float
+    windows: int
+    broken: int
+
+
+def run(count: int = 12) -> bool:
+    """Measure and print the table; it is always complete."""
+    lines = [(*row[:3], "yes" if row.is_reached else "NO") for row in rows(count)]
+    print("\n" + aligned([("paths", "ours", "goal", "reached"), *lines]), flush=True)
+    return True
+
+
+def rows(count: int) -> Iterable[Row]:
+    """Yield times, uses of limits and costs."""
+    yield from _random_rows(count)
+    yield _square_row()
+    yield from _dense_rows()
+
+
+def drive(path: PlatformPath) -> Drive:
+    """Drive a path from its begin to its end, window after window."""
+    curve = PathHeights(path.driven, DEFAULT_GEOMETRY)
+    start, held = PathStart(0.0, 0.0, 0.0), None
+    parts: list[TimeScaling] = []
+    uses = np.zeros(3)
+    now = planning = longest = 0.0
+    windows = broken = 0
+    last: PathScaling | None = None
+    while start.place < curve.driven.length:
+        windows += 1
+        try:
+            found, whole, piece = _timed(plan_window(curve, start, LIMITS, held))
+        except MotionError:
+            if last is None or start.speed == 0.0:
+                raise
+            # What is held goes on to its end, and the next window begins there.
+            broken += 1
+            rest = last.scaling.since(last.continue_at)
+            parts.append(rest._replace(times=rest.times - last.continue_at + now))
+            now += float(last.scaling.times[-1]) - last.continue_at
+            start, held = PathStart(last.ends_at, 0.0, 0.0), None
+            continue
+        planning, longest = planning + whole, max(longest, piece)
+        uses = np.maximum(uses, path_bounds(curve, found.scaling).parts(LIMITS).max(axis=1))
+        last, scaling = found, found.scaling
+        if math.isinf(found.continue_at):
+            parts.append(scaling._replace(times=scaling.times + now))
+            now += float(scaling.times[-1])
+            start, held = PathStart(found.ends_at, 0.0, 0.0), None
+        else:
+            kept = int(np.searchsorted(scaling.times, found.continue_at))
+            parts.append(TimeScaling(*(values[: kept + 1] for values in scaling)))
+            parts[-1] = parts[-1]._replace(times=parts[-1].times + now)
+            now += found.continue_at
+            start, held = found.start_at(found.continue_at), scaling.since(found.continue_at)
+    joined = [np.concatenate([part[i][:-1] for part in parts]) for i in range(4)]
+    ends = (now, *(values[-1] for values in parts[-1][1:]))
+    motion = TimeScaling(*(np.append(values, end) for values, end in zip(joined, ends)))
+    return Drive(now, motion, uses, planning, longest, windows, broken)
+
+
+def _timed(planning: Interruptible[PathScaling]) -> tuple[PathScaling, float, float]:
+    """Return what is planned, and the processor time of all and of the longest piece [s]."""
+    whole = longest = 0.0
+    while True:
+        begin = time.process_time()
+        try:
+            next(planning)
+        except StopIteration as end:
+            took = time.process_time() - begin
+            return end.value, whole + took, max(longest, took)
+        took = time.process_time() - begin
+        whole, longest = whole + took, max(longest, took)
+
+
+def _random_path(chance: np.random.Generator) -> PlatformPath:
+    points = chance.uniform(LOWER, UPPER, (int(chance.integers(3, 42)), 3))
+    tolerance = float(np.exp(chance.uniform(math.log(5e-5), math.log(1e-2))))
+    return PlatformPath.through(points, tolerance=tolerance)
+
+
+def _random_rows(count: int) -> Iterable[Row]:
+    """Yield how random paths compare with the reference, and their use of limits."""
+    chance = np.random.default_rng(12)
+    drives = []
+    ratios = []
+    least_time = _reference()
+    for _ in range(count):
+        path = _random_path(chance)
+        driven = drive(path)
+        drives.append((path, driven))
+        if least_time is not None:
+            curve = PathHeights(path.driven, DEFAULT_GEOMETRY)
+            ratios.append(driven.duration / least_time(curve, driven.motion, LIMITS))
+    if ratios:
+        for name, value, goal in (
+            ("median", float(np.median(ratios)), 1.05),
+            ("99 %", float(np.quantile(ratios, 0.99)), 1.25),
+        ):
+            yield Row(
+                f"time of {count} random paths over copp-py's TOPP3, {name}",
+                f"{value:.4f}",
+                f"{goal}",
+                value <= goal,
+            )
+    uses = np.max([driven.uses for _, driven in drives], axis=0)
+    for name, use in zip(("velocity", "acceleration", "jerk"), uses.tolist()):
+        yield Row(f"{name} by bounds, part of the limit", f"{use:.6f}", "1", use <= 1.0 + 1e-8)
+    differences = np.max([differences_of(*each) for each in drives], axis=0)
+    for name, use, more in zip(
+        ("velocity", "acceleration", "jerk"), differences.tolist(), (1e-6, 1e-6, 1e-3)
+    ):
+        yield Row(
+            f"{name} by differences at 1 kHz, part of the limit",
+            f"{use:.6f}",
+            f"1 + {more:g}",
+            use <= 1.0 + more,
+        )
+    broken = sum(driven.broken for _, driven in drives)
+    windows = sum(driven.windows for _, driven in drives)
+    yield Row("windows that could not be continued", f"{broken} of {windows}", "0", broken == 0)
+
+
+def differences_of(path: PlatformPath, driven: Drive) -> FloatArray:
+    """Return the largest parts of the limits by differences of heights. Shape (3,)."""
+    curve = PathHeights(path.driven, DEFAULT_GEOMETRY)
+    ways, _, _ = driven.motion.evaluate(np.arange(0.0, driven.duration, PERIOD))
+    values = curve.derivatives(ways).heights[0]
+    result = []
+    for limit in LIMITS.table:
+        values = np.diff(values, axis=1) / PERIOD
+        result.append(float((np.abs(values) / limit[:, np.newaxis]).max()))
+    return np.array(result)
+
+
+def _reference() -> Callable[..., float] | None:
+    try:
+        from benchmarks.references.path_optimum import least_time
+    except ImportError:
+        return None
+    return least_time
+
+
+def _square_row() -> Row:
+    corners = [(0.0, 0.0), (0.04, 0.0), (0.04, 0.04), (0.0, 0.04), (0.0, 0.0)]
+    points = np.array([(x - 0.02, y - 0.02, 0.3) for x, y in corners])
+    rounded = drive(PlatformPath.through(points, tolerance=1e-3)).duration
+    stopping = drive(PlatformPath.through(points, tolerance=0.0)).duration
+    return Row(
+        "time of a square of 40 mm, tolerance 1 mm, over that with stops",
+        f"{rounded / stopping:.3f}",
+        "0.75",
+        rounded <= 0.75 * stopping,
+    )
+
+
+def _dense_rows() -> Iterable[Row]:
+    """Yield what 10,000 segments of 0.1 mm cost."""
+    angles = np.arange(10_001) * 1e-4 / 0.08
+    course = (0.08 * np.cos(angles), 0.06 * np.sin(1.3 * angles), 0.3 + 0.02 * np.sin(0.7 * angles))
+    path = PlatformPath.through(np.stack(course, axis=1), tolerance=2e-5)
+    driven = drive(path)
+    each = driven.planning / 10_000
+    yield Row(
+        "planning per segment of 10,000 segments of 0.1 mm",
+        f"{1e3 * each:.3f} ms",
+        "1 ms",
+        each <= 1e-3,
+    )
+    yield Row(
+        "longest piece of planning",
+        f"{1e3 * driven.longest:.2f} ms",
+        "2 ms",
+        driven.longest <= 2e-3,
+    )
+    yield Row(
+        "windows that could not be continued",
+        f"{driven.broken} of {driven.windows}",
+        "0",
+        driven.broken == 0,
+    )
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=12, help="number of random paths")
+    sys.exit(0 if run(parser.parse_args().count) else 1)

@@ -1,0 +1,88 @@
+"""Paths that tests of timing drive along, and a drive in windows."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion import SliderLimits
+from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.paths.path_heights import PathHeights
+from tri_glide_kinematics.motion.paths.path_timing import PathScaling, PathStart, plan_window
+from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.vectors import FloatArray
+
+LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
+AT_BEGIN = PathStart(0.0, 0.0, 0.0)
+DT = 0.001
+
+LOWER, UPPER = np.array((-0.1, -0.1, 0.26)), np.array((0.1, 0.1, 0.34))
+
+
+def seen(path: PlatformPath) -> PathHeights:
+    """Return the slider heights along a path, on the default machine."""
+    return PathHeights(path.driven, DEFAULT_GEOMETRY)
+
+
+def random_path(seed: int, most: int = 9) -> PlatformPath:
+    """Return a path of lines and arcs through random points, with random tolerances."""
+    chance = np.random.default_rng(seed)
+    path = PlatformPath.start(chance.uniform(LOWER, UPPER))
+    for _ in range(int(chance.integers(1, most))):
+        tolerance = float(np.exp(chance.uniform(math.log(5e-5), math.log(1e-2))))
+        if chance.random() < 0.3:
+            via, end = chance.uniform(LOWER, UPPER, (2, 3))
+            path = path.arc_to(0.5 * (via + end), end, tolerance=tolerance)
+        else:
+            path = path.line_to(chance.uniform(LOWER, UPPER), tolerance=tolerance)
+    return path
+
+
+def dense_path(count: int, speed: float | None = None) -> PlatformPath:
+    """Return a smooth course of ``count`` segments of 0.1 mm, as a CAM program has them."""
+    a = np.arange(count + 1) * 1e-4 / 0.08
+    course = (0.08 * np.cos(a), 0.06 * np.sin(1.3 * a), 0.3 + 0.02 * np.sin(0.7 * a))
+    return PlatformPath.through(np.stack(course, axis=1), tolerance=2e-5, speed=speed)
+
+
+class Driven(NamedTuple):
+    """A path that was driven in windows.
+
+    Attributes:
+        windows: one after the other.
+        starts: where each began.
+        ways: place on the path at each cycle. Shape (n,) [m].
+        duration: [s].
+    """
+
+    windows: list[PathScaling]
+    starts: list[PathStart]
+    ways: FloatArray
+    duration: float
+
+
+def driven(curve: PathHeights, limits: SliderLimits = LIMITS) -> Driven:
+    """Drive a path from its begin to its end; each window has to be found."""
+    windows: list[PathScaling] = []
+    starts = [AT_BEGIN]
+    held: TimeScaling | None = None
+    begins, now = [0.0], 0.0
+    while starts[-1].place < curve.driven.length:
+        found = at_once(plan_window(curve, starts[-1], limits, held))
+        windows.append(found)
+        until = min(found.continue_at, float(found.scaling.times[-1]))
+        starts.append(found.start_at(until))
+        held = found.scaling.since(until) if until < found.scaling.times[-1] else None
+        now += until
+        begins.append(now)
+    times = np.arange(0.0, now, DT)
+    index = np.clip(np.searchsorted(begins, times, "right") - 1, 0, len(windows) - 1)
+    ways = np.empty(len(times))
+    for number, window in enumerate(windows):
+        inside = index == number
+        ways[inside] = window.scaling.evaluate(times[inside] - begins[number])[0]
+    return Driven(windows, starts[:-1], ways, now)

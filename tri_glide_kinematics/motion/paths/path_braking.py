@@ -1,0 +1,61 @@
+"""Brakings along a path: to rest soon, wherever that is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.constant_jerk import evaluate, total_duration
+from tri_glide_kinematics.motion.errors import MotionError, PlanningError
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.paths.path_heights import PathHeights
+from tri_glide_kinematics.motion.paths.path_timing import PathScaling, PathStart, plan_window
+from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
+
+# A braking leads so much farther, one after another, than one that only the slopes limit.
+_FARTHER = (1.15, 1.6, 2.5, 4.0)
+
+
+def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interruptible[PathScaling]:
+    """Return a motion that comes to rest soon, along the path.
+
+    Args:
+        curve: the path.
+        start: where the motion is, inside all limits.
+        limits: of the sliders.
+
+    Raises:
+        PlanningError: if none is found from here, or if there is nothing to brake.
+    """
+    if not start.speed > 0.0:
+        raise PlanningError("the platform rests")
+    stops = curve.driven.stops
+    stop = float(stops[np.searchsorted(stops, start.place, "right")])
+    shortest = _shortest(curve, start, limits)
+    for factor in _FARTHER:
+        until = min(start.place + factor * shortest, stop)
+        try:
+            found = yield from plan_window(curve, start, limits, until=until)
+            return PathScaling(found.scaling, np.inf)
+        except MotionError:
+            if until == stop:
+                break
+    raise PlanningError("no braking along the path keeps the limits from here")
+
+
+def _shortest(curve: PathHeights, start: PathStart, limits: SliderLimits) -> float:
+    """Return how far the platform goes on if it brakes as the slopes of the heights here allow [m].
+
+    Raises:
+        PlanningError: if ruckig finds no braking.
+    """
+    slopes = np.abs(curve.derivatives(np.array([start.place])).heights[1])
+    _, acceleration, jerk = (limits.table[..., np.newaxis] / slopes).min(axis=(1, 2)).tolist()
+    # A path that begins to bend leaves less; what is asked for now has to be possible.
+    acceleration = max(acceleration, abs(start.acceleration))
+    (phases,) = RuckigPlanner(1).to_rest(
+        [start.speed], [start.acceleration], ([1.0], [acceleration], [jerk])
+    )
+    final = evaluate(phases, start, np.array([total_duration(phases)]))
+    # Whoever brakes already may rest sooner than the jerk allows to end that.
+    return max(float(final.values[-1]) - start.place, 0.5 * start.speed**2 / acceleration)

@@ -1,0 +1,103 @@
+"""Plans along a path: what can be said of it as a whole, and its parts one after the other."""
+
+from __future__ import annotations
+
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.commands import DriveLimits
+from tri_glide_kinematics.motion.errors import PlanningError
+from tri_glide_kinematics.motion.paths import path_braking, path_timing
+from tri_glide_kinematics.motion.paths.path_heights import PathHeights
+from tri_glide_kinematics.motion.paths.path_plan import PathPlan
+from tri_glide_kinematics.motion.paths.path_timing import PathScaling, PathStart
+from tri_glide_kinematics.motion.paths.place_check import check_place
+from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+
+class PathPlanner:
+    """Plans the parts of a path inside one workspace."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        """Prepare for paths inside ``workspace``."""
+        self._workspace = workspace
+
+    def begun(self, path: PlatformPath) -> Interruptible[PathHeights]:
+        """Return a ``path`` as driven, seen from the sliders; all of it is inside the workspace.
+
+        Raises:
+            KinematicsError: if a place of it is not, or it has no segment.
+        """
+        driven = yield from path.driven_in_pieces()
+        yield from check_place(driven, self._workspace)
+        return PathHeights(driven, self._workspace.machine.geometry)
+
+    def extended(
+        self, heights: PathHeights, path: PlatformPath, place: float
+    ) -> Interruptible[PathHeights]:
+        """Return a path with another one behind it.
+
+        Args:
+            heights: of the path before.
+            path: begins where that one ends.
+            place: up to which it stays as it is [m].
+
+        Raises:
+            KinematicsError: if a place of it is outside the workspace, or it begins elsewhere.
+        """
+        driven = yield from heights.driven.extended(path.segments, place)
+        yield from check_place(driven, self._workspace, place)
+        return PathHeights(driven, self._workspace.machine.geometry)
+
+    def from_rest(
+        self, heights: PathHeights, place: float, limits: DriveLimits
+    ) -> Interruptible[PathPlan]:
+        """Return the plan of the next part of a path, from rest at a ``place`` on it [m].
+
+        Raises:
+            PathTimingError: if none is found.
+        """
+        start = PathStart(place, 0.0, 0.0)
+        heights = heights.at_speed_scale(limits.speed_scale)
+        planning = path_timing.plan_window(heights, start, limits.effective)
+        return PathPlan(heights, (yield from _sound(planning)))
+
+    def going_on(
+        self, plan: PathPlan, heights: PathHeights, time: float, limits: DriveLimits
+    ) -> Interruptible[PathPlan]:
+        """Return the plan of what comes after a part of a path, without a stop.
+
+        Args:
+            plan: of that part.
+            heights: of the path, which is the same as that of the ``plan`` up to there.
+            time: when the next one begins, in the ``plan`` [s].
+            limits: for the next part.
+
+        Raises:
+            PathTimingError: if none is found.
+        """
+        start, held = plan.at(time), plan.scaling.since(time)
+        heights = heights.at_speed_scale(limits.speed_scale)
+        planning = path_timing.plan_window(heights, start, limits.effective, held)
+        return PathPlan(heights, (yield from _sound(planning)))
+
+    def brake(self, plan: PathPlan, time: float, limits: DriveLimits) -> Interruptible[PathPlan]:
+        """Return a plan that comes to rest soon on the path, from a ``time`` in a ``plan`` [s].
+
+        Raises:
+            KinematicsError: if none keeps all limits just now.
+        """
+        start = plan.at(time)
+        braking = path_braking.brake(plan.heights, start, limits.effective)
+        return PathPlan(plan.heights, (yield from _sound(braking)))
+
+
+def _sound(planning: Interruptible[PathScaling]) -> Interruptible[PathScaling]:
+    """Return what is planned; numbers that lead nowhere are no plan, and end nothing else.
+
+    Raises:
+        KinematicsError: if there is no plan.
+    """
+    try:
+        return (yield from planning)
+    except (ArithmeticError, ValueError, IndexError) as error:
+        raise PlanningError(f"the numbers of the path lead nowhere: {error}") from error
