@@ -1,8 +1,8 @@
 """Adversarial soak of the motion engine: random commands without end, every setpoint checked.
 
-Poses, twists, stops, changed limits and speed scales, bad input and restarts come at random, in
-mid-motion and in floods. What comes out is checked by finite differences of the heights alone, as
-a drive sees it: velocity, acceleration and jerk of each slider, its travel, and by the forward
+Poses, twists, paths, stops, changed limits and speed scales, bad input and restarts come at random,
+in mid-motion and in floods. What comes out is checked by finite differences of the heights alone,
+as a drive sees it: velocity, acceleration and jerk of each slider, its travel, and by the forward
 kinematics the place of the platform.
 
 After that come the 10,000 moves of ``linear_moves`` and the 10,000 jogs of ``edge_jogs``.
@@ -20,11 +20,13 @@ import numpy as np
 
 from benchmarks import edge_jogs, linear_moves
 from benchmarks.judge import Findings, Judge, Scenario
+from benchmarks.random_paths import random_path
 from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all, some_pieces
-from tri_glide_kinematics.motion import MotionEngine, SliderLimits
+from tri_glide_kinematics.motion import MotionEngine, PlatformPath, SliderLimits
 from tri_glide_kinematics.motion.limit_use import TOLERANCES
 from tri_glide_kinematics.motion.limits import QUANTITIES
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 # Steps between two checks of what was recorded.
@@ -45,6 +47,7 @@ class Adversary:
         )
         self._twist = np.zeros(3)
         self._target, self._target_velocity = np.zeros(3), np.zeros(3)
+        self._path_end: Vector3 = (0.0, 0.0, 0.0)
         actions: tuple[tuple[float, Callable[[], object]], ...] = (
             (0.30, self._move),
             (0.06, self._move_nearby),
@@ -54,6 +57,10 @@ class Adversary:
             (0.10, self._track),
             (0.10, self._track_onwards),
             (0.08, self._stop),
+            (0.12, self._follow),
+            (0.0, self._extend),
+            (0.10, self._pause),
+            (0.06, self._resume),
             (0.05, self._set_limits),
             (0.05, self._set_scale),
             (0.06, self._nonsense),
@@ -110,6 +117,29 @@ class Adversary:
         change = 10.0 ** self._rng.uniform(-6.0, -0.5) * np.linalg.norm(self._target_velocity)
         self._target_velocity = self._target_velocity + change * self._rng.normal(size=3)
         self.engine.track(self._target.tolist(), self._target_velocity.tolist())
+
+    def _follow(self) -> None:
+        """Follow a path from the present place, or from one nearby, if it is no place of rest."""
+        here = self._scenario_machine().forward(self.engine.state.heights)
+        size = 10.0 ** self._rng.uniform(-4.0, -1.0)
+        self._path_end = self._follow_along(here, size, self.engine.follow)
+
+    def _extend(self) -> None:
+        size = 10.0 ** self._rng.uniform(-4.0, -1.0)
+        self._path_end = self._follow_along(self._path_end, size, self.engine.extend)
+
+    def _follow_along(
+        self, start: Vector3, size: float, ask: Callable[[PlatformPath], None]
+    ) -> Vector3:
+        path = random_path(self._rng, start, size)
+        ask(path)
+        return path.end
+
+    def _pause(self) -> None:
+        self.engine.pause()
+
+    def _resume(self) -> None:
+        self.engine.resume()
 
     def _stop(self) -> None:
         self.engine.stop()

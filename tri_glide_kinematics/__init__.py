@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.errors import SliderTravelError as SliderTravelError
     from tri_glide_kinematics.motion.held_motion import MotionPhase as MotionPhase
     from tri_glide_kinematics.motion.limits import SliderLimits as SliderLimits
+    from tri_glide_kinematics.motion.paths.errors import PathError as PathError
+    from tri_glide_kinematics.motion.paths.errors import PathPlaceError as PathPlaceError
+    from tri_glide_kinematics.motion.paths.platform_path import PlatformPath as PlatformPath
     from tri_glide_kinematics.motion.planner import MotionKind as MotionKind
     from tri_glide_kinematics.tri_glide.errors import ArmsNeverMeetError as ArmsNeverMeetError
     from tri_glide_kinematics.tri_glide.errors import ArmTooShortError as ArmTooShortError
@@ -71,6 +74,8 @@ __all__, __getattr__ = when_first_used(
         ),
         "motion.held_motion": "MotionPhase",
         "motion.limits": "SliderLimits",
+        "motion.paths.errors": "PathError PathPlaceError",
+        "motion.paths.platform_path": "PlatformPath",
         "motion.planner": "MotionKind",
         "tri_glide.errors": (
             "ArmTooShortError ArmsNeverMeetError CoincidentAnchorsError "

@@ -9,6 +9,8 @@ from functools import cached_property
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.paths.path_heights import PathHeights
+from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.motion.plans import SliderState
 from tri_glide_kinematics.vectors import Vector3
 
@@ -66,7 +68,28 @@ class Track:
     age: float = 0.0
 
 
-Command = Move | Jog | Track
+@dataclass(frozen=True, eq=False)
+class Follow:
+    """Follow a path from one of its places on.
+
+    Attributes:
+        path: as it was asked for; with ``extends``, what comes after the path that is followed.
+        extends: whether it goes on from the end of the path that is followed.
+        heights: of the sliders on the path as driven; None until that is known.
+        place: from which the way goes on where no plan on the path is held [m].
+        is_paused: whether to rest on the way.
+        from_rest: whether the next part can only be planned from rest.
+    """
+
+    path: PlatformPath
+    extends: bool = False
+    heights: PathHeights | None = None
+    place: float = 0.0
+    is_paused: bool = False
+    from_rest: bool = False
+
+
+Command = Move | Jog | Track | Follow
 
 
 def jog_of(velocity: Vector3) -> Jog | None:

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from tri_glide_kinematics.checks import finite, finite_vector
-from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, Move, Track, jog_of
-from tri_glide_kinematics.motion.execution import PlanExecution
+from tri_glide_kinematics.motion.commands import DriveLimits, Follow, Jog, Move, Track, jog_of
 from tri_glide_kinematics.motion.held_motion import MotionPhase, PlanRole
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.path_commands import PathCommands
 from tri_glide_kinematics.motion.planner import MotionKind
 from tri_glide_kinematics.motion.plans import SampledPlan, SliderState
 from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
@@ -33,7 +33,7 @@ __all__ = [
 ]
 
 
-class MotionEngine(PlanExecution):
+class MotionEngine(PathCommands):
     """Commanded state of the three sliders, stepped by a given time.
 
     Commands never touch the setpoint itself: they replace the plan of what comes next. Each raises
@@ -199,12 +199,6 @@ class MotionEngine(PlanExecution):
         if not braking:
             self._prepare_braking(urgent=True)
 
-    def keep_goal(self) -> None:
-        """Give up a new goal that is still being prepared; what is held goes on."""
-        if self._preparation is not None and self._preparation.goal is not None:
-            self._preparation = None
-            self._look_ahead()
-
     def check_position(self, position: Sequence[float]) -> None:
         """Check what can be said of a target without a plan: that it is inside the workspace.
 
@@ -270,17 +264,6 @@ class MotionEngine(PlanExecution):
         """
         self._change(DriveLimits(self._newest_limits.sliders, speed_scale))
 
-    def _prepare_goal(self, goal: Command) -> None:
-        held = self._holding()
-        if held.pending is not None:
-            # It has its turn when the limits are in force; what is prepared for them knows it then.
-            self._tracks = False
-            self._replace(replace(held, goal=goal))
-            if self._preparation is not None:
-                self._prepare(self._replanning.tried_again)
-        else:
-            self._prepare(self._making(goal), goal)
-
     def _change(self, limits: DriveLimits) -> None:
         """Put limits in force now, or slow down until that is possible."""
         held = self._held
@@ -288,6 +271,10 @@ class MotionEngine(PlanExecution):
             self._first_limits = limits
         elif limits != self._newest_limits:
             goal = self._preparation.goal if self._preparation is not None else None
+            if isinstance(goal, Follow):
+                # The whole path is looked at first; then it waits for the limits, too.
+                self._replace(replace(held, pending=limits))
+                return
             if goal is not None:
                 # It is planned when the limits are in force.
                 self._tracks = False

@@ -95,3 +95,20 @@ class NoRoomError(MotionError):
         self.position = tuple(position)
         self.direction = tuple(direction)
         self.reason = reason
+
+
+class NoPathError(MotionError):
+    """No path is followed."""
+
+    def __init__(self, purpose: str) -> None:
+        """Store for what ``purpose`` there has to be one, in words."""
+        super().__init__(f"no path {purpose}: none is followed")
+        self.purpose = purpose
+
+
+class NewerGoalError(MotionError):
+    """A goal is being planned that takes the place of the one that this is about."""
+
+    def __init__(self) -> None:
+        """Store the fixed text."""
+        super().__init__("a newer goal is being planned; once it is begun this can be asked again")

@@ -13,6 +13,7 @@ from dataclasses import replace
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, Track
 from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase, PlanRole
+from tri_glide_kinematics.motion.paths.path_plan import PathPlan
 from tri_glide_kinematics.motion.plan_holder import PlanHolder
 from tri_glide_kinematics.motion.planner import MotionKind
 from tri_glide_kinematics.motion.plans import SliderState
@@ -53,6 +54,8 @@ class PlanExecution(PlanHolder):
         self._tracks = False
         self._in_pieces = in_pieces
         self._lead_time = LeadTime()
+        # The next part of a path takes longer, but is known to be needed long before.
+        self._path_lead_time = LeadTime()
         self._last_step = 0.0
         self._preparation: Preparation | None = None
         self._retry_at = math.inf
@@ -114,9 +117,24 @@ class PlanExecution(PlanHolder):
         """Make what is held next, unless that is for later; at rest, a first piece of it."""
         at_once = urgent or not self._in_pieces
         lead = 0.0 if at_once else self._lead_time.after(self._last_step)
-        self._preparation = Preparation(making, goal, self._holding(), self._time, lead)
+        self._begin(
+            Preparation(making, goal, self._holding(), self._time, lead, self._lead_time),
+            at_once=at_once,
+        )
+
+    def _prepare_next_part(self) -> None:
+        """Make the next part of the path that is followed."""
+        held = self._holding()
+        lead = self._path_lead_time.after(self._last_step) if self._in_pieces else 0.0
+        lead = max(lead, held.goes_on_at - self._time)
+        making = self._replanning.continued
+        preparation = Preparation(making, None, held, self._time, lead, self._path_lead_time)
+        self._begin(preparation, at_once=not self._in_pieces)
+
+    def _begin(self, preparation: Preparation, *, at_once: bool) -> None:
+        self._preparation = preparation
         self._look_ahead()
-        if at_once or self._preparation.begins_at_rest:
+        if at_once or preparation.begins_at_rest:
             self._work(lambda: at_once)
 
     def _work(self, may_go_on: Callable[[], bool]) -> None:
@@ -133,7 +151,7 @@ class PlanExecution(PlanHolder):
                 return
             raise
         if preparation.ready is not None:
-            self._lead_time.note(preparation.taken(self._time))
+            preparation.note_time(self._time)
             if preparation.has_begun(self._time):
                 self._take(preparation)
 
@@ -167,6 +185,8 @@ class PlanExecution(PlanHolder):
                 self._look_ahead()
         elif self._time >= self._retry_at and not self._tracks:
             self._prepare(self._replanning.tried_again)
+        elif math.isinf(self._retry_at) and math.isfinite(self._holding().goes_on_at):
+            self._prepare_next_part()
 
     def _track_jog(self, held: HeldMotion, jog: Jog) -> bool:
         """Go over to a ``jog`` in motion at once, if there is a certified step; return whether.
@@ -198,7 +218,11 @@ class PlanExecution(PlanHolder):
             self._replace(held)
 
     def _prepare_braking(self, *, urgent: bool) -> None:
-        """Make a braking; an ``urgent`` one at once, which takes a millisecond."""
+        """Make a braking; an ``urgent`` one at once, which takes a millisecond.
+
+        One along a path takes longer, so it begins some setpoints later.
+        """
+        urgent = urgent and not isinstance(self._holding().plan, PathPlan)
         self._prepare(
             lambda held, time: only_held(self._replanning.braked(held, time)), urgent=urgent
         )
@@ -252,5 +276,9 @@ class PlanExecution(PlanHolder):
             self._event_at = -math.inf
         elif self._preparation is not None:
             self._event_at = self._preparation.start
-        else:
+        elif math.isfinite(self._retry_at):
             self._event_at = self._retry_at
+        else:
+            # The next part of a path is made as soon as it is known to be needed.
+            goes_on = math.isfinite(self._holding().goes_on_at)
+            self._event_at = -math.inf if goes_on else math.inf

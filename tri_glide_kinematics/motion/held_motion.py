@@ -23,10 +23,12 @@ which ends at rest as well.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
-from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, Track
+from tri_glide_kinematics.motion.commands import Command, DriveLimits, Follow, Jog, Track
+from tri_glide_kinematics.motion.paths.path_plan import PathPlan
 from tri_glide_kinematics.motion.plans import Plan
 from tri_glide_kinematics.workspace.workspace import Workspace
 
@@ -38,6 +40,8 @@ class MotionPhase(Enum):
     MOVING = "moving"
     JOGGING = "jogging"
     TRACKING = "tracking"
+    FOLLOWING = "following"
+    PAUSED = "paused"
     STOPPING = "stopping"
 
 
@@ -74,11 +78,55 @@ class HeldMotion:
         """Return what is being done ``time`` seconds after the start of the plan."""
         if isinstance(self.goal, Track):
             return MotionPhase.TRACKING
+        if isinstance(self.goal, Follow):
+            return self._phase_on_path(self.goal, time)
         if time >= self.plan.duration and self.pending is None:
             return MotionPhase.IDLE
         if self.goal is None:
             return MotionPhase.STOPPING
         return MotionPhase.JOGGING if isinstance(self.goal, Jog) else MotionPhase.MOVING
+
+    def _phase_on_path(self, goal: Follow, time: float) -> MotionPhase:
+        rests = time >= self.plan.duration and self.pending is None
+        if rests and self.ends_path:
+            return MotionPhase.IDLE
+        if goal.is_paused:
+            return MotionPhase.PAUSED if rests else MotionPhase.STOPPING
+        return MotionPhase.FOLLOWING
+
+    @property
+    def path_plan(self) -> PathPlan | None:
+        """The held plan, if it leads along the path that is the goal."""
+        plan, goal = self.plan, self.goal
+        if not (isinstance(plan, PathPlan) and isinstance(goal, Follow)):
+            return None
+        if goal.heights is None:
+            return None
+        return plan if plan.heights.driven is goal.heights.driven else None
+
+    @property
+    def ends_path(self) -> bool:
+        """Whether the plan leads to the end of the path that is the goal."""
+        plan = self.path_plan
+        return plan is not None and plan.ends_path
+
+    @property
+    def goes_on_at(self) -> float:
+        """When the next part of the path is to begin [s]; infinite where there is none."""
+        goal = self.goal
+        if not isinstance(goal, Follow) or goal.is_paused or self.ends_path:
+            return math.inf
+        plan = self.path_plan
+        if plan is None or goal.from_rest or self.role is not PlanRole.LEADS_TO_GOAL:
+            return self.plan.duration
+        return plan.continue_at
+
+    def place(self, time: float) -> float:
+        """Return how far along the path the platform is, or where it left it [m]; NaN without."""
+        plan = self.path_plan
+        if plan is not None:
+            return plan.place(time)
+        return self.goal.place if isinstance(self.goal, Follow) else math.nan
 
     def waits(self, time: float) -> bool:
         """Return whether something is to be tried again, ``time`` seconds after the start."""

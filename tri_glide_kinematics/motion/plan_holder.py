@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from tri_glide_kinematics.motion.commands import DriveLimits, Move
+from tri_glide_kinematics.motion.commands import DriveLimits, Follow, Move
 from tri_glide_kinematics.motion.errors import NotStartedError
 from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.paths.driven_path import DrivenPath
+from tri_glide_kinematics.motion.paths.path_progress import PathProgress, progress
 from tri_glide_kinematics.motion.plans import SampledPlan, SliderState
 from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -62,7 +64,25 @@ class PlanHolder:
     def target(self) -> Vector3 | None:
         """Position of the platform that is being moved to or was reached [m]."""
         goal = self._held.goal if self._held else None
+        if isinstance(goal, Follow) and goal.heights is not None:
+            x, y, z = goal.heights.driven.segments.points[-1].tolist()
+            return x, y, z
         return goal.position if isinstance(goal, Move) else None
+
+    @property
+    def driven_path(self) -> DrivenPath | None:
+        """The path that is followed, or was followed last; None without one."""
+        goal = self._held.goal if self._held else None
+        heights = goal.heights if isinstance(goal, Follow) else None
+        return heights.driven if heights is not None else None
+
+    @property
+    def path_progress(self) -> PathProgress | None:
+        """How far the path is driven that is followed, or was followed last; None without one."""
+        held = self._held
+        if held is None or not isinstance(held.goal, Follow) or held.goal.heights is None:
+            return None
+        return progress(held.goal.heights, held.place(self._time), held.plan, self._time)
 
     @property
     def state(self) -> SliderState:

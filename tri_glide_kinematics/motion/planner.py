@@ -171,6 +171,18 @@ class MotionPlanner:
         """Return the plan of the kind of motion, which has no alternatives from rest."""
         if self._kind is MotionKind.SLIDER:
             return (yield from self._slider_move(state, position, limits, region))
+        return (yield from self.line(state, position, limits, region))
+
+    def line(
+        self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
+    ) -> Interruptible[Plan]:
+        """Return a plan along a straight line, from rest to rest at a ``position`` [m].
+
+        The arguments are those of ``move``.
+
+        Raises:
+            KinematicsError: if the line leaves the ``region``.
+        """
         start = self._machine.forward(state.heights)
         if math.dist(start, position) < SAME_PLACE:
             return CubicPlan(state, ((), (), ()))

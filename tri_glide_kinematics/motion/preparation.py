@@ -63,7 +63,13 @@ class Preparation:
     """
 
     def __init__(
-        self, making: Making, goal: Command | None, held: HeldMotion, time: float, lead: float
+        self,
+        making: Making,
+        goal: Command | None,
+        held: HeldMotion,
+        time: float,
+        lead: float,
+        lead_time: LeadTime,
     ) -> None:
         """Begin with it.
 
@@ -73,8 +79,10 @@ class Preparation:
             held: what is held.
             time: now, in the held plan [s].
             lead: how far ahead it begins [s].
+            lead_time: is told how long it takes.
         """
         self.goal = goal
+        self._lead_time = lead_time
         self._making = making
         self.held = held
         self._begun = time
@@ -135,9 +143,9 @@ class Preparation:
         self._lead = in_steps(MORE_TIME * max(self._lead, step), step)
         self._begin_at(time + self._lead)
 
-    def taken(self, time: float) -> float:
-        """Return how long it has taken since it was last begun [s], at a ``time`` [s]."""
-        return max(time - self._begun, 0.0)
+    def note_time(self, time: float) -> None:
+        """Note that it is ready at a ``time`` [s]: what counts is since it was last begun."""
+        self._lead_time.note(max(time - self._begun, 0.0))
 
 
 def in_steps(time: float, step: float) -> float:

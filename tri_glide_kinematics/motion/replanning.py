@@ -11,8 +11,17 @@ from typing import NamedTuple
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import verification
-from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, Track, stays_within
+from tri_glide_kinematics.motion.commands import (
+    Command,
+    DriveLimits,
+    Follow,
+    Jog,
+    Track,
+    stays_within,
+)
 from tri_glide_kinematics.motion.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.paths.path_plan import PathPlan
+from tri_glide_kinematics.motion.paths.path_replanning import PathReplanning
 from tri_glide_kinematics.motion.planner import MotionKind, MotionPlanner
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, Plan, SequencePlan, SliderState
 from tri_glide_kinematics.vectors import Vector3
@@ -39,6 +48,7 @@ class Replanning:
         self._workspace = workspace
         self._kind = kind
         self._planner = MotionPlanner(workspace, kind)
+        self._paths = PathReplanning(workspace, self._planner, self.braked)
 
     def at_rest(self, heights: Vector3, limits: DriveLimits) -> HeldMotion:
         """Return rest at ``heights`` [m], with ``limits`` in force."""
@@ -51,6 +61,8 @@ class Replanning:
         Raises:
             KinematicsError: if there is none.
         """
+        if isinstance(goal, Follow) and goal.heights is None:
+            return (yield from self._paths.with_path(held, time, goal))
         if held.pending is None:
             return (yield from self._planned(held, time, goal, held.limits, or_after=True))
         return replace(held, goal=goal)
@@ -60,6 +72,8 @@ class Replanning:
         remaining = held.plan.duration - time
         if held.role is PlanRole.BRAKES or remaining <= 0.0:
             return replace(held, role=PlanRole.BRAKES)
+        if isinstance(held.plan, PathPlan):
+            return (yield from self._paths.braked(held, held.plan, time))
         state, region = held.plan.state(time), self._region(held, time)
         on_line = self._kind is MotionKind.LINEAR or not isinstance(held.plan, CubicPlan)
         try:
@@ -82,6 +96,8 @@ class Replanning:
         """Put pending limits in force if the motion can go on inside them."""
         limits, goal = held.pending, held.goal
         assert limits is not None
+        if isinstance(goal, Follow) and goal.is_paused:
+            goal = None
         resting = time >= held.plan.duration
         if not resting and goal is not None:
             if stays_within(held.plan.state(time), limits.effective):
@@ -102,6 +118,8 @@ class Replanning:
 
     def _resumed(self, held: HeldMotion, time: float, goal: Command) -> Interruptible[Replanned]:
         """Go on to a goal that had to wait; if there is no way, give it up with the reason."""
+        if isinstance(goal, Follow):
+            return (yield from self.continued(held, time))
         try:
             planned = self._planned(held, time, goal, held.limits, or_after=True)
             return Replanned((yield from planned))
@@ -123,6 +141,8 @@ class Replanning:
         Raises:
             KinematicsError: if there is none.
         """
+        if isinstance(goal, Follow):
+            return (yield from self._paths.on_path(held, time, goal, limits))
         state, moving = held.plan.state(time), time < held.plan.duration
         region = self._region(held, time)
         plan: Plan
@@ -138,6 +158,17 @@ class Replanning:
                 state, goal.position, limits.effective, region, moving, after
             )
         return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits)
+
+    def continued(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:
+        """Return the next part of the path that is followed; give it up if there is none."""
+        goal = held.goal
+        assert isinstance(goal, Follow)
+        try:
+            return Replanned((yield from self._paths.on_path(held, time, goal, held.limits)))
+        except KinematicsError as error:
+            if time < held.plan.duration:
+                return Replanned(replace(held, goal=replace(goal, from_rest=True)))
+            return Replanned(replace(held, goal=None), error)
 
     def _region(self, held: HeldMotion, time: float) -> Workspace:
         """Return where the platform may be on a way that begins at a ``time``."""

@@ -19,6 +19,8 @@ from tri_glide_kinematics.motion.errors import (
 from tri_glide_kinematics.motion.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.lines.derivative_bounds import derivative_bounds
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
+from tri_glide_kinematics.motion.paths.path_bounds import check_path_limits
+from tri_glide_kinematics.motion.paths.path_plan import PathPlan
 from tri_glide_kinematics.motion.plans import CubicPlan, Plan, SequencePlan
 from tri_glide_kinematics.motion.sliders.straight_plan import StraightPlan
 from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
@@ -42,6 +44,8 @@ def keeps_limits(plan: Plan, limits: SliderLimits, since: float) -> bool:
             plan = plan.as_cubic()
         if isinstance(plan, LinePlan):
             check_line_limits(plan, limits, since)
+        elif isinstance(plan, PathPlan):
+            check_path_limits(plan.heights, plan.scaling.since(since), limits)
         elif isinstance(plan, CubicPlan):
             check_slider_limits(plan, limits, since)
     except SliderLimitError:
