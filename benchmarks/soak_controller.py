@@ -22,9 +22,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from benchmarks.judge import SCENARIOS, Findings, Judge, Scenario
+from benchmarks.random_paths import random_path
 from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all, some_pieces
 from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.in_position import InPositionBounds
+from tri_glide_kinematics.control.inbox import TargetPath
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
     FAULT,
@@ -36,7 +38,14 @@ from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import MotionEngine, MotionPhase, SliderLimits, SliderState
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion import (
+    MotionEngine,
+    MotionPhase,
+    PlatformPath,
+    SliderLimits,
+    SliderState,
+)
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
@@ -100,6 +109,10 @@ class Adversary:
             (0.04, self._release),
             (0.12, self._track),
             (0.20, self._track_onwards),
+            (0.12, self._follow),
+            (0.06, self._append),
+            (0.06, self._pause),
+            (0.06, self._resume),
             (0.08, self._stop),
             (0.03, self._disable),
             (0.05, self._enable),
@@ -189,6 +202,9 @@ class Adversary:
         if made > 3 + self._services:
             self._violated(f"{made} plans in one cycle")
         self._services = 0
+        if self.controller.path_progress is not None:
+            # A path is planned part by part, and braked for and gone to.
+            self._allowed_plans += made
         self._allowed_plans -= made
         if self._allowed_plans < 0:
             self._violated("a plan that nobody asked for")
@@ -238,6 +254,35 @@ class Adversary:
         self._allowed_plans += 2
         seen = self._now + float(self._rng.uniform(-0.05, 0.01))
         self.controller.track((x, y, z), (dx, dy, dz), seen, self._now)
+
+    def _follow(self) -> None:
+        self._follow_along(extends=False)
+
+    def _append(self) -> None:
+        self._follow_along(extends=True)
+
+    def _follow_along(self, *, extends: bool) -> None:
+        """Follow a path from the present place, or from the end of the one that is followed."""
+        here = self._workspace.machine.forward(self._heights)
+        size = 10.0 ** self._rng.uniform(-4.0, -1.5)
+        rng = np.random.default_rng(self._rng.integers(2**32))
+
+        def make(end: Vector3 | None) -> Interruptible[PlatformPath]:
+            yield
+            return random_path(rng, end or here, size)
+
+        self._allowed_plans += 1
+        self.controller.pursue(TargetPath(make, "path", extends))
+
+    def _pause(self) -> None:
+        self._allowed_plans += 1
+        self._services += 1
+        self.controller.pause()
+
+    def _resume(self) -> None:
+        self._allowed_plans += 1
+        self._services += 1
+        self.controller.resume()
 
     def _release(self) -> None:
         self._allowed_plans += 1

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from tri_glide_kinematics.control.engine_commands import CarriedOut, EngineCommands
-from tri_glide_kinematics.control.inbox import TargetPosition, TargetVelocity, TrackedTarget
+from tri_glide_kinematics.control.goals import GoalCode, Goals
+from tri_glide_kinematics.control.inbox import (
+    Target,
+    TargetPath,
+    TargetPosition,
+    TargetVelocity,
+    TrackedTarget,
+)
 from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     IDLE,
@@ -23,7 +30,15 @@ from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.vectors import Vector3
 
-STATE_OF = {TargetPosition: MOVING, TargetVelocity: JOGGING, TrackedTarget: TRACKING}
+# What is said of a path that is paused.
+PAUSED = ", paused"
+
+STATE_OF = {
+    TargetPosition: MOVING,
+    TargetPath: MOVING,
+    TargetVelocity: JOGGING,
+    TrackedTarget: TRACKING,
+}
 
 
 class CommandedMotion:
@@ -59,6 +74,9 @@ class CommandedMotion:
         self._commands = commands
         self._states = states
         self._on_refusal = on_refusal
+        self._goals = Goals()
+        # What the path that is followed was, before it was extended.
+        self._before: list[Target | None] = []
         self._leading = False
 
     @property
@@ -90,10 +108,16 @@ class CommandedMotion:
         Raises:
             KinematicsError: with the reason, if it is refused; what went on goes on.
         """
+        self._move_to(TargetPosition(position))
+
+    def follow(self, path: TargetPath) -> None:
+        """Follow a ``path``, when it is its turn.
+
+        Raises:
+            KinematicsError: with the reason, if it is refused; what went on goes on.
+        """
         self._states.check_accepting()
-        self._engine.check_position(position)
-        self._commands.put(TargetPosition(position))
-        self._carry_out()
+        self._carry_out(path)
 
     def jog(self, velocity: Vector3, now: float) -> None:
         """Move the platform with ``velocity`` [m/s] until the next twist or the timeout.
@@ -112,8 +136,7 @@ class CommandedMotion:
             return
         self._states.check_accepting()
         self.streams.twists.check_released()
-        self._commands.put(TargetVelocity(velocity, now, pause))
-        self._carry_out()
+        self._carry_out(TargetVelocity(velocity, now, pause))
 
     def track(self, position: Vector3, velocity: Vector3, seen: float, now: float) -> None:
         """Follow a moving target until the timeout after the last call.
@@ -132,13 +155,12 @@ class CommandedMotion:
         self.streams.targets.check_released()
         if self.state is not TRACKING:
             self._engine.check_position(position)
-        self._commands.put(TrackedTarget(position, velocity, seen, now, pause))
-        self._carry_out()
+        self._carry_out(TrackedTarget(position, velocity, seen, now, pause))
 
     def set_limits(self, limits: SliderLimits, speed_scale: float) -> None:
         """Change the limits when it is their turn; too fast a motion slows down first."""
         self._commands.put_limits(limits, speed_scale)
-        self._carry_out()
+        self._take(self._commands.carry_out)
 
     def plan(self, may_go_on: Callable[[], bool]) -> None:
         """Go on with the planning of commands: by a piece at least, and while ``may_go_on``."""
@@ -152,23 +174,84 @@ class CommandedMotion:
             return self.streams.twists
         return self.streams.targets if self.state is TRACKING else None
 
+    def _move_to(self, command: TargetPosition) -> None:
+        self._states.check_accepting()
+        self._engine.check_position(command.position)
+        self._carry_out(command)
+
     def _brake(self, reason: str, asked_for: bool = True, then: OperatingState = IDLE) -> None:
         self._commands.stop()
         self._states.stop(reason, asked_for=asked_for, then=then)
+        self._note(None)
 
     def _take(self, carry_out: Callable[[bool], CarriedOut | None]) -> None:
         """Take note of a command that is carried out, or tell why it is refused."""
         try:
             self._note(carry_out(self.state is MOVING))
         except KinematicsError as error:
-            self._on_refusal(f"{self._commands.refused}: {error}")
+            self._tell_refusal(error)
 
-    def _carry_out(self) -> None:
-        """Carry out the command whose turn it is; raise a KinematicsError if it is refused."""
-        self._note(self._commands.carry_out(self.state is MOVING))
+    def _carry_out(self, target: Target) -> None:
+        """Carry out the command whose turn it is, which may be this ``target``.
+
+        Raises:
+            KinematicsError: if the ``target`` is refused.
+        """
+        self._commands.put(target)
+        try:
+            self._note(self._commands.carry_out(self.state is MOVING))
+        except KinematicsError as error:
+            if self._commands.refused is target:
+                raise
+            self._tell_refusal(error)
 
     def _note(self, done: CarriedOut | None) -> None:
         """Tell of a target that the engine has taken."""
         if done is not None:
+            if isinstance(done.target, TargetPath) and done.target.extends:
+                self._before.append(self.newest_target.command)
+            else:
+                self._before.clear()
             self.newest_target.take(done)
-            self._states.change(STATE_OF[type(done.target)], done.reason)
+            paused = PAUSED if self._engine.is_paused else ""
+            self._states.change(STATE_OF[type(done.target)], f"{done.reason}{paused}")
+        if self._goals:
+            self._goals.keep(self._is_held, self._newest_text)
+
+    def _end_driven(self, code: GoalCode, text: str) -> None:
+        """End the goals of what is carried out."""
+        for target in (*self._before, self.newest_target.command):
+            self._goals.end(target, code, text)
+
+    def _is_held(self, target: Target | None) -> bool:
+        """Return whether this very ``target`` waits, or is carried out."""
+        return self._is_driven(target) or self._commands.holds(target)
+
+    def _is_driven(self, target: Target | None) -> bool:
+        """Return whether this very ``target`` is carried out, or a path that extends it."""
+        newest = self.newest_target.command
+        return target is newest or any(target is each for each in self._before)
+
+    def _is_current(self, target: Target | None) -> bool:
+        """Return whether no newer command takes the place of this very ``target``."""
+        newest = self._commands.target
+        if newest is None:
+            return self._is_driven(target)
+        if isinstance(newest, TargetPath) and newest.extends:
+            return self._is_held(target)
+        return target is newest
+
+    @property
+    def _newest_text(self) -> str:
+        return str(self._commands.target or self.newest_target.text)
+
+    def _tell_refusal(self, error: KinematicsError) -> None:
+        refused = self._commands.refused
+        self._goals.end(refused, GoalCode.REFUSED, str(error))
+        self._give_up(f"{refused}: {error}")
+
+    def _give_up(self, reason: str) -> None:
+        """Tell the reason of a refusal; it may be that the present motion cannot go on."""
+        self._on_refusal(reason)
+        if self._goals and self._engine.target is None:
+            self._end_driven(GoalCode.REFUSED, reason)

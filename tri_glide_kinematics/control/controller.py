@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from tri_glide_kinematics.control.commanded_motion import CommandedMotion
 from tri_glide_kinematics.control.engine_commands import EngineCommands
 from tri_glide_kinematics.control.errors import CommandRefusedError
+from tri_glide_kinematics.control.goal_commands import GoalCommands
+from tri_glide_kinematics.control.goals import GoalCode
 from tri_glide_kinematics.control.in_position import Arrival, InPositionBounds
 from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
@@ -27,10 +28,14 @@ from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, Slider
 from tri_glide_kinematics.vectors import Vector3
 
 NO_MEASUREMENT = "no measured slider heights yet"
+STOP_ASKED = "stop was asked for"
 RAMP_NOT_OVER = "the ramp to a stop is not over yet"
 
+# A target that is too far away is a fault, which ends all goals.
+CODE_OF = {Arrival.REACHED: GoalCode.SUCCEEDED, Arrival.NOT_REACHED: GoalCode.NOT_REACHED}
 
-class MotionController(CommandedMotion):
+
+class MotionController(GoalCommands):
     """A motion engine under supervision.
 
     While it leads, each cycle has a setpoint. It leads from the first usable measurement, or from
@@ -67,7 +72,7 @@ class MotionController(CommandedMotion):
         first = (DISABLED, "started disabled") if start_disabled else (WAITING, NO_MEASUREMENT)
         super().__init__(
             engine,
-            EngineCommands(engine, period, streams, on_refusal),
+            EngineCommands(engine, period, streams, self._give_up),
             StateMachine(*first, lambda: on_change(self.status)),
             streams,
             NewestTarget(in_position_bounds),
@@ -105,6 +110,10 @@ class MotionController(CommandedMotion):
         self._take(self._commands.taken)
         if self._engine.phase is MotionPhase.IDLE and self._commands.target is None:
             self._stand_still(now)
+            if self._goals:
+                self._goals.stand_still(self.newest_target.bounds, now)
+        if self._goals:
+            self._goals.look(self._is_current, self._newest_text, now)
         return setpoint
 
     def measured(self, heights: Vector3, now: float, stamp: float = 0.0) -> None:
@@ -122,13 +131,35 @@ class MotionController(CommandedMotion):
         if self._leading:
             if reason is not None:
                 self._fault(reason)
-            elif self.newest_target.is_judged:
+                return
+            if self.newest_target.is_judged:
                 self.newest_target.measured(self._engine.distance_from_target(heights), now)
+            if self._goals:
+                self._goals.measured(self._supervisor.tracking_error, now)
         elif self.state is WAITING:
             if reason is not None:
                 raise CommandRefusedError(reason)
             if self._start.obstacle is None:
                 self._lead(self._start.checked(now), "measured slider heights received")
+
+    @property
+    def measured_heights(self) -> Vector3 | None:
+        """Latest measured heights that are finite. Shape (3,) [m]; None before the first."""
+        return self._start.heights
+
+    @property
+    def commanded_heights(self) -> Vector3:
+        """Heights of the latest setpoint. Shape (3,) [m].
+
+        Raises:
+            NotStartedError: before the first start.
+        """
+        return self._engine.state.heights
+
+    @property
+    def remaining(self) -> float:
+        """Time until the setpoints are at rest [s]."""
+        return self._engine.remaining
 
     def stop(self) -> str:
         """Ramp to a stop, and return what happens in words.
@@ -137,6 +168,7 @@ class MotionController(CommandedMotion):
         """
         self.streams.need_release()
         dropped = self._commands.drop_target()
+        self._goals.end_all(GoalCode.STOPPED, STOP_ASKED, but_cancelled=True)
         state, reason = self.state, self.reason
         if state is FAULT and self._leading:
             return f"ramping to a stop already: {state.value}: {reason}"
@@ -145,7 +177,7 @@ class MotionController(CommandedMotion):
         if state is STOPPING:
             self._states.stop_was_asked_for = True
             return f"ramping to a stop already: {reason}"
-        self._brake("stop was asked for")
+        self._brake(STOP_ASKED)
         return f"ramping to a stop: was {state.value}, {reason}"
 
     def enable(self, now: float) -> str:
@@ -178,6 +210,7 @@ class MotionController(CommandedMotion):
         self._commands.drop_target()
         if self.state is FAULT and self._leading:
             raise CommandRefusedError(RAMP_NOT_OVER)
+        self._goals.end_all(GoalCode.DISABLED, "disabled by request")
         if self.state in IN_MOTION:
             self._brake("disabled by request", then=DISABLED)
             return "ramping to a stop, then disabled"
@@ -211,6 +244,7 @@ class MotionController(CommandedMotion):
             self.streams.need_release()
             self._commands.drop_target()
             self._commands.stop()
+            self._goals.end_all(GoalCode.FAULT, reason)
             self._states.change(FAULT, reason)
 
     def _stand_still(self, now: float) -> None:
@@ -224,11 +258,15 @@ class MotionController(CommandedMotion):
             states.stopped()
         elif states.state is MOVING and self._engine.target is None:
             # Its way was found to be blocked when it was its turn, which has been told.
-            states.change(IDLE, f"at rest: {states.reason} was refused")
+            text = f"{states.reason} was refused"
+            self._end_driven(GoalCode.REFUSED, text)
+            states.change(IDLE, f"at rest: {text}")
         elif states.state is MOVING and not self.newest_target.is_judged:
             self.newest_target.judge_from(now)
         else:
             arrival, text = self.newest_target.arrival(now)
+            if arrival in CODE_OF:
+                self._end_driven(CODE_OF[arrival], text)
             if arrival is Arrival.TOO_FAR:
                 self._fault(text)
             elif arrival is Arrival.REACHED or (states.state is MOVING and text):

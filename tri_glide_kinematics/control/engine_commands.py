@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
+from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.inbox import (
     Command,
     Inbox,
     Kind,
     NewLimits,
     Target,
+    TargetPath,
     TargetPosition,
     TargetVelocity,
     TrackedTarget,
 )
+from tri_glide_kinematics.control.path_making import PathMaking
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
 from tri_glide_kinematics.motion.errors import NoRoomError
 from tri_glide_kinematics.motion.limits import SliderLimits
 
+NO_PATH_BEFORE = "the path that it goes on from was refused"
 TRACKING_REASON = "follows a moving target"
 
 
@@ -66,11 +71,17 @@ class EngineCommands:
         self._cycle = 0
         self._rests_first = False
         self._begun: Command | None = None
+        self._paths = PathMaking(engine)
+        self._extensions: deque[TargetPath] = deque()
+        # Those that waited behind a path that was refused.
+        self._orphans: frozenset[TargetPath] = frozenset()
         self.refused: Command | None = None
 
     @property
     def target(self) -> Target | None:
         """The newest target that waits, or is being planned."""
+        if self._extensions:
+            return self._extensions[-1]
         for command in (self._inbox.peek(Kind.TARGET), self._begun):
             if command is not None and not isinstance(command, NewLimits):
                 return command
@@ -86,17 +97,38 @@ class EngineCommands:
         self._rests_first = True
 
     def put(self, target: Target) -> None:
-        """Let a ``target`` wait, in place of an older one."""
-        self._inbox.put(Kind.TARGET, target)
+        """Let a ``target`` wait: in place of older ones, or behind them if it extends a path."""
+        if isinstance(target, TargetPath) and target.extends:
+            self._extensions.append(target)
+        else:
+            self._extensions.clear()
+            self._inbox.put(Kind.TARGET, target)
 
     def drop_target(self) -> Target | None:
         """Forget the targets that wait or are being planned; return the newest."""
         target = self.target
+        self._extensions.clear()
         self._inbox.drop(Kind.TARGET)
         if not isinstance(self._begun, NewLimits):
-            self._begun = None
-            self._engine.keep_goal()
+            self._give_up_begun()
         return target
+
+    def holds(self, target: Target | None) -> bool:
+        """Return whether this very ``target`` waits, or is being planned."""
+        held = (self._begun, self._inbox.peek(Kind.TARGET), *self._extensions)
+        return target is not None and any(target is each for each in held)
+
+    def withdraw(self, target: Target | None) -> bool:
+        """Forget this very ``target`` if it waits or is being planned; return whether it did."""
+        if not self.holds(target):
+            return False
+        if isinstance(target, TargetPath) and target in self._extensions:
+            self._extensions.remove(target)
+        elif target is self._inbox.peek(Kind.TARGET):
+            self._inbox.drop(Kind.TARGET)
+        else:
+            self._give_up_begun()
+        return True
 
     def drop_twist(self) -> None:
         """Forget the newest target, if it is a twist."""
@@ -106,8 +138,10 @@ class EngineCommands:
     def stop(self) -> None:
         """Let the engine come to rest. A position that waits, or is being planned, waits on."""
         begun = self._begun
+        self._extensions.clear()
         if begun is not None and not isinstance(begun, NewLimits):
             self._begun = None
+            self._paths.give_up()
             if isinstance(begun, TargetPosition) and self._inbox.peek(Kind.TARGET) is None:
                 self._inbox.put(Kind.TARGET, begun)
         self._engine.stop()
@@ -135,14 +169,18 @@ class EngineCommands:
         if self._rests_first:
             return None
         refusal = None
-        if not self._engine.preparing:
+        if not self._is_busy:
             in_each = self._engine.tracks or self._engine.phase is MotionPhase.IDLE
-            command = self._inbox.take(self._cycle, in_each)
+            command: Command | None = self._inbox.take(self._cycle, in_each)
+            if command is None and self._extensions and self._inbox.is_empty:
+                command = self._extensions.popleft()
             if command is not None:
                 self._begun = command
                 refusal = self._begin(command)
         if may_go_on is not None:
-            self._engine.work(may_go_on)
+            refusal = self._paths.work(may_go_on) or refusal
+            if not self._paths.goes_on:
+                self._engine.work(may_go_on)
         return self.taken(moving, refusal)
 
     def taken(self, moving: bool, refusal: KinematicsError | None = None) -> CarriedOut | None:
@@ -155,7 +193,7 @@ class EngineCommands:
         Raises:
             KinematicsError: if the engine refuses the command.
         """
-        if self._engine.preparing:
+        if refusal is None and self._is_busy:
             return None
         command, self._begun = self._begun, None
         if command is None:
@@ -165,10 +203,12 @@ class EngineCommands:
             return self._jogged(command, refusal, moving)
         if refusal is not None:
             self.refused = command
+            if isinstance(command, TargetPath):
+                self._orphans = frozenset(self._extensions)
             raise refusal
         if isinstance(command, TrackedTarget):
             return self._tracked(command)
-        return CarriedOut(command, str(command)) if isinstance(command, TargetPosition) else None
+        return None if isinstance(command, NewLimits) else CarriedOut(command, str(command))
 
     def step(self) -> SliderState:
         """Advance the engine by a cycle, and return its setpoint."""
@@ -179,8 +219,26 @@ class EngineCommands:
             self._on_refusal(str(refusal))
         return setpoint
 
+    @property
+    def _is_busy(self) -> bool:
+        """Whether the next command has to wait: one is begun, and its plan is not held yet.
+
+        While a path is followed its next part is nearly always planned; that may be begun anew.
+        """
+        if self._paths.goes_on:
+            # A newer command takes the place of a path that is still put together.
+            return self._inbox.peek(Kind.TARGET) is None
+        follows = self._begun is None and self._engine.phase is MotionPhase.FOLLOWING
+        return self._engine.preparing and not follows
+
+    def _give_up_begun(self) -> None:
+        self._begun = None
+        self._paths.give_up()
+        self._engine.keep_goal()
+
     def _begin(self, command: Command) -> KinematicsError | None:
         """Give a ``command`` to the engine; return why it refuses it, if that is known at once."""
+        self._paths.give_up()
         try:
             if isinstance(command, NewLimits):
                 self._engine.set_limits(command.sliders, command.speed_scale)
@@ -188,6 +246,10 @@ class EngineCommands:
                 self._engine.move_to(command.position)
             elif isinstance(command, TargetVelocity):
                 self._engine.jog(command.velocity)
+            elif isinstance(command, TargetPath):
+                if command in self._orphans:
+                    raise CommandRefusedError(NO_PATH_BEFORE)
+                self._paths.begin(command)
             else:
                 # The next setpoint is for now; the present one of the engine is a period older.
                 age = max(self._now, command.received) - self._period - command.seen

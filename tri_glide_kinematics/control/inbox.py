@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import vector_text
 
@@ -72,6 +75,26 @@ class TrackedTarget:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class TargetPath:
+    """Lines and arcs to follow.
+
+    Attributes:
+        make: makes them, in pieces, from the end of the path that they extend [m]; from where they
+            begin if that is None.
+        name: in words.
+        extends: whether they go on from the end of the path that is followed, if there is one.
+    """
+
+    make: Callable[[Vector3 | None], Interruptible[PlatformPath]]
+    name: str
+    extends: bool = False
+
+    def __str__(self) -> str:
+        """Return the target in words."""
+        return self.name
+
+
 @dataclass(frozen=True)
 class NewLimits:
     """What the drives may do from now on."""
@@ -80,7 +103,7 @@ class NewLimits:
     speed_scale: float
 
 
-Target = TargetPosition | TargetVelocity | TrackedTarget
+Target = TargetPosition | TargetVelocity | TrackedTarget | TargetPath
 Command = Target | NewLimits
 
 
@@ -108,6 +131,11 @@ class Inbox:
     def peek(self, kind: Kind) -> Command | None:
         """Return what waits of this ``kind``."""
         return self._waiting.get(kind)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing waits."""
+        return not self._waiting
 
     def take(self, cycle: int, in_each: bool) -> Command | None:
         """Return the command whose turn it is, None if there is none.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tri_glide_kinematics.control.engine_commands import CarriedOut
 from tri_glide_kinematics.control.in_position import Arrival, InPosition, InPositionBounds
+from tri_glide_kinematics.control.inbox import Target
 
 
 class NewestTarget:
@@ -14,6 +15,7 @@ class NewestTarget:
 
     Attributes:
         bounds: when a position counts as reached.
+        command: the target; None before the first.
         text: the target in words; empty before the first.
         is_missed: whether the machine stands still and is not measured there.
         held_at_edge: whether it leads out of the workspace, so that the platform is held there.
@@ -22,6 +24,7 @@ class NewestTarget:
     def __init__(self, bounds: InPositionBounds) -> None:
         """Know no target yet."""
         self.bounds = bounds
+        self.command: Target | None = None
         self.text = ""
         self.is_missed = False
         self.held_at_edge = False
@@ -34,6 +37,7 @@ class NewestTarget:
 
     def take(self, command: CarriedOut) -> None:
         """Take a target in place of the last one."""
+        self.command = command.target
         self.text = str(command.target)
         self.held_at_edge = command.held_at_edge
         self.end()

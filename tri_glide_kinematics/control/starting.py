@@ -19,6 +19,7 @@ class StartingPlace:
 
     Attributes:
         obstacle: reason from outside to lead no machine; None if there is none.
+        heights: latest ones that are finite. Shape (3,) [m]; None before the first.
     """
 
     def __init__(
@@ -33,11 +34,11 @@ class StartingPlace:
         self.obstacle: str | None = None
         self._supervisor = supervisor
         self._travel = travel
-        self._heights: Vector3 | None = None
+        self.heights: Vector3 | None = None
 
     def measured(self, heights: Vector3) -> None:
         """Take in measured ``heights`` [m]."""
-        self._heights = heights if all(map(math.isfinite, heights)) else None
+        self.heights = heights if all(map(math.isfinite, heights)) else None
 
     def checked(self, now: float) -> Vector3:
         """Return the heights from which the machine can be led ``now`` [s]. Shape (3,) [m].
@@ -45,16 +46,16 @@ class StartingPlace:
         Raises:
             CommandRefusedError: if there is no such place, or an obstacle.
         """
-        if self._heights is None or not self._supervisor.is_fresh(now):
+        if self.heights is None or not self._supervisor.is_fresh(now):
             raise CommandRefusedError("there are no measured slider heights to start from")
         if self.obstacle is not None:
             raise CommandRefusedError(self.obstacle)
         for slider, (lower, height, upper) in enumerate(
-            zip(self._travel[0], self._heights, self._travel[1])
+            zip(self._travel[0], self.heights, self._travel[1])
         ):
             if not lower - TRAVEL_TOLERANCE <= height <= upper + TRAVEL_TOLERANCE:
                 raise CommandRefusedError(
                     f"slider {slider + 1} is measured at {number_text(height, 6)} m, outside its "
                     f"travel from {number_text(lower, 6)} to {number_text(upper, 6)} m"
                 )
-        return self._heights
+        return self.heights

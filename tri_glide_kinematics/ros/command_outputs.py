@@ -6,18 +6,19 @@ import math
 from array import array
 
 import numpy as np
-from builtin_interfaces.msg import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajectory_msgs.msg import JointTrajectory
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, SampledPlan, SliderState
 from tri_glide_kinematics.ros.parameter_table import Values
 from tri_glide_kinematics.ros.stamped_triples import FIRST, SECOND, StampedTriples
+from tri_glide_kinematics.ros.trajectory_bytes import joint_trajectory
+from tri_glide_kinematics.vectors import FloatArray
 
 RELIABLE = QoSProfile(depth=10)
 
@@ -82,33 +83,20 @@ class CommandOutputs:
         if self._trajectories is not None:
             number, self._plan_number = self._plan_number, engine.plan_number
             if number != self._plan_number and engine.remaining > 0.0:
-                self._trajectories.publish(self._trajectory(engine))
-
-    def _trajectory(self, engine: MotionEngine) -> JointTrajectory:
-        """Return all of the plan, until the sliders stand still.
-
-        Its stamp is 0, which tells the receiver to begin at once: no clock has to be shared.
-        """
-        message = JointTrajectory(joint_names=self._joint_names)
-        message.header.frame_id = self._base_frame
-        steps = max(1, math.ceil((engine.remaining - SHORTEST_STEP) / self._trajectory_step))
-        times = self._trajectory_step * np.arange(1, steps + 1)
-        times[-1] = engine.remaining
-        message.points = trajectory_points(engine.sample_plan(times))
-        return message
+                # Its stamp is 0, which tells the receiver to begin at once: no clock is shared.
+                points = plan_points(engine, self._trajectory_step)
+                trajectory = joint_trajectory(self._joint_names, self._base_frame, points)
+                self._trajectories.publish(trajectory)
 
 
-def trajectory_points(plan: SampledPlan) -> list[JointTrajectoryPoint]:
-    """Return the setpoints of a plan as messages."""
-    points = []
-    for time, heights, velocities, accelerations in zip(*plan):
-        seconds, nanoseconds = divmod(round(time * 1e9), 1_000_000_000)
-        points.append(
-            JointTrajectoryPoint(
-                positions=heights.tolist(),
-                velocities=velocities.tolist(),
-                accelerations=accelerations.tolist(),
-                time_from_start=Duration(sec=seconds, nanosec=nanoseconds),
-            )
-        )
-    return points
+def plan_points(engine: MotionEngine, step: float) -> SampledPlan:
+    """Return all of the plan of an ``engine`` from now on, until the sliders stand still.
+
+    Args:
+        engine: in motion.
+        step: time between two points; the last one may be shorter [s].
+    """
+    steps = max(1, math.ceil((engine.remaining - SHORTEST_STEP) / step))
+    times: FloatArray = step * np.arange(1.0, steps + 1.0)
+    times[-1] = engine.remaining
+    return engine.sample_plan(times)

@@ -35,6 +35,7 @@ class Cycle:
             which is past where there is no time left. It is not called without a period.
         early: of what is urgent, what takes so long that it is begun in the sleep: the first that
             comes in between two cycles is handled at once.
+        end: is done once, after the last cycle, unless nothing can be sent any more.
     """
 
     urgent: tuple[Input, ...]
@@ -42,6 +43,7 @@ class Cycle:
     step: Callable[[], None] = lambda: None
     work: Callable[[float], None] | None = None
     early: tuple[Input, ...] = ()
+    end: Callable[[], None] = lambda: None
 
 
 class CycleLoop:
@@ -63,7 +65,8 @@ class CycleLoop:
         context: Any = node.context.handle
         self._kept = ExitStack()
         self._kept.enter_context(context)
-        self._is_running: Callable[[], bool] = context.ok
+        self._is_context_valid: Callable[[], bool] = context.ok
+        self._is_stopped = False
         self._cycle = cycle
         self._survive = survive
         self._inputs = UrgentInputs(cycle.urgent, node.context, survive)
@@ -72,18 +75,26 @@ class CycleLoop:
         self._next = monotonic()
 
     def spin(self) -> None:
-        """Run until the context is shut down.
+        """Run until it is stopped, or the context is shut down.
 
         Raises:
             Exception: what ``survive`` raises.
         """
         self._next = monotonic()
-        if self._cycle.period is None:
-            while self._is_running():
-                self._react()
-        else:
-            while self._is_running():
-                self._run_cycle(self._cycle.period)
+        try:
+            if self._cycle.period is None:
+                while self._is_running():
+                    self._react()
+            else:
+                while self._is_running():
+                    self._run_cycle(self._cycle.period)
+        finally:
+            if self._is_context_valid():
+                self._cycle.end()
+
+    def stop(self) -> None:
+        """End after the present cycle; may be called by a handler of signals."""
+        self._is_stopped = True
 
     def close(self) -> None:
         """Let go of the node."""
@@ -150,6 +161,9 @@ class CycleLoop:
                     return False
                 self._give_turn()
         return True
+
+    def _is_running(self) -> bool:
+        return self._is_context_valid() and not self._is_stopped
 
     def _give_turn(self) -> None:
         if monotonic() >= self._others.due:

@@ -108,7 +108,7 @@ def target_position(message: PoseStamped, base_frame: str) -> Vector3:
             is not the identity.
         NotFiniteError: if a number is NaN or infinite.
     """
-    _check_frame("target pose", message.header.frame_id, (base_frame,))
+    check_frame("target pose", message.header.frame_id, (base_frame,))
     point = message.pose.position
     position = _finite_vector("target pose position", point.x, point.y, point.z)
     _check_no_rotation(message.pose.orientation)
@@ -126,7 +126,7 @@ def target_velocity(message: TwistStamped, base_frame: str, platform_frame: str)
             velocity is not zero.
         NotFiniteError: if a number is NaN or infinite.
     """
-    _check_frame("target twist", message.header.frame_id, (base_frame, platform_frame))
+    check_frame("target twist", message.header.frame_id, (base_frame, platform_frame))
     linear, angular = message.twist.linear, message.twist.angular
     velocity = _finite_vector("target twist linear", linear.x, linear.y, linear.z)
     rotation = _finite_vector("target twist angular", angular.x, angular.y, angular.z)
@@ -150,7 +150,7 @@ def moving_target(message: Odometry, base_frame: str) -> tuple[Vector3, Vector3]
         NotFiniteError: if a number is NaN or infinite.
     """
     what = "target state"
-    _check_frame(what, message.header.frame_id, (base_frame,))
+    check_frame(what, message.header.frame_id, (base_frame,))
     point, linear = message.pose.pose.position, message.twist.twist.linear
     position = _finite_vector(f"{what} position", point.x, point.y, point.z)
     vx, vy, vz = _finite_vector(f"{what} linear velocity", linear.x, linear.y, linear.z)
@@ -195,15 +195,25 @@ def age_of_target(stamp: Time, clock: Clock, timeout: float) -> float:
     return age
 
 
-def set_stamp(stamp: Time, clock: Clock) -> None:
-    """Write the present time of ``clock`` into ``stamp``."""
-    stamp.sec, stamp.nanosec = divmod(clock.now().nanoseconds, 1_000_000_000)
+def check_frame(what: str, frame: str, allowed: Sequence[str]) -> None:
+    """Check the frame of a message.
 
+    Args:
+        what: it is, in words.
+        frame: of the message; empty is any.
+        allowed: frames.
 
-def _check_frame(what: str, frame: str, allowed: Sequence[str]) -> None:
+    Raises:
+        RefusedMessageError: if it is another one.
+    """
     if frame and frame not in allowed:
         names = " or ".join(repr(name) for name in allowed)
         raise RefusedMessageError(f"{what} has frame_id {frame!r}, it must be {names} or empty")
+
+
+def set_stamp(stamp: Time, clock: Clock) -> None:
+    """Write the present time of ``clock`` into ``stamp``."""
+    stamp.sec, stamp.nanosec = divmod(clock.now().nanoseconds, 1_000_000_000)
 
 
 def _finite_vector(name: str, x: float, y: float, z: float) -> Vector3:

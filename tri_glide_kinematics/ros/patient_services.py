@@ -15,14 +15,16 @@ import warnings
 from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Infinite
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy, QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.service import Service
 from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+RCLError = rclpy_implementation.RCLError
 
 RETRY_PERIOD = 0.02  # s
 # Discovery takes a fraction of this, or a little more than 3 s where a packet was lost [s].
@@ -47,13 +49,13 @@ class _Answer:
     """Something to send.
 
     Attributes:
-        service: that was asked.
+        service: name of the one that was asked.
         send: sends it and tells whether somebody reads it; if not, that takes 100 ms.
         received: when it was asked [s of time.monotonic].
         has_failed: whether it was sent already, as its reader seemed to be known.
     """
 
-    service: Service
+    service: str
     send: Callable[[], bool]
     received: float
     has_failed: bool = False
@@ -73,37 +75,47 @@ class PatientServices:
         self._node = node
         self._may_wait = may_wait
         self._waiting: deque[_Answer] = deque()
-        self._readers: dict[Service, set[bytes]] = {}
+        self._readers: dict[str, set[bytes]] = {}
         self._timer = node.create_timer(
-            RETRY_PERIOD, self._send_kept, clock=Clock(clock_type=ClockType.STEADY_TIME)
+            RETRY_PERIOD, self.send_kept, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
         self._timer.cancel()
         for service in node.services:
             self._take_over(service)
 
+    def send(self, service: str, send: Callable[[], object]) -> None:
+        """Send an answer now, or as soon as its client can take it.
+
+        Args:
+            service: full name of the one that was asked.
+            send: sends the answer by a method of rclpy.
+        """
+        answer = _Answer(service, lambda: _is_sent(send), time.monotonic())
+        if self._clients_are_known(service):
+            if answer.send():
+                return
+            answer.has_failed = True
+        self._keep(answer)
+
+    def expect(self, service: str) -> None:
+        """Look who reads the answers of a ``service``, as there will be one."""
+        self._clients_are_known(service)
+
     def _take_over(self, service: Service) -> None:
         send = service.send_response
-
-        def send_or_keep(response: Any, header: Any) -> None:
-            answer = _Answer(service, lambda: _is_sent(send, response, header), time.monotonic())
-            if self._clients_are_known(service):
-                if answer.send():
-                    return
-                answer.has_failed = True
-            self._keep(answer)
-
         # The executor sends what the callback returns by this method of the service.
-        service.send_response = send_or_keep  # type: ignore[method-assign]
+        service.send_response = lambda response, header: self.send(  # type: ignore[method-assign]
+            service.service_name, lambda: send(response, header)
+        )
 
-    def _clients_are_known(self, service: Service) -> bool:
+    def _clients_are_known(self, service: str) -> bool:
         """Tell whether the reader of answers of each client is known, as its writer is.
 
         A reader counts from the second look on: the middleware tells of it a moment before it is
         connected to the service.
         """
-        name = service.service_name
-        requests = self._node.get_publishers_info_by_topic(f"rq{name}Request", no_mangle=True)
-        answers = self._node.get_subscriptions_info_by_topic(f"rr{name}Reply", no_mangle=True)
+        requests = self._node.get_publishers_info_by_topic(f"rq{service}Request", no_mangle=True)
+        answers = self._node.get_subscriptions_info_by_topic(f"rr{service}Reply", no_mangle=True)
         readers = {bytes(reader.endpoint_gid) for reader in answers if _may_read(reader)}
         before, self._readers[service] = self._readers.get(service, set()), readers
         reading = Counter(reader[PARTICIPANT] for reader in readers & before)
@@ -118,7 +130,13 @@ class PatientServices:
         if self._timer.is_canceled():
             self._timer.reset()
 
-    def _send_kept(self) -> None:
+    @property
+    def keeps_any(self) -> bool:
+        """Whether there are answers that wait."""
+        return bool(self._waiting)
+
+    def send_kept(self) -> None:
+        """Send the answers that wait, as far as their clients can take them by now."""
         now = time.monotonic()
         may_wait = self._may_wait()
         services = {answer.service for answer in self._waiting}
@@ -144,7 +162,7 @@ class PatientServices:
 
     def _give_up(self, answer: _Answer) -> None:
         self._node.get_logger().warning(
-            f"{answer.service.service_name}: gave up an answer, as a client was never discovered"
+            f"{answer.service}: gave up an answer, as a client was never discovered"
         )
 
 
@@ -154,9 +172,12 @@ def _may_read(reader: TopicEndpointInfo) -> bool:
     return bool(compatibility != QoSCompatibility.ERROR)
 
 
-def _is_sent(send: Callable[[Any, Any], None], response: Any, header: Any) -> bool:
-    """Send, and return whether the client's reader was known; rclpy says so by a warning only."""
+def _is_sent(send: Callable[[], object]) -> bool:
+    """Send, and return whether the client's reader was known; rclpy has two ways to say so."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RuntimeWarning)
-        send(response, header)
+        try:
+            send()
+        except RCLError:
+            return False
     return not any("failed to send response" in str(warning.message) for warning in caught)

@@ -145,6 +145,7 @@ def _spinner_of(
 
         ask_of_system(node)
         loop = CycleLoop(node, cycle, survive)
+        _end_by_signals(loop.stop)
         return loop.spin, loop.close
     from rclpy.executors import SingleThreadedExecutor
 
@@ -159,6 +160,18 @@ def _spinner_of(
                 survive(error)
 
     return spin, executor.shutdown
+
+
+def _end_by_signals(stop: Callable[[], None]) -> None:
+    """Let signals ``stop`` a node that is never asleep for long, and not shut down its context.
+
+    So it can still send something at its end.
+    """
+    from rclpy.signals import uninstall_signal_handlers
+
+    uninstall_signal_handlers()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop())
 
 
 def _missing(module: str) -> str:

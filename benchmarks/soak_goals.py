@@ -1,0 +1,57 @@
+"""Soak of the actions of ik_node: goals, cancels and newer commands, over real processes.
+
+Run it as ``python -m benchmarks.soak_goals``; it exits with 1 if a result is lost, wrong or given
+twice, or if one comes more than 20 ms after what ended its goal.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+
+from benchmarks.soak_nodes import context_in_own_domain, resident, say, session
+from testing.ends import run_in_real_time
+from testing.goal_storm import GoalStorm
+from testing.goals import GoalClient
+from testing.machine import Machine
+
+# A stop takes as long as it takes: only what ends a goal at once is judged.
+WITHOUT_LIMIT = ("cancel, to rest",)
+LONGEST_DELAY = 0.02  # s
+BATCH = 1000
+
+
+def main() -> int:
+    """Run the soak from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--goals", type=int, default=10_000)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    passed = True
+    with context_in_own_domain() as context, session(context, "goals") as (client, launcher):
+        machine = Machine(client, launcher, listen=False)
+        machine.start()
+        goals = GoalClient(client)
+        goals.wait_for_server()
+        pids = [os.getpid(), *(node.pid for node in launcher.started)]
+        if not all(map(run_in_real_time, pids)):
+            say("real-time priority is not allowed here: other processes delay results, too")
+        for number in range(0, arguments.goals, BATCH):
+            storm = GoalStorm(machine, goals, arguments.seed + number)
+            report = storm.run(min(BATCH, arguments.goals - number))
+            ends = ", ".join(f"{count} {code.name}" for code, count in report.codes.items())
+            say(f"{report.goals} goals: {ends}; memory {resident(machine.ik):.1f} MB")
+            for kind, delay in report.largest_delays().items():
+                rest = report.largest_delays(0.01)[kind]
+                say(f"  {kind}: {1e3 * delay:.1f} ms at most, {1e3 * rest:.1f} ms for 99 %")
+                passed = passed and (kind in WITHOUT_LIMIT or delay <= LONGEST_DELAY)
+            for text in report.wrong:
+                say(f"  WRONG: {text}")
+            passed = passed and not report.wrong
+    say("passed" if passed else "FAILED")
+    return 0 if passed else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,176 @@
+"""Goals that are paths: how they end, go on in one another, and give way to what is newer."""
+
+from __future__ import annotations
+
+import pytest
+from controller_rig import LIMITS, MACHINE, Rig, ended
+
+from tri_glide_kinematics.control.goals import GoalCode
+from tri_glide_kinematics.control.inbox import TargetPath
+from tri_glide_kinematics.control.operating_state import IDLE, MOVING
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion import MotionKind
+from tri_glide_kinematics.motion.paths.flat_path import FlatPath
+
+SQUARE = [(0.02, 0.0, 0.25), (0.02, 0.02, 0.25), (0.0, 0.02, 0.25), (0.0, 0.0, 0.25)]
+BEYOND = [(-0.02, 0.0, 0.25), (-0.02, -0.02, 0.25)]
+START = MACHINE.inverse((0.0, 0.0, 0.25))
+
+
+@pytest.fixture
+def rig():
+    rig = Rig(kind=MotionKind.LINEAR, in_pieces=True, start=START)
+    # The next part of a path has to be planned while the present one is driven.
+    rig.pieces = 20
+    rig.cycle(2)
+    return rig
+
+
+def target(rig, points, extends=False):
+    flat = FlatPath.of([0] * len(points), [x for p in points for x in p], (), (), 0.001)
+
+    def make(end):
+        return flat.path_from(end or MACHINE.forward(rig.controller.commanded_heights))
+
+    return TargetPath(make, f"path of {len(points)} segments", extends)
+
+
+def pursue(rig, points=SQUARE, extends=False):
+    return rig.controller.pursue(target(rig, points, extends))
+
+
+def under_way(rig, points=SQUARE):
+    rig.controller.set_limits(LIMITS, 0.3)
+    goal = pursue(rig, points)
+    for _ in range(2000):
+        rig.cycle()
+        if rig.controller.leads_to(goal) and rig.controller.path_progress.way > 0.012:
+            return goal
+    raise AssertionError("it does not begin")
+
+
+def place(rig):
+    return MACHINE.forward(rig.heights)
+
+
+def test_it_succeeds_at_the_end_of_the_path(rig):
+    goal = under_way(rig)
+    assert rig.controller.state is MOVING
+    code, text = ended(rig, goal)
+    assert code is GoalCode.SUCCEEDED
+    assert text == "path of 4 segments is reached, measured 0 m away"
+    assert place(rig) == pytest.approx(SQUARE[-1], abs=1e-9)
+    assert rig.controller.state is IDLE
+
+
+def test_a_cancelled_path_rests_on_it(rig):
+    goal = under_way(rig)
+    rig.controller.cancel(goal)
+    assert ended(rig, goal).code is GoalCode.CANCELED
+    # On the first or second side of the square, but for the corner between them.
+    x, y, z = place(rig)
+    assert min(abs(y), abs(x - 0.02)) < 0.001
+    assert z == pytest.approx(0.25, abs=1e-9)
+    assert place(rig) != pytest.approx(SQUARE[-1], abs=1e-3)
+
+
+@pytest.mark.parametrize("newer", ["pose", "path", "twist"])
+def test_a_newer_command_supersedes_it(rig, newer):
+    goal = under_way(rig)
+    if newer == "pose":
+        rig.controller.move_to((0.01, -0.03, 0.3))
+    elif newer == "path":
+        other = pursue(rig, BEYOND)
+    else:
+        rig.jog((0.0, 0.0, 0.02))
+    code, text = ended(rig, goal, most=20)
+    assert code is GoalCode.SUPERSEDED
+    if newer == "path":
+        assert text == "superseded by path of 2 segments"
+        assert ended(rig, other).code is GoalCode.SUCCEEDED
+        assert place(rig) == pytest.approx(BEYOND[-1], abs=1e-9)
+    elif newer == "pose":
+        rig.cycle_until(IDLE)
+        assert place(rig) == pytest.approx((0.01, -0.03, 0.3), abs=1e-9)
+
+
+def test_a_path_is_extended_and_both_goals_end_at_its_end(rig):
+    goals = [under_way(rig), pursue(rig, BEYOND, extends=True), pursue(rig, SQUARE, extends=True)]
+    assert [ended(rig, goal).code for goal in goals] == [GoalCode.SUCCEEDED] * 3
+    assert place(rig) == pytest.approx(SQUARE[-1], abs=1e-9)
+
+
+def test_where_no_path_is_followed_an_extension_begins_one(rig):
+    assert ended(rig, pursue(rig, BEYOND, extends=True)).code is GoalCode.SUCCEEDED
+    assert ended(rig, pursue(rig, SQUARE, extends=True)).code is GoalCode.SUCCEEDED
+
+
+def test_what_waited_behind_a_path_that_is_refused_is_refused_too(rig):
+    going = under_way(rig)
+    goals = [pursue(rig, points, extends=True) for points in ([(0.5, 0.0, 0.25)], BEYOND)]
+    assert [ended(rig, goal).code for goal in goals] == [GoalCode.REFUSED] * 2
+    assert goals[1].outcome.text == "the path that it goes on from was refused"
+    assert ended(rig, going).code is GoalCode.SUCCEEDED
+    assert place(rig) == pytest.approx(SQUARE[-1], abs=1e-9)
+
+
+def test_behind_a_pose_an_extension_is_a_path_that_supersedes_it(rig):
+    rig.controller.set_limits(LIMITS, 0.1)
+    pose = rig.controller.pursue_position((0.05, 0.0, 0.3))
+    rig.cycle(30)
+    path = pursue(rig, BEYOND, extends=True)
+    assert ended(rig, pose, most=100).code is GoalCode.SUPERSEDED
+    assert ended(rig, path).code is GoalCode.SUCCEEDED
+
+
+def test_a_cancelled_part_ends_the_whole_path(rig):
+    goals = [under_way(rig), pursue(rig, BEYOND, extends=True)]
+    rig.cycle(100)
+    rig.controller.cancel(goals[1])
+    assert ended(rig, goals[1]).code is GoalCode.CANCELED
+    assert goals[0].outcome.code is GoalCode.SUPERSEDED
+
+
+@pytest.mark.parametrize("extends", [False, True])
+def test_what_cannot_be_driven_is_refused_with_the_segment_and_what_went_on_goes_on(rig, extends):
+    going = under_way(rig)
+    refused = pursue(rig, [(0.01, 0.0, 0.25), (0.5, 0.0, 0.25)], extends)
+    code, text = ended(rig, refused)
+    assert code is GoalCode.REFUSED
+    assert "egment" in text
+    assert any(text in refusal for refusal in rig.refusals)
+    rig.cycle_until(IDLE)
+    assert place(rig) == pytest.approx(SQUARE[-1], abs=1e-9)
+    assert going.outcome is not None
+
+
+def test_it_pauses_and_goes_on(rig):
+    goal = under_way(rig)
+    assert rig.controller.pause() == "comes to rest on the path"
+    assert rig.controller.reason == "path of 4 segments, paused"
+    rig.cycle(500)
+    assert goal.outcome is None
+    assert rig.cycle().velocities == (0.0, 0.0, 0.0)
+    assert rig.controller.resume() == "goes on along the path"
+    assert ended(rig, goal).code is GoalCode.SUCCEEDED
+    with pytest.raises(KinematicsError, match="path"):
+        rig.controller.pause()
+
+
+def test_a_stop_while_it_pauses_ends_it(rig):
+    goal = under_way(rig)
+    rig.controller.pause()
+    rig.cycle(300)
+    rig.controller.stop()
+    assert goal.outcome.code is GoalCode.STOPPED
+    rig.cycle_until(IDLE)
+
+
+def test_a_path_that_is_still_put_together_is_given_up_for_what_is_newer(rig):
+    points = [(0.02 * (k % 2), 0.0001 * k, 0.25) for k in range(1, 300)]
+    goal = pursue(rig, points)
+    rig.controller.move_to((0.0, 0.0, 0.3))
+    assert ended(rig, goal, most=50).code is GoalCode.SUPERSEDED
+    rig.cycle_until(MOVING)
+    rig.cycle_until(IDLE)
+    assert place(rig) == pytest.approx((0.0, 0.0, 0.3), abs=1e-9)

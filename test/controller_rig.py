@@ -1,0 +1,99 @@
+"""A controller with the real engine and a clock of our own: no process, no waiting."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tri_glide_kinematics.control.controller import MotionController
+from tri_glide_kinematics.control.in_position import InPositionBounds
+from tri_glide_kinematics.control.streams import Streams
+from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
+from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.workspace.limits import WorkspaceLimits
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+PERIOD, TWIST_TIMEOUT, MEASURED_TIMEOUT = 0.002, 0.1, 0.2
+TARGET_TIMEOUT = 0.3
+HOME = (0.6, 0.6, 0.6)
+LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
+LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
+TARGET = (0.05, 0.03, 0.3)
+IN_POSITION = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)
+
+
+class Rig:
+    """A controller with a machine that follows perfectly, or is told not to."""
+
+    def __init__(
+        self, start_disabled=False, start=HOME, kind=MotionKind.SLIDER, *, in_pieces=False
+    ):
+        self.now = 100.0
+        self.statuses = []
+        self.refusals = []
+        self.measures = True
+        self.pieces = 1  # of planning in a cycle, after the setpoint
+        self.offset = 0.0  # m, of the first slider from its command
+        self.heights = start
+        supervisor = Supervisor(
+            SupervisionBounds(MEASURED_TIMEOUT, 0.02, 0.05, (1.0, 1.0, 1.0)),
+            ("slider_1", "slider_2", "slider_3"),
+        )
+        workspace = Workspace(MACHINE, WorkspaceLimits(LOWER, UPPER, 0.005, 6.0))
+        self.engine = MotionEngine(workspace, LIMITS, kind=kind, in_pieces=in_pieces)
+        self.controller = MotionController(
+            self.engine,
+            supervisor,
+            period=PERIOD,
+            streams=Streams.with_timeouts(TWIST_TIMEOUT, TARGET_TIMEOUT),
+            in_position_bounds=IN_POSITION,
+            start_disabled=start_disabled,
+            travel=(LOWER, UPPER),
+            on_change=self.statuses.append,
+            on_refusal=self.refusals.append,
+        )
+
+    @property
+    def measured(self):
+        return (self.heights[0] + self.offset, *self.heights[1:])
+
+    @property
+    def changes(self):
+        return [(status.state, status.reason) for status in self.statuses]
+
+    def cycle(self, count=1):
+        setpoint = None
+        for _ in range(count):
+            self.now += PERIOD
+            setpoint = self.controller.cycle(self.now, lambda: False)
+            if setpoint is not None:
+                self.heights = setpoint.heights
+            if self.measures:
+                self.controller.measured(self.measured, self.now)
+            self.controller.plan(partial(next, iter([True] * (self.pieces - 1)), False))
+        return setpoint
+
+    def cycle_until(self, state, most=5000):
+        for _ in range(most):
+            if self.controller.state is state:
+                return
+            self.cycle()
+        raise AssertionError(f"{state} did not come, it is {self.controller.state}")
+
+    def jog(self, velocity=(0.0, 0.0, 0.05)):
+        self.controller.jog(velocity, self.now)
+
+    @property
+    def states(self):
+        return [state for state, _ in self.changes]
+
+
+def ended(rig, goal, most=5000):
+    """Return the outcome of a goal, which comes in a number of cycles."""
+    for _ in range(most):
+        if goal.outcome is not None:
+            return goal.outcome
+        rig.cycle()
+    raise AssertionError(f"no end of {goal.command} in {most} cycles")

@@ -1,0 +1,225 @@
+"""The action ~/follow_path, target_path, ~/pause and ~/resume of ik_node, over real processes."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+
+import numpy as np
+import pytest
+from action_bench import FAR, NEAR, ActionBench
+from action_msgs.msg import GoalStatus
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from std_srvs.srv import Trigger
+
+from testing.commands import KINEMATICS, assert_within_limits
+from testing.goal_storm import GoalStorm
+from testing.goals import GoalClient
+from testing.processes import launched
+from tri_glide_interfaces.action import FollowPath
+from tri_glide_kinematics.control.goals import GoalCode
+
+LINE, ARC_THROUGH, ARC_ABOUT = (
+    FollowPath.Goal.LINE,
+    FollowPath.Goal.ARC_THROUGH,
+    FollowPath.Goal.ARC_ABOUT,
+)
+SUCCEEDED, ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED
+CANCELED = GoalStatus.STATUS_CANCELED
+SQUARE = [(0.04, 0.0, 0.25), (0.04, 0.04, 0.25), (0.0, 0.04, 0.25), (0.0, 0.0, 0.25)]
+TOLERANCE = 0.001  # m, path_tolerance by default
+
+
+@pytest.fixture(scope="module")
+def bench(ros_domain, ros_context, tmp_path_factory):
+    namespace = f"/paths_{os.getpid()}"
+    with launched(tmp_path_factory.mktemp("paths"), namespace) as launcher:
+        bench = ActionBench(ros_context, launcher, namespace)
+        yield bench.start()
+        assert_within_limits(bench.machine)
+        bench.client.close()
+
+
+def under_way(bench, points=SQUARE):
+    """Return a goal whose path is driven, slowly."""
+    bench.quickly_to(NEAR)
+    goal = bench.goals.follow(points).wait_until_accepted()
+    bench.client.wait_for(
+        lambda: goal.feedback and goal.feedback[-1].way > 0.01, "some way on the path"
+    )
+    return goal
+
+
+def places(bench, first=0):
+    """Return where the platform was commanded to be since a number of commands."""
+    heights = [bench.machine.heights(message) for message in bench.machine.commands[first:]]
+    return np.array([KINEMATICS.forward(each) for each in heights])
+
+
+def distances_from(points, places):
+    """Return how far places are from a polyline."""
+    points = np.asarray(points)
+    nearest = np.full(len(places), np.inf)
+    for begin, end in itertools.pairwise(points):
+        along = np.clip((places - begin) @ (end - begin) / ((end - begin) @ (end - begin)), 0, 1)
+        there = begin + along[:, np.newaxis] * (end - begin)
+        nearest = np.minimum(nearest, np.linalg.norm(places - there, axis=1))
+    return nearest
+
+
+def test_it_drives_a_square_within_its_tolerance_and_tells_how_far(bench):
+    bench.quickly_to(NEAR)
+    bench.machine.catch_up()
+    first = len(bench.machine.commands)
+    goal = bench.goals.follow(SQUARE)
+    result = bench.ends(goal, SUCCEEDED, GoalCode.SUCCEEDED, "path of 4 segments is reached")
+    bench.machine.catch_up()
+    distances = distances_from([NEAR, *SQUARE], places(bench, first))
+    assert 0.2 * TOLERANCE < distances.max() <= TOLERANCE
+    assert distances.max() <= result.largest_deviation <= TOLERANCE
+    ways = [feedback.way for feedback in goal.feedback]
+    assert ways == sorted(ways)
+    assert [feedback.segment for feedback in goal.feedback] == sorted(
+        feedback.segment for feedback in goal.feedback
+    )
+    assert {feedback.segment for feedback in goal.feedback} == {0, 1, 2, 3}
+    total = goal.feedback[0].way + goal.feedback[0].way_remaining
+    assert 0.15 < total < 0.16
+
+
+def test_arcs_speeds_and_full_circles(bench):
+    bench.quickly_to(NEAR)
+    # The scale holds for the speeds of a path, too.
+    bench.set_speed(1.0)
+    goal = bench.goals.follow(
+        [],
+        kinds=[ARC_ABOUT, LINE, ARC_THROUGH],
+        numbers=[
+            *(0.01, 0.0, 0.25, 0.0, 0.0, 1.0, 2.0 * math.pi),
+            *(0.0, 0.02, 0.25),
+            *(0.01, 0.03, 0.25, 0.02, 0.02, 0.25),
+        ],
+        tolerances=[0.0005],
+        speeds=[0.6, 0.0, 1.0],
+    )
+    result = bench.ends(goal, SUCCEEDED, GoalCode.SUCCEEDED, "path of 3 segments is reached")
+    assert result.position.x == pytest.approx(0.02, abs=0.0005)
+
+
+def test_a_cancelled_path_rests_on_it(bench):
+    goal = under_way(bench)
+    goal.cancel()
+    result = bench.ends(goal, CANCELED, GoalCode.CANCELED, "cancelled: path of 4 segments")
+    place = np.array([[result.position.x, result.position.y, result.position.z]])
+    assert distances_from([NEAR, *SQUARE], place)[0] <= TOLERANCE + 0.0005
+
+
+def test_newer_commands_supersede_it(bench):
+    goal = under_way(bench)
+    bench.client.send_pose(FAR)
+    bench.ends(goal, ABORTED, GoalCode.SUPERSEDED, "superseded by target (0.08, 0.03, 0.35) m")
+    goal = under_way(bench)
+    newer = bench.goals.move_to(FAR)
+    bench.ends(goal, ABORTED, GoalCode.SUPERSEDED, "superseded by target")
+    newest = bench.goals.follow(SQUARE)
+    bench.ends(newer, ABORTED, GoalCode.SUPERSEDED, "superseded by path of 4 segments")
+    newest.wait_until_accepted().cancel()
+    bench.ends(newest, CANCELED, GoalCode.CANCELED, "cancelled")
+
+
+def test_a_path_is_appended_without_a_stop_and_both_goals_end_at_its_end(bench):
+    goal = under_way(bench)
+    first = len(bench.machine.commands)
+    beyond = [(-0.04, 0.0, 0.25), (-0.04, -0.02, 0.25)]
+    appended = bench.goals.follow(beyond, append=True).wait_until_accepted()
+    bench.set_speed(0.3)
+    bench.ends(appended, SUCCEEDED, GoalCode.SUCCEEDED, "path of 2 segments is reached")
+    bench.ends(goal, SUCCEEDED, GoalCode.SUCCEEDED, "path of 2 segments is reached")
+    bench.machine.catch_up()
+    moving = [any(message.velocity) for message in bench.machine.commands[first:]]
+    # It rests once, at the end.
+    assert moving[: moving.index(False)] == moving[: sum(moving)]
+    assert KINEMATICS.forward(bench.machine.heights()) == pytest.approx(beyond[-1], abs=1e-6)
+
+
+BAD = {
+    "empty": ({"points": []}, "the path has 0 segments"),
+    "nan": ({"points": [(math.nan, 0.0, 0.25)]}, "number 1 of segment 1 = nan"),
+    "huge": ({"points": [(1e9, 0.0, 0.25)]}, "number 1 of segment 1"),
+    "coincident": ({"points": [SQUARE[0], SQUARE[0]]}, "segment 2 ends where it begins"),
+    "collinear": (
+        {"points": [], "kinds": [ARC_THROUGH], "numbers": [0.01, 0, 0.25, 0.02, 0, 0.25]},
+        "segment 1 is no arc",
+    ),
+    "foreign frame": ({"points": SQUARE, "frame": "world"}, "path has frame_id 'world'"),
+    "unknown kind": ({"points": [NEAR], "kinds": [9]}, "segment 1 has kind 9"),
+    "outside": ({"points": [(0.5, 0.0, 0.25)]}, "outside the workspace"),
+    "negative tolerance": ({"points": SQUARE, "tolerances": [-1.0]}, "tolerances[0] = -1 m"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_is_no_path_is_refused_with_the_reason_and_disturbs_nothing(bench, name):
+    bench.quickly_to(NEAR)
+    arguments, text = BAD[name]
+    if "numbers" in arguments:
+        arguments = {**arguments, "numbers": [float(number) for number in arguments["numbers"]]}
+    bench.ends(bench.goals.follow(**arguments), ABORTED, GoalCode.REFUSED, text)
+    assert bench.machine.state == "idle"
+
+
+def test_it_pauses_and_goes_on_by_services(bench):
+    goal = under_way(bench)
+    answer = bench.client.call(Trigger, "ik_node/pause", Trigger.Request())
+    assert (answer.success, answer.message) == (True, "comes to rest on the path")
+    bench.client.wait_for(lambda: not any(bench.machine.commands[-1].velocity), "rest on the path")
+    assert goal.response is None
+    bench.set_speed(1.0)
+    answer = bench.client.call(Trigger, "ik_node/resume", Trigger.Request())
+    assert (answer.success, answer.message) == (True, "goes on along the path")
+    bench.ends(goal, SUCCEEDED, GoalCode.SUCCEEDED, "path of 4 segments is reached")
+    answer = bench.client.call(Trigger, "ik_node/pause", Trigger.Request())
+    assert not answer.success
+    assert "path" in answer.message
+
+
+def test_target_path_does_the_same_without_an_answer(bench):
+    bench.quickly_to(NEAR)
+    bench.set_speed(1.0)
+    publisher = bench.client.publisher(Path, "target_path")
+    bench.client.wait_for_subscribers(publisher)
+    message = Path()
+    for point in SQUARE[:3]:
+        pose = PoseStamped()
+        pose.pose.position.x, pose.pose.position.y, pose.pose.position.z = point
+        message.poses.append(pose)
+
+    def is_there():
+        publisher.publish(message)
+        bench.client.spin_for(0.2)
+        return bench.machine.state == "moving"
+
+    bench.client.wait_for(is_there, "a motion")
+    bench.client.wait_for(
+        lambda: bench.machine.state == "idle" and "path in a message" in bench.machine.reason,
+        "the end of the path",
+    )
+    bench.machine.catch_up()
+    assert KINEMATICS.forward(bench.machine.heights()) == pytest.approx(SQUARE[2], abs=1e-6)
+    message.header.frame_id = "world"
+    publisher.publish(message)
+    bench.client.wait_for(
+        lambda: "target path has frame_id 'world'" in bench.machine.ik.output, "the refusal"
+    )
+
+
+@pytest.mark.slow
+def test_in_a_storm_of_goals_each_ends_once_and_as_it_has_to(machine, client):
+    """The short form of ``benchmarks.soak_goals``."""
+    machine.start()
+    report = GoalStorm(machine, GoalClient(client), seed=7).run(60)
+    assert report.wrong == []
+    assert report.codes.total() >= 60
+    assert set(report.codes) >= {GoalCode.SUCCEEDED, GoalCode.SUPERSEDED, GoalCode.CANCELED}

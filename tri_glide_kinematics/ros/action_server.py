@@ -1,0 +1,285 @@
+"""Serves an action from a control cycle: it is asked in each cycle, and never waits.
+
+rclpy's own action server runs each goal as a coroutine of an executor, has no place where answers
+can wait for clients that are not fully discovered, and with each step of a goal it tells the states
+of all goals of the last 15 minutes. What is the same: names, messages, states.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from action_msgs.msg import GoalInfo, GoalStatus
+from action_msgs.srv import CancelGoal
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, qos_profile_action_status_default
+from rclpy.type_support import check_for_type_support
+
+from tri_glide_kinematics.control.goals import Goal, GoalCode
+from tri_glide_kinematics.ros.messages import set_stamp
+from tri_glide_kinematics.ros.patient_services import PatientServices
+
+# How long the state of a goal that has ended is told with those of the others [s]. All of them are
+# in each message, and a client in Python takes 0.03 ms for each.
+STATE_TOLD = 1.0
+
+# How long, and of how many goals, results are kept for those who did not ask for them before [s].
+RESULT_KEPT = 900.0
+MOST_RESULTS = 2000
+
+FEEDBACK = QoSProfile(depth=10)
+# As one request of each kind is taken in a cycle, those of a burst have to wait somewhere.
+REQUESTS = QoSProfile(depth=200)
+
+GoalEvent = rclpy_implementation.GoalEvent
+EVENTS = {GoalCode.SUCCEEDED: GoalEvent.SUCCEED, GoalCode.CANCELED: GoalEvent.CANCELED}
+
+
+@dataclass(eq=False)
+class _Accepted:
+    """A goal, until nobody is told of it any more.
+
+    Attributes:
+        info: identifier and time of acceptance.
+        handle: its state in the middleware; None once it is not told any more.
+        goal: what becomes of it.
+        answer: its result, once that is known.
+        askers: who wait for the result.
+        was_asked_for: whether somebody has asked for the result.
+        ended: time.monotonic() of its end [s]; infinite until then.
+    """
+
+    info: GoalInfo
+    handle: Any
+    goal: Goal
+    answer: Any = None
+    askers: list[Any] = field(default_factory=list)
+    was_asked_for: bool = False
+    ended: float = math.inf
+
+
+class ActionServer:
+    """An action of a node. All it does is done in ``look``, ``answer`` and ``tell_progress``."""
+
+    def __init__(
+        self,
+        node: Node,
+        kind: Any,
+        name: str,
+        patient: PatientServices,
+        *,
+        begin: Callable[[Any], Goal],
+        cancel: Callable[[Goal], None],
+        result: Callable[[Goal], Any],
+        feedback: Callable[[Goal], Any],
+    ) -> None:
+        """Serve an action.
+
+        Args:
+            node: that offers it.
+            kind: of action.
+            name: of the action.
+            patient: sends answers.
+            begin: makes a goal of what was asked for, which has ended already if it cannot be.
+            cancel: sees to it that a goal ends soon.
+            result: makes the message of a goal that has ended.
+            feedback: makes the message of a goal that goes on; None if there is nothing to tell.
+        """
+        check_for_type_support(kind)
+        self._node = node
+        self._impl = kind.Impl
+        self._patient = patient
+        self._begin = begin
+        self._cancel = cancel
+        self._result = result
+        self._feedback = feedback
+        services = REQUESTS.get_c_qos_profile()
+        with node.handle, node.get_clock().handle:
+            self._handle = rclpy_implementation.ActionServer(
+                node.handle,
+                node.get_clock().handle,
+                kind,
+                name,
+                services,
+                services,
+                services,
+                FEEDBACK.get_c_qos_profile(),
+                qos_profile_action_status_default.get_c_qos_profile(),
+                STATE_TOLD,
+            )
+        self._names = {
+            service: node.resolve_service_name(f"{name}/_action/{service}")
+            for service in ("send_goal", "cancel_goal", "get_result")
+        }
+        self._accepted: dict[bytes, _Accepted] = {}
+        self._active: list[_Accepted] = []
+        self._answers: list[Callable[[], object]] = []
+        self._is_status_new = False
+        # How many goals that have ended are told of.
+        self._told = 0
+        self._takers = (
+            (self._handle.take_goal_request, self._impl.SendGoalService.Request, self._on_goal),
+            (
+                self._handle.take_cancel_request,
+                self._impl.CancelGoalService.Request,
+                self._on_cancel,
+            ),
+            (
+                self._handle.take_result_request,
+                self._impl.GetResultService.Request,
+                self._on_result_wanted,
+            ),
+        )
+
+    def look(self) -> None:
+        """Take one request of each kind, if there are any, and act on them; answers wait."""
+        for take, kind, handle in self._takers:
+            try:
+                header, request = take(kind)
+                if header is not None:
+                    handle(header, request)
+            except Exception as error:
+                # The sender's mistake must not stop a machine.
+                self._drop(error)
+
+    def answer(self) -> None:
+        """Give all answers, tell the states of the goals, and give results of those that ended."""
+        if self._active or self._answers:
+            self._give_answers()
+            self._end_goals()
+            if self._is_status_new:
+                self._is_status_new = False
+                self._handle.publish_status()
+            self._give_answers()
+
+    @property
+    def is_asked_for_all(self) -> bool:
+        """Whether somebody has asked for each result that is there."""
+        return all(accepted.was_asked_for for accepted in self._accepted.values())
+
+    def tell_progress(self) -> None:
+        """Publish the feedback of all goals that go on, and forget old results."""
+        for accepted in self._active:
+            feedback = self._feedback(accepted.goal)
+            if feedback is not None:
+                message = self._impl.FeedbackMessage(
+                    goal_id=accepted.info.goal_id, feedback=feedback
+                )
+                self._handle.publish_feedback(message)
+        self._forget()
+
+    def _on_goal(self, header: Any, request: Any) -> None:
+        # What is not accepted is what is known already. What cannot be done is told by a result,
+        # as a rejection has no place for a reason.
+        info = GoalInfo(goal_id=request.goal_id)
+        accepted = bytes(info.goal_id.uuid) not in self._accepted
+        if accepted:
+            set_stamp(info.stamp, self._node.get_clock())
+            try:
+                self._accept(info, self._begin(request.goal))
+            except Exception as error:
+                self._drop(error)
+                accepted = False
+        response = self._impl.SendGoalService.Response(accepted=accepted, stamp=info.stamp)
+        self._put("send_goal", self._handle.send_goal_response, header, response)
+
+    def _accept(self, info: GoalInfo, goal: Goal) -> None:
+        handle = rclpy_implementation.ActionGoalHandle(self._handle, info)
+        handle.update_goal_state(GoalEvent.EXECUTE)
+        accepted = _Accepted(info, handle, goal)
+        self._accepted[bytes(info.goal_id.uuid)] = accepted
+        self._active.append(accepted)
+        self._is_status_new = True
+
+    def _on_cancel(self, header: Any, request: Any) -> None:
+        response = self._handle.process_cancel_request(
+            request, self._impl.CancelGoalService.Response
+        )
+        canceling = []
+        for info in response.goals_canceling:
+            accepted = self._accepted[bytes(info.goal_id.uuid)]
+            if accepted.goal.outcome is None:
+                canceling.append(info)
+                accepted.handle.update_goal_state(GoalEvent.CANCEL_GOAL)
+                self._cancel(accepted.goal)
+        if response.goals_canceling and not canceling:
+            response.return_code = CancelGoal.Response.ERROR_GOAL_TERMINATED
+        response.goals_canceling = canceling
+        self._is_status_new = bool(canceling) or self._is_status_new
+        self._put("cancel_goal", self._handle.send_cancel_response, header, response)
+
+    def _on_result_wanted(self, header: Any, request: Any) -> None:
+        accepted = self._accepted.get(bytes(request.goal_id.uuid))
+        if accepted is not None:
+            accepted.was_asked_for = True
+        if accepted is None:
+            response = self._impl.GetResultService.Response(status=GoalStatus.STATUS_UNKNOWN)
+            self._put("get_result", self._handle.send_result_response, header, response)
+        elif accepted.answer is None:
+            accepted.askers.append(header)
+            self._patient.expect(self._names["get_result"])
+        else:
+            self._put("get_result", self._handle.send_result_response, header, accepted.answer)
+
+    def _end_goals(self) -> None:
+        ended = [accepted for accepted in self._active if accepted.goal.outcome is not None]
+        if not ended:
+            return
+        self._active = [accepted for accepted in self._active if accepted not in ended]
+        self._told += len(ended)
+        for accepted in ended:
+            accepted.ended = time.monotonic()
+            assert accepted.goal.outcome is not None
+            code = accepted.goal.outcome.code
+            accepted.handle.update_goal_state(EVENTS.get(code, GoalEvent.ABORT))
+            accepted.answer = self._impl.GetResultService.Response(
+                status=accepted.handle.get_status(), result=self._result(accepted.goal)
+            )
+            for header in accepted.askers:
+                self._put("get_result", self._handle.send_result_response, header, accepted.answer)
+            accepted.askers.clear()
+        self._handle.notify_goal_done()
+        self._is_status_new = True
+
+    def _give_answers(self) -> None:
+        answers, self._answers = self._answers, []
+        for give in answers:
+            try:
+                give()
+            except Exception as error:
+                self._drop(error)
+
+    def _forget(self) -> None:
+        """Tell no more of goals that ended some time ago."""
+        if self._told:
+            for info in self._handle.expire_goals(self._told):
+                expired = self._accepted[bytes(info.goal_id.uuid)]
+                expired.handle.destroy_when_not_in_use()
+                expired.handle = None
+                self._told -= 1
+        oldest = time.monotonic() - RESULT_KEPT
+        too_many = len(self._accepted) - MOST_RESULTS
+        while self._accepted:
+            key, first = next(iter(self._accepted.items()))
+            is_old = first.ended < oldest or too_many > 0
+            if first.handle is not None or not is_old:
+                return
+            del self._accepted[key]
+            too_many -= 1
+
+    def _put(
+        self, service: str, send: Callable[[Any, Any], None], header: Any, response: Any
+    ) -> None:
+        """Let an answer wait until there is time for it."""
+        give = partial(send, header, response)
+        self._answers.append(partial(self._patient.send, self._names[service], give))
+
+    def _drop(self, error: Exception) -> None:
+        if self._node.context.ok():
+            self._node.get_logger().error(f"dropped a request: {type(error).__name__}: {error}")

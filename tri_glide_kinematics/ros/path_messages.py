@@ -1,0 +1,181 @@
+"""Reads paths out of messages, without holding a control cycle.
+
+To make a message of the bytes of a nav_msgs/Path, rclpy makes each of its parts in Python: 10,000
+poses take 0.2 s. Their numbers stand in the bytes, at places that are known once a frame is read.
+"""
+
+from __future__ import annotations
+
+from struct import Struct
+from typing import Any, NamedTuple
+
+import numpy as np
+from nav_msgs.msg import Path
+from rclpy.serialization import deserialize_message
+
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.paths.flat_path import FlatPath
+from tri_glide_kinematics.ros.messages import (
+    ROTATION_TOLERANCE,
+    RefusedMessageError,
+    check_frame,
+)
+from tri_glide_kinematics.ros.stamped_triples import byte_order
+from tri_glide_kinematics.vectors import FloatArray
+
+# In the bytes: what kind of encoding it is, then the parts; each begins at a multiple of its size.
+ENCODING = 4
+STAMP = 8
+POSE = 7 * 8
+# The plain encodings, big and little endian: others place their numbers otherwise.
+PLAIN = (b"\x00\x00", b"\x00\x01")
+
+# So many poses are read one by one in a piece.
+PIECE = 100
+
+
+class _Pose(NamedTuple):
+    """Where a pose of a path stands.
+
+    Attributes:
+        frame: its frame, as bytes.
+        numbers: offset of its first number.
+    """
+
+    frame: bytes
+    numbers: int
+
+
+def flat_path(request: Any, base_frame: str, tolerance: float) -> FlatPath:
+    """Return the segments of a goal of the action FollowPath.
+
+    Args:
+        request: the goal.
+        base_frame: in which its numbers have to be.
+        tolerance: where it gives none [m].
+
+    Raises:
+        RefusedMessageError: if they are in another frame.
+        KinematicsError: if they can be no path.
+    """
+    check_frame("path", request.header.frame_id, (base_frame,))
+    return FlatPath.of(
+        request.kinds, request.numbers, request.tolerances, request.speeds, tolerance
+    )
+
+
+def path_points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
+    """Return the positions of a serialized nav_msgs/Path. Shape (n, 3) [m].
+
+    Args:
+        data: the bytes of the message.
+        base_frame: in which its poses have to be; stamps have no meaning.
+
+    Raises:
+        RefusedMessageError: if a frame is neither empty nor ``base_frame``, an orientation is not
+            the identity, or the message ends too early.
+    """
+    if data[:2] not in PLAIN:
+        return _checked(_points_of(deserialize_message(data, Path), base_frame))
+    try:
+        rows = yield from _rows(data, base_frame)
+    except IndexError as error:
+        raise RefusedMessageError("target path ends before its last pose") from error
+    return _checked(rows)
+
+
+def _rows(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
+    """Return positions and orientations of all poses. Shape (n, 7)."""
+    order = byte_order(data)
+    size = Struct(f"{order}I")
+
+    def text(offset: int) -> tuple[bytes, int]:
+        """Return a text and the offset of what follows it."""
+        if offset + 4 > len(data):
+            raise IndexError
+        (length,) = size.unpack_from(data, offset)
+        end = offset + 4 + length
+        if not 0 < length <= len(data):
+            raise IndexError
+        return data[offset + 4 : end - 1], end
+
+    def pose(offset: int) -> _Pose:
+        frame, end = text(_aligned(offset, 4) + STAMP)
+        return _Pose(frame, _aligned(end, 8))
+
+    frame, end = text(ENCODING + STAMP)
+    _check_path_frame(frame, base_frame)
+    offset = _aligned(end, 4)
+    if offset + 4 > len(data):
+        raise IndexError
+    (count,) = size.unpack_from(data, offset)
+    if not count:
+        return np.empty((0, 7))
+    if count * (STAMP + 4 + POSE) > len(data):
+        raise IndexError
+    first = pose(offset + 4)
+    _check_path_frame(first.frame, base_frame)
+    # Where all frames are alike, a pose follows the one before it at a fixed distance.
+    head = STAMP + 4 + len(first.frame) + 1
+    stride = POSE + 8 * -(-head // 8)
+    if first.numbers + (count - 1) * stride + POSE <= len(data):
+        # The second pose begins where the numbers of the first one end.
+        begin = first.numbers + POSE + STAMP
+        text_of_first = np.frombuffer(_as_text(first.frame, size), np.uint8)
+        shape = count - 1, len(text_of_first)
+        if (
+            count == 1
+            or (np.ndarray(shape, np.uint8, data, begin, (stride, 1)) == text_of_first).all()
+        ):
+            numbers_of_all = np.ndarray((count, 7), f"{order}f8", data, first.numbers, (stride, 8))
+            return numbers_of_all.astype(np.float64)
+    rows = np.empty((count, 7))
+    numbers = Struct(f"{order}7d")
+    end = offset + 4
+    for index in range(count):
+        here = pose(end)
+        _check_path_frame(here.frame, base_frame)
+        end = here.numbers + POSE
+        if end > len(data):
+            raise IndexError
+        rows[index] = numbers.unpack_from(data, here.numbers)
+        if index % PIECE == PIECE - 1:
+            yield
+    return rows
+
+
+def _as_text(frame: bytes, size: Struct) -> bytes:
+    return size.pack(len(frame) + 1) + frame + b"\0"
+
+
+def _aligned(offset: int, size: int) -> int:
+    """Return the first place from ``offset`` on for something of this ``size``."""
+    return offset + (ENCODING - offset) % size
+
+
+def _points_of(message: Path, base_frame: str) -> FloatArray:
+    for header in (message.header, *(pose.header for pose in message.poses)):
+        check_frame("target path", header.frame_id, (base_frame,))
+    rows = np.empty((len(message.poses), 7))
+    for row, stamped in zip(rows, message.poses):
+        place, turned = stamped.pose.position, stamped.pose.orientation
+        row[:] = place.x, place.y, place.z, turned.x, turned.y, turned.z, turned.w
+    return rows
+
+
+def _check_path_frame(frame: bytes, base_frame: str) -> None:
+    check_frame("target path", frame.decode(errors="replace"), (base_frame,))
+
+
+def _checked(rows: FloatArray) -> FloatArray:
+    """Return the positions, if no orientation is a rotation."""
+    parts = np.abs(rows[:, 3:])
+    parts[:, 3] -= 1.0
+    turned = ~(np.abs(parts) <= ROTATION_TOLERANCE).all(axis=1)
+    if turned.any():
+        index = int(turned.argmax())
+        raise RefusedMessageError(
+            f"pose {index + 1} of the target path is turned: the platform cannot rotate, its "
+            f"orientation must be (0, 0, 0, 1) within {ROTATION_TOLERANCE:g}"
+        )
+    return rows[:, :3]

@@ -1,0 +1,86 @@
+"""Tells of each new state of a controller: a line in the log, and a latched message."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from tri_glide_kinematics.control.controller_health import status_of
+from tri_glide_kinematics.control.health import Health
+from tri_glide_kinematics.control.operating_state import FAULT, JOGGING, TRACKING
+from tri_glide_kinematics.control.reason_log import ReasonLog
+from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.ros.diagnostics import status_message
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+# Motions that change with each message that renews them.
+RENEWED = (JOGGING, TRACKING)
+
+
+class StateReports:
+    """Keeps new states until there is time to tell of them.
+
+    Attributes:
+        remark: something beside the state that somebody should know; empty for none.
+    """
+
+    def __init__(self, node: Node, refused: ReasonLog) -> None:
+        """Publish on ``~/status`` of ``node``; what was ``refused`` is told with each state."""
+        self.remark = ""
+        self._name = node.get_fully_qualified_name()[1:]
+        self._logger = node.get_logger()
+        self._refused = refused
+        self._changes: deque[ControllerStatus] = deque()
+        # Each place that logs has one severity, as rclpy refuses another one: this one is its own.
+        self._states = ReasonLog(lambda text: self._logger.info(text), lines_per_second=5)
+        self._told: Health | None = None
+        self._logged: ControllerStatus | None = None
+        self._publisher = node.create_publisher(DiagnosticStatus, "~/status", LATCHED)
+
+    def add(self, status: ControllerStatus) -> None:
+        """Keep a new state."""
+        self._changes.append(status)
+
+    def tell(self) -> None:
+        """Log and publish new states: before a service answers, but after the first command.
+
+        That need not wait for it, as it takes 0.1 ms.
+        """
+        while self._changes:
+            status = self._changes.popleft()
+            # A joystick gives another twist all the time; that is told now and then.
+            if self._is_new(status):
+                self._log(status)
+                self.publish(status)
+
+    def publish(self, status: ControllerStatus) -> None:
+        """Publish a status, unless that is told already."""
+        health = status_of(status, self._refused, self.remark)
+        if health != self._told:
+            self._told = health
+            self._publisher.publish(status_message(self._name, health))
+
+    def end_of_second(self) -> None:
+        """Log how many states were left out in the last second."""
+        self._states.end_of_second()
+
+    def _is_new(self, status: ControllerStatus) -> bool:
+        """Return whether this is more than the same jog or tracking, renewed."""
+        last, self._logged = self._logged, status
+        if last is None or last.state is not status.state or status.state not in RENEWED:
+            return True
+        return last.held_at_edge != status.held_at_edge
+
+    def _log(self, status: ControllerStatus) -> None:
+        text = f"{status.state.value}: {status.reason}"
+        # Each place that logs has one severity: rclpy refuses another one.
+        if status.state is FAULT:
+            self._logger.error(text)
+        elif status.target_missed:
+            self._logger.warning(text)
+        else:
+            self._states.add(text)
