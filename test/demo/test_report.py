@@ -36,6 +36,13 @@ def test_a_leg_is_good_if_its_target_is_reached_inside_the_limits(reached, speed
     assert (">" in line) == (speed > 1.0)
 
 
+@pytest.mark.parametrize(("deviation", "good"), [(0.00105, True), (0.00115, False)])
+def test_a_leg_along_a_path_is_good_if_that_was_kept(deviation, good):
+    use = LimitUse.of(stream(0.5), LIMITS)
+    leg = Leg("path", TARGET, TARGET, 1.0, 0, COUNT, deviation, tolerance=0.001)
+    assert is_good(leg, use, tolerance=1e-4) is good
+
+
 def test_a_jog_has_no_target_to_miss():
     commands = stream(0.5)
     use = LimitUse.of(commands, LIMITS)

@@ -46,7 +46,7 @@ def test_it_reaches_every_target_and_draws_them(demo: subprocess.Popen, tmp_path
     assert demo.returncode == 0, output
     assert "every target reached, no limit broken" in output
     rows = [line.split()[0] for line in output.splitlines() if " µm " in line]
-    assert rows == ["A", "B", "C", "D", "E", "home"]
+    assert rows == ["A", "B", "C", "D", "E", "home", "path"]
     assert (tmp_path / "out" / "demo.png").read_bytes().startswith(b"\x89PNG")
     assert not nodes_of(demo.pid)
 

@@ -127,3 +127,21 @@ def test_a_part_on_a_conveyor_is_followed_to_its_end(machine, client):
     # It goes on with the part until the timeout.
     assert 0.06 < x < 0.10
     assert (y, z) == pytest.approx((0.02, 0.28), abs=5e-4)
+
+
+def test_a_path_is_followed_with_a_rest_on_the_way(machine):
+    machine.start()
+    machine.move((0.0, 0.0, 0.25))
+    first = len(machine.commands)
+    code, output = end_of(start("follow_a_path.py", namespace=machine.namespace))
+    assert code == 0, output
+    assert "path of 4 segments is reached" in output
+    machine.catch_up()
+    places = [MACHINE.forward(machine.heights(message)) for message in machine.commands[first:]]
+    # Half of the way is the corner opposite to the start.
+    assert max(x + y for x, y, _ in places) > 0.0575
+    assert places[-1] == pytest.approx((0.0, 0.0, 0.25), abs=1e-6)
+    speeds = [max(map(abs, message.velocity)) for message in machine.commands[first:]]
+    moving = [index for index, speed in enumerate(speeds) if speed > 0.0]
+    at_rest = [index for index in range(moving[0], moving[-1]) if speeds[index] == 0.0]
+    assert len(at_rest) > 100

@@ -10,6 +10,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import JointState
 
+from testing.client import LATCHED
 from testing.commands import KINEMATICS, assert_within_limits, stream_of
 from testing.machine import JOINTS
 from testing.scenarios import HEALTHY
@@ -200,8 +201,6 @@ def test_state_is_latched_for_those_who_come_later(machine, client):
     machine.start()
     reach_a_target(machine)
     count = len(machine.states)
-    from tri_glide_kinematics.nodes.ik_node import LATCHED
-
     late = client.record(DiagnosticStatus, "ik_node/status", LATCHED)
     client.wait_for(lambda: late, "the latched state")
     assert late[0].message == machine.states[count - 1].message

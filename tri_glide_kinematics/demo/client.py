@@ -7,22 +7,29 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import rclpy
 from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile
+from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.demo.leg import Leg
+from tri_glide_kinematics.driving.goals import GoalSender
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.motion.paths.flat_path import FlatPath
+from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
+from tri_glide_kinematics.motion.paths.polylines import polylines_of
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 TOLERANCE = 1e-4  # m between a target and the pose measured back
 SETTLED_POSES = 10  # measured poses that have to agree
 SETTLED = 5e-6  # m, within which they do
+GOAL_PERIOD = 0.01  # s between two looks whether a goal has ended
 JOG_PERIOD = 0.02  # s between two renewals of the twist
 START_TIMEOUT = 20.0  # s
 MOVE_TIMEOUT = 15.0  # s
@@ -65,6 +72,15 @@ class DemoClient(Node):
         self.create_subscription(JointState, "joint_commands", self.commands.append, DEEP_QUEUE)
         self.create_subscription(PoseStamped, "platform_pose", self._on_pose, DEEP_QUEUE)
         self._ik_parameters = AsyncParameterClient(self, "ik_node")
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
+        # Of a node of their own, which is looked at now and then: a list of all that is waited for
+        # is made anew for each message.
+        self._goal_node = Node("tri_glide_demo_goals", namespace=namespace)
+        self._goals = GoalSender(self._goal_node)
+        self._goal_executor = SingleThreadedExecutor()
+        self._goal_executor.add_node(self._goal_node)
+        self._next_goal_look = 0.0
 
     def _on_pose(self, message: PoseStamped) -> None:
         position = message.pose.position
@@ -80,13 +96,13 @@ class DemoClient(Node):
         while not condition():
             if time.monotonic() > end:
                 raise DemoError(f"{what} took longer than {timeout:g} s")
-            rclpy.spin_once(self, timeout_sec=0.05)
+            self._executor.spin_once(timeout_sec=0.05)
 
     def spin_for(self, duration: float) -> None:
         """Spin for ``duration`` seconds."""
         end = time.monotonic() + duration
         while (left := end - time.monotonic()) > 0.0:
-            rclpy.spin_once(self, timeout_sec=left)
+            self._executor.spin_once(timeout_sec=left)
 
     def read_settings(self) -> MachineSettings:
         """Ask ``ik_node`` for its parameters."""
@@ -122,6 +138,7 @@ class DemoClient(Node):
                 and self.path
                 and self._pose_target.get_subscription_count()
                 and self._twist_target.get_subscription_count()
+                and self._goals.is_ready
             ),
             START_TIMEOUT,
             "starting the machine",
@@ -152,6 +169,47 @@ class DemoClient(Node):
 
         self.wait_for(has_settled, MOVE_TIMEOUT, f"reaching {name}")
         return Leg(name, target, self.path[-1], time.monotonic() - begin, first, len(self.commands))
+
+    def follow(self, name: str, start: Vector3, segments: FlatPath) -> Leg:
+        """Drive along a path by the action, and wait until it tells of the end.
+
+        Raises:
+            DemoError: if it tells of another end than success.
+        """
+        path = at_once(segments.path_from(start))
+        begin, first, first_pose = time.monotonic(), len(self.commands), len(self.path)
+        goal = self._goals.follow(segments)
+
+        def has_ended() -> bool:
+            if time.monotonic() > self._next_goal_look:
+                self._goal_executor.spin_once(timeout_sec=0.0)
+                self._next_goal_look = time.monotonic() + GOAL_PERIOD
+            return goal.result is not None
+
+        self.wait_for(has_ended, MOVE_TIMEOUT, f"driving {name}")
+        if not goal.has_succeeded:
+            raise DemoError(f"{name}: {goal.result.text}")
+        self._catch_up()
+        place = goal.result.position
+        return Leg(
+            name,
+            path.end,
+            (place.x, place.y, place.z),
+            time.monotonic() - begin,
+            first,
+            len(self.commands),
+            _largest_distance(np.array(self.path[first_pose:]), path),
+            float(segments.tolerances.max()),
+        )
+
+    def _catch_up(self) -> None:
+        """Wait for a command of this moment: those before it may still be in a queue."""
+        now = self.get_clock().now()
+        self.wait_for(
+            lambda: Time.from_msg(self.commands[-1].header.stamp) >= now,
+            MOVE_TIMEOUT,
+            "listening to all commands",
+        )
 
     def jog(self, velocity: Vector3, duration: float, frame: str) -> Leg:
         """Renew a twist for a while, then fall silent and wait for the stop."""
@@ -186,3 +244,18 @@ class DemoClient(Node):
         if lost:
             raise DemoError(f"{lost} gaps in the stream of commands: this computer is too busy")
         return stream
+
+
+def _largest_distance(places: FloatArray, path: PlatformPath) -> float:
+    """Return how far the farthest of some places is from a path as programmed [m].
+
+    Args:
+        places: Shape (n, 3) [m].
+        path: whose arcs count as their chords, which are some hundredths of a millimetre away.
+    """
+    corners = at_once(polylines_of(path.driven)).programmed
+    steps = np.diff(corners, axis=0)
+    offsets = places[:, np.newaxis] - corners[:-1]
+    parts = np.einsum("ijk,jk->ij", offsets, steps) / np.einsum("jk,jk->j", steps, steps)
+    away = offsets - np.clip(parts, 0.0, 1.0)[..., np.newaxis] * steps
+    return float(np.linalg.norm(away, axis=2).min(axis=1).max())

@@ -20,6 +20,8 @@ class Leg:
         duration: from the command to the end [s].
         first: its first row in the stream of commands.
         end: the row after its last.
+        deviation: largest measured distance from its path; 0 for a leg without one [m].
+        tolerance: of that path [m].
     """
 
     name: str
@@ -28,6 +30,8 @@ class Leg:
     duration: float
     first: int
     end: int
+    deviation: float = 0.0
+    tolerance: float = 0.0
 
     @property
     def error(self) -> float:

@@ -40,10 +40,15 @@ def save_picture(
             if before:
                 marks.append(Mark(f"{leg.name} starts", before.reached, START_STYLE))
             marks.append(Mark(f"{leg.name} ends", leg.reached, END_STYLE))
-            last = min(leg.end, len(stream.times)) - 1
-            spans.append(Span(leg.name, float(stream.times[leg.first]), float(stream.times[last])))
+        if leg.target is None or leg.tolerance:
+            spans.append(_span(leg, stream))
     figure = motion_figure(stream, path, settings.limits, settings.travel, marks, spans)
     folder.mkdir(parents=True, exist_ok=True)
     picture = folder / "demo.png"
     figure.savefig(picture, dpi=110)
     return picture
+
+
+def _span(leg: Leg, stream: CommandStream) -> Span:
+    last = min(leg.end, len(stream.times)) - 1
+    return Span(leg.name, float(stream.times[leg.first]), float(stream.times[last]))

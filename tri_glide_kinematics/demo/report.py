@@ -24,8 +24,9 @@ def in_millimetres(vector: Vector3) -> str:
 
 
 def is_good(leg: Leg, use: LimitUse, tolerance: float) -> bool:
-    """Return whether a target was reached within ``tolerance`` [m] and all limits were kept."""
-    return leg.error < tolerance and use.part(leg.first, leg.end).is_within
+    """Return whether a target was reached and a path kept to ``tolerance`` [m], and all limits."""
+    is_there = leg.error < tolerance and leg.deviation < leg.tolerance + tolerance
+    return is_there and use.part(leg.first, leg.end).is_within
 
 
 def table(legs: Sequence[Leg], use: LimitUse, stream: CommandStream, limits: SliderLimits) -> str:

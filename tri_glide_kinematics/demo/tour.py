@@ -1,10 +1,11 @@
-"""The targets of the demonstration, one after the other."""
+"""The targets and the path of the demonstration, one after the other."""
 
 from __future__ import annotations
 
 from tri_glide_kinematics.demo.client import DemoClient, MachineSettings
 from tri_glide_kinematics.demo.leg import Leg
 from tri_glide_kinematics.demo.report import in_millimetres, say
+from tri_glide_kinematics.motion.paths.flat_path import FlatPath, SegmentKind
 from tri_glide_kinematics.vectors import Vector3
 
 POSES: tuple[tuple[str, Vector3], ...] = (
@@ -16,6 +17,21 @@ POSES: tuple[tuple[str, Vector3], ...] = (
 )
 JOG_VELOCITY: Vector3 = (-0.10, -0.05, 0.02)  # m/s
 JOG_TIME = 0.8  # s
+# From home on: corners that are rounded, and an arc.
+CORNER_TOLERANCE = 0.004  # m
+PATH_SPEED = 0.25  # m/s
+PATH = FlatPath.of(
+    [SegmentKind.LINE, SegmentKind.LINE, SegmentKind.ARC_THROUGH, SegmentKind.LINE],
+    [
+        *(0.07, 0.00, 0.25),
+        *(0.07, 0.05, 0.25),
+        *(0.00, 0.10, 0.25, -0.07, 0.05, 0.25),
+        *(-0.07, 0.00, 0.25),
+    ],
+    [CORNER_TOLERANCE],
+    [PATH_SPEED],
+    0.0,
+)
 HOME: tuple[str, Vector3] = ("home", (0.00, 0.00, 0.25))
 
 
@@ -35,4 +51,7 @@ def drive(client: DemoClient, legs: list[Leg]) -> MachineSettings:
     legs.append(client.jog(JOG_VELOCITY, JOG_TIME, frame))
     say(f"pose {HOME[0]} {in_millimetres(HOME[1])} mm")
     legs.append(client.move(*HOME, frame))
+    say(f"path of {len(PATH)} segments, corners rounded by {1e3 * CORNER_TOLERANCE:g} mm at most")
+    legs.append(client.follow("path", HOME[1], PATH))
+    say(f"path: measured at most {1e3 * legs[-1].deviation:.3f} mm from it as programmed")
     return settings

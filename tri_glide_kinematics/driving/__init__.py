@@ -1,0 +1,1 @@
+"""The command that drives a file of moves, paths and waits, one after the other."""

@@ -1,0 +1,75 @@
+"""The command ``drive``: a file of moves, paths and waits is driven, one after the other.
+
+Ctrl-C lets the platform come to rest, on its path if it follows one; once more ends the command at
+once, while the platform may still move.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+
+import rclpy
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from tri_glide_kinematics.driving.drive_file import DriveFile, load_drive
+from tri_glide_kinematics.driving.driver import Driver, is_whole
+from tri_glide_kinematics.driving.errors import NoMachineError
+from tri_glide_kinematics.driving.goals import GoalSender
+from tri_glide_kinematics.driving.report import ProgressLine, table
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.run import shut_down
+from tri_glide_kinematics.ros.transport import choose_transport
+
+
+def _drive(drive: DriveFile) -> int:
+    """Drive, and return the exit code."""
+    # Signals are handled here alone: rclpy's handlers would end all talk with the machine before it
+    # is told to stop.
+    signals: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda got, _: signals.append(got))
+    rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = Node("drive")
+        driver = Driver(
+            GoalSender(node),
+            lambda longest: rclpy.spin_once(node, timeout_sec=longest),
+            ProgressLine(),
+            lambda: len(signals),
+        )
+        reports = driver.drive(drive)
+    finally:
+        shut_down()
+    print(f"\n{table(reports)}\n")
+    if signals:
+        print("drive: interrupted")
+        return 128 + signals[0]
+    return 0 if is_whole(reports) else 1
+
+
+def main() -> int:
+    """Drive a file from the command line; the exit code is 0 if all of it has been driven."""
+    parser = argparse.ArgumentParser(
+        prog="drive", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("file", help="YAML file, such as config/drive_example.yaml")
+    parser.add_argument("--check", action="store_true", help="only look whether the file is right")
+    arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
+    try:
+        drive = load_drive(arguments.file)
+        if arguments.check:
+            print(f"drive: {arguments.file} has {len(drive.steps)} steps")
+            return 0
+        choose_transport()
+        return _drive(drive)
+    except (KinematicsError, NoMachineError) as error:
+        print(f"drive: error: {error}", file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
