@@ -22,7 +22,7 @@ FIGURES = (
     "start",
     "transport",
 )
-TABLES = ("tracking", "streams")
+TABLES = ("tracking", "paths", "streams")
 GROWTH = "growth"
 NAMES = (*FIGURES, *TABLES, GROWTH)
 
