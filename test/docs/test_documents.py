@@ -66,7 +66,7 @@ def test_python_blocks_run(page):
 
 @each_page
 def test_every_named_type_exists(page):
-    for name in re.findall(r"\b([a-z]\w*/(?:msg|srv)/[A-Z]\w*)", text(page)):
+    for name in re.findall(r"\b([a-z]\w*/(?:msg|srv|action)/[A-Z]\w*)", text(page)):
         interface(name)
 
 
@@ -136,6 +136,17 @@ def test_requests_fit_the_services():
         assert (ROOT / "executables" / node).is_file(), node
         assert re.search(rf'"(~/)?{name}"', NODE_SOURCES), service
         filled(interface(kind).Request(), *(content or ["{}"]))
+
+
+def test_goals_fit_the_actions():
+    found = list(commands("ros2 action send_goal"))
+    assert found
+    for *options, action, kind, content in found:
+        assert options == ["--feedback"]
+        _, node, name = action.split("/")
+        assert (ROOT / "executables" / node).is_file(), node
+        assert f'"~/{name}"' in NODE_SOURCES, action
+        filled(interface(kind).Goal(), content)
 
 
 def test_parameters_that_are_set_are_live():
