@@ -135,6 +135,11 @@ def callers_of_all_services(client, node, server):
 
     client.wait_for(known, f"the services of {server}")
     for name, (kind,) in services:
-        package, _, type_name = kind.split("/")
-        service_type = getattr(import_module(f"{package}.srv"), type_name)
+        package, folder, type_name = kind.split("/")
+        module = import_module(f"{package}.{folder}")
+        if folder == "action":
+            action, _, service = type_name.rpartition("_")
+            service_type = getattr(getattr(module, action).Impl, f"{service}Service")
+        else:
+            service_type = getattr(module, type_name)
         yield node.create_client(service_type, name, qos_profile=UNFIT)
