@@ -44,7 +44,7 @@ _COARSE = 1.02
 _PATIENCE = 4
 
 # What swings is smoothed so often; if the limits are still exceeded then, that may be the reason.
-_SMOOTH_TURNS = 2
+_SMOOTH_TURNS = 4
 _LATER_COARSE = 1.0005
 
 # They are tightened by this much more than they were exceeded: velocity, acceleration, jerk.
@@ -118,7 +118,7 @@ class TimingSearch:
         yield
         found = solution.coefficients
         if self._turn < _SMOOTH_TURNS:
-            found = smoothed(found, spans, allowed.squared_speed)
+            found = smoothed(found, spans, grid.limits.squared_speed)
         yield from self._take(spans, rows, found)
         if self.scaling is None:
             return
