@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.motion.paths.driven_path import DrivenPath
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -91,3 +92,18 @@ def distances(places: FloatArray, piece: Piece) -> FloatArray:
         np.linalg.norm(places - piece.start, axis=1), np.linalg.norm(places - piece.end, axis=1)
     )
     return np.where(inside, to_ring, to_ends)
+
+
+def sides_of_breaks(driven: DrivenPath) -> tuple[FloatArray, FloatArray, float]:
+    """Return derivatives on both sides of the breaks of a path where it does not stop.
+
+    Returns:
+        Positions and two derivatives before and after them, each of the shape (3, n, 3), and what
+        the second derivatives are to be compared with.
+    """
+    inner = driven.breaks[1:-1]
+    inner = inner[np.abs(inner[:, np.newaxis] - driven.stops).min(axis=1) > 1e-9]
+    after = driven.pieces_of(inner)
+    left = driven.derivatives_on(after - 1, inner, 2)
+    right = driven.derivatives_on(after, inner, 2)
+    return left, right, 1.0 + float(np.abs(right[2]).max(initial=0.0))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from tri_glide_kinematics.motion.commands import Command, Follow
 from tri_glide_kinematics.motion.errors import NewerGoalError, NoPathError
 from tri_glide_kinematics.motion.execution import PlanExecution
-from tri_glide_kinematics.motion.held_motion import MotionPhase, PlanRole
+from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase, PlanRole
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 
 
@@ -54,11 +54,7 @@ class PathCommands(PlanExecution):
             NoPathError: if no path is followed.
             NewerGoalError: if another goal is being planned already.
         """
-        held = self._holding()
-        goal = held.goal
-        self._check_no_newer()
-        if not isinstance(goal, Follow) or self.phase is MotionPhase.IDLE:
-            raise NoPathError("to pause on")
+        held, goal = self._followed("to pause on")
         if goal.is_paused:
             return
         extension = self._extension
@@ -80,11 +76,7 @@ class PathCommands(PlanExecution):
             NoPathError: if no path is followed.
             NewerGoalError: if another goal is being planned already.
         """
-        held = self._holding()
-        goal = held.goal
-        self._check_no_newer()
-        if not isinstance(goal, Follow) or self.phase is MotionPhase.IDLE:
-            raise NoPathError("to go on")
+        held, goal = self._followed("to go on")
         if not goal.is_paused:
             return
         extension = self._extension
@@ -107,15 +99,24 @@ class PathCommands(PlanExecution):
         goal = self._held.goal if self._held is not None else None
         return isinstance(goal, Follow) and goal.is_paused
 
-    def _check_no_newer(self) -> None:
-        """Check that no other goal is being planned.
+    def _followed(self, purpose: str) -> tuple[HeldMotion, Follow]:
+        """Return what is held, and the path that is followed.
+
+        Args:
+            purpose: for the text, if there is none.
 
         Raises:
-            NewerGoalError: if there is one.
+            NotStartedError: before the start.
+            NoPathError: if no path is followed.
+            NewerGoalError: if another goal is being planned already.
         """
-        goal = self._preparation.goal if self._preparation is not None else None
-        if goal is not None and self._extension is None:
+        held = self._holding()
+        newer = self._preparation.goal if self._preparation is not None else None
+        if newer is not None and self._extension is None:
             raise NewerGoalError
+        if not isinstance(held.goal, Follow) or self.phase is MotionPhase.IDLE:
+            raise NoPathError(purpose)
+        return held, held.goal
 
     @property
     def _extension(self) -> Follow | None:

@@ -17,7 +17,11 @@ from tri_glide_kinematics.motion.errors import (
     SliderTravelError,
 )
 from tri_glide_kinematics.motion.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.lines.derivative_bounds import derivative_bounds
+from tri_glide_kinematics.motion.lines.derivative_bounds import (
+    NO_BACKWARD_SPEED,
+    check_bounds,
+    derivative_bounds,
+)
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
 from tri_glide_kinematics.motion.paths.path_bounds import check_path_limits
 from tri_glide_kinematics.motion.paths.path_plan import PathPlan
@@ -27,9 +31,6 @@ from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 from tri_glide_kinematics.workspace.workspace import Workspace
-
-# Speed against the direction of a line that is rounding [m/s].
-NO_BACKWARD_SPEED = 1e-8
 
 # A slider may pass an end of its travel by this: rounding [m].
 TRAVEL_ROUNDING = 1e-9
@@ -106,12 +107,7 @@ def check_line_limits(plan: LinePlan, limits: SliderLimits, since: float = 0.0) 
         bounds = derivative_bounds(plan.line, scaling, plan.blend)
     if not bounds.backwards <= NO_BACKWARD_SPEED:
         raise PlanningError("the platform cannot stop before the end of the line")
-    for (quantity, unit), values, bound in zip(QUANTITIES, bounds[:3], limits.table):
-        ratios = values / bound[:, np.newaxis]
-        slider, piece = divmod(int(ratios.argmax()), ratios.shape[1])
-        if not ratios[slider, piece] <= 1.0 + RELATIVE_ROUNDING:
-            value, time = float(values[slider, piece]), float(scaling.times[piece])
-            raise SliderLimitError(quantity, slider, value, float(bound[slider]), unit, time)
+    check_bounds(bounds[:3], scaling.times, limits)
 
 
 def height_extremes(plan: CubicPlan, since: float = 0.0) -> tuple[FloatArray, FloatArray]:

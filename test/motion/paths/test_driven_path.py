@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from testing.path_samples import distances, random_path
+from testing.path_samples import distances, random_path, sides_of_breaks
 from tri_glide_kinematics.motion.paths.driven_path import DrivenPath
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 
@@ -61,13 +61,7 @@ def test_between_joints_the_larger_of_their_tolerances_holds():
 
 def test_curvature_is_continuous_where_the_path_does_not_stop():
     for path, _ in PATHS:
-        driven = path.driven
-        inner = driven.breaks[1:-1]
-        inner = inner[np.abs(inner[:, np.newaxis] - driven.stops).min(axis=1) > 1e-9]
-        after = driven.pieces_of(inner)
-        left = driven.derivatives_on(after - 1, inner, 2)
-        right = driven.derivatives_on(after, inner, 2)
-        scale = 1.0 + np.abs(right[2]).max(initial=0.0)
+        left, right, scale = sides_of_breaks(path.driven)
         assert left[0] == pytest.approx(right[0], abs=1e-13)
         assert left[1] == pytest.approx(right[1], abs=1e-11)
         assert left[2] == pytest.approx(right[2], abs=1e-11 * scale)

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from testing.path_samples import Piece, distances, random_path
+from testing.path_samples import Piece, distances, random_path, sides_of_breaks
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.paths.driven_path import DrivenPath
 from tri_glide_kinematics.motion.paths.errors import ApartError
@@ -48,12 +48,7 @@ def check_tolerances(driven, pieces):
 
 
 def check_continuity(driven):
-    inner = driven.breaks[1:-1]
-    inner = inner[np.abs(inner[:, np.newaxis] - driven.stops).min(axis=1) > 1e-9]
-    after = driven.pieces_of(inner)
-    left = driven.derivatives_on(after - 1, inner, 2)
-    right = driven.derivatives_on(after, inner, 2)
-    scale = 1.0 + np.abs(right[2]).max(initial=0.0)
+    left, right, scale = sides_of_breaks(driven)
     assert left[0] == pytest.approx(right[0], abs=1e-12)
     assert left[1] == pytest.approx(right[1], abs=1e-10)
     assert left[2] == pytest.approx(right[2], abs=1e-10 * scale)

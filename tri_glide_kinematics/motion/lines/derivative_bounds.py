@@ -19,16 +19,21 @@ which is at most a quarter of $\Delta$ times the weaker one of both acceleration
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from tri_glide_kinematics.motion import quintics
-from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.errors import SliderLimitError
+from tri_glide_kinematics.motion.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
 from tri_glide_kinematics.motion.plans import CubicPlan
 from tri_glide_kinematics.vectors import FloatArray
+
+# Speed against the direction of a line or a path that is rounding [m/s].
+NO_BACKWARD_SPEED = 1e-8
 
 
 class DerivativeBounds(NamedTuple):
@@ -121,6 +126,25 @@ def derivative_bounds(
     acceleration += of_acceleration
     jerk += of_jerk
     return DerivativeBounds(velocity, acceleration, jerk, speed_points)
+
+
+def check_bounds(bounds: Sequence[FloatArray], times: FloatArray, limits: SliderLimits) -> None:
+    """Compare bounds in the pieces of a plan with the limits.
+
+    Args:
+        bounds: of velocity, acceleration and jerk. Each of the shape (3, k).
+        times: at which the pieces begin. Shape (k + 1,) [s].
+        limits: of the sliders.
+
+    Raises:
+        SliderLimitError: if a limit may be exceeded.
+    """
+    for (quantity, unit), values, bound in zip(QUANTITIES, bounds, limits.table):
+        ratios = values / bound[:, np.newaxis]
+        slider, piece = divmod(int(ratios.argmax()), ratios.shape[1])
+        if not ratios[slider, piece] <= 1.0 + RELATIVE_ROUNDING:
+            value, time = float(values[slider, piece]), float(times[piece])
+            raise SliderLimitError(quantity, slider, value, float(bound[slider]), unit, time)
 
 
 def slowdown(bounds: DerivativeBounds, limits: SliderLimits) -> FloatArray:

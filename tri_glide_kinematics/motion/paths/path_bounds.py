@@ -22,15 +22,13 @@ import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion import quintics
-from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
-from tri_glide_kinematics.motion.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
+from tri_glide_kinematics.motion.errors import PlanningError
+from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits
+from tri_glide_kinematics.motion.lines.derivative_bounds import NO_BACKWARD_SPEED, check_bounds
 from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.path_parts import PathParts, divided
 from tri_glide_kinematics.vectors import FloatArray
-
-# Speed against the direction of a path that is rounding [m/s].
-NO_BACKWARD_SPEED = 1e-8
 
 # Parts that are looked at between two turns of others, about.
 _BLOCK = 48
@@ -140,12 +138,7 @@ def check_path_limits(
     bounds = path_bounds(heights, scaling)
     if not bounds.backwards <= NO_BACKWARD_SPEED:
         raise PlanningError("the platform would go back along the path")
-    for (quantity, unit), values, bound in zip(QUANTITIES, bounds[:3], limits.table):
-        ratios = values / bound[:, np.newaxis]
-        slider, piece = divmod(int(ratios.argmax()), ratios.shape[1])
-        if not ratios[slider, piece] <= 1.0 + RELATIVE_ROUNDING:
-            value, time = float(values[slider, piece]), float(scaling.times[piece])
-            raise SliderLimitError(quantity, slider, value, float(bound[slider]), unit, time)
+    check_bounds(bounds[:3], scaling.times, limits)
     if not float(bounds.platform.max()) <= 1.0 + RELATIVE_ROUNDING:
         raise PlanningError(
             f"the platform would be {bounds.platform.max():.6g} times as fast as the path asks for"

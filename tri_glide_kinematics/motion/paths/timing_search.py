@@ -14,10 +14,11 @@ import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.lines.derivative_bounds import NO_BACKWARD_SPEED
 from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
 from tri_glide_kinematics.motion.paths.first_guess import first_guess
 from tri_glide_kinematics.motion.paths.interior_point import solve
-from tri_glide_kinematics.motion.paths.path_bounds import NO_BACKWARD_SPEED, bounds_in_pieces
+from tri_glide_kinematics.motion.paths.path_bounds import bounds_in_pieces
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.spline_timing import smoothed, time_scaling
 from tri_glide_kinematics.motion.paths.timing_errors import PathTimingError
