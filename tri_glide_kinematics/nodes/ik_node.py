@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import time
+import traceback
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry, Path
@@ -275,7 +277,9 @@ class IkNode(Node):
 
 
 def _fatal(error: Exception) -> FatalError:
-    return FatalError(f"the control cycle failed: {type(error).__name__}: {error}")
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{place.name} ({os.path.basename(place.filename)}, line {place.lineno})"
+    return FatalError(f"the control cycle failed in {where}: {type(error).__name__}: {error}")
 
 
 def _check(values: Values) -> None:
