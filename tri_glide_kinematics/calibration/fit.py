@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.stats import chi2
@@ -42,7 +43,7 @@ from tri_glide_kinematics.calibration.result import (
     covariance_of,
     unidentified_of,
 )
-from tri_glide_kinematics.calibration.solving import Solution, solve
+from tri_glide_kinematics.calibration.solving import Solution, solve, solve_at_once
 from tri_glide_kinematics.calibration.starting import starting_state
 from tri_glide_kinematics.calibration.unknowns import State, Unknowns
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
@@ -92,14 +93,17 @@ def calibrate(
     check_spread(model, start, Region.of(nominal))
     knowledge = Knowledge.of(assumed.vector, priors)
 
-    def fit(some: MeasurementModel) -> Solution | None:
+    def fit(some: MeasurementModel, roughly: bool = False) -> Solution | None:
         try:
             check_count(some)
         except TooFewMeasurementsError:
             return None
-        return solve(some, starting_state(some, knowledge.mean), knowledge, judging=True)
+        begin = starting_state(some, knowledge.mean)
+        if roughly:
+            return solve_at_once(some, begin, knowledge)
+        return solve(some, begin, knowledge, judging=True)
 
-    found = robust_fit(model, fit)
+    found = robust_fit(model, fit, partial(fit, roughly=True))
     kept = model.without(found.outliers)
     solution = solve(kept, starting_state(kept, knowledge.mean), knowledge)
     residuals = _residuals(model, found, solution)
