@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc, chdtri
 
 from tri_glide_kinematics.calibration.model import MeasurementModel
 from tri_glide_kinematics.calibration.solving import Solution, design_of
@@ -173,11 +173,11 @@ def _leave_out(
 
 def _bounds(count: int) -> FloatArray:
     """Return the largest squares of good measurements, by their degrees of freedom (1 to 3)."""
-    return np.asarray(chi2.isf(FALSE_ALARM / count, [1, 1, 2, 3]))
+    return np.asarray(chdtri([1, 1, 2, 3], FALSE_ALARM / count))
 
 
 def _agrees(solution: Solution, factor: float) -> bool:
     """Return whether the residuals are as large as stated, or larger by a factor."""
     freedom = solution.degrees_of_freedom
     squares = solution.chi_squared / (factor * factor)
-    return freedom <= 0 or bool(chi2.sf(squares, freedom) > FALSE_ALARM)
+    return freedom <= 0 or bool(chdtrc(freedom, squares) > FALSE_ALARM)
