@@ -11,12 +11,24 @@ JOINT_NAMES = Parameter(
     "names of the sliders in JointState messages",
 )
 BASE_FRAME = Parameter("base_frame", "tri_glide_base", "frame of poses and twists")
+# Where the drives count from has nothing to do with where they may go: so the travel stays what it
+# is when the offsets get known.
 TRAVEL = (
     Parameter(
-        "lower_heights", (0.3, 0.3, 0.3), "lower end of each slider's travel", "m", -10.0, 10.0
+        "lower_heights",
+        (0.3, 0.3, 0.3),
+        "lower end of each slider's travel, as the drives report it",
+        "m",
+        -10.0,
+        10.0,
     ),
     Parameter(
-        "upper_heights", (0.9, 0.9, 0.9), "upper end of each slider's travel", "m", -10.0, 10.0
+        "upper_heights",
+        (0.9, 0.9, 0.9),
+        "upper end of each slider's travel, as the drives report it",
+        "m",
+        -10.0,
+        10.0,
     ),
 )
 GEOMETRY = (
@@ -44,6 +56,14 @@ GEOMETRY = (
         10.0,
     ),
     Parameter("arm_lengths", DEFAULT_GEOMETRY.arm_lengths, "length of each arm", "m", 0.001, 10.0),
+    Parameter(
+        "height_offsets",
+        (0.0, 0.0, 0.0),
+        "true height of each slider minus the height that its drive reports and is commanded",
+        "m",
+        -1.0,
+        1.0,
+    ),
 )
 
 LIMITS = (
@@ -274,7 +294,10 @@ IK_NODE = (
 FK_NODE = (*GEOMETRY, JOINT_NAMES, BASE_FRAME, *SYSTEM)
 
 SIMULATOR_NODE = (
+    # The machine as it truly is; that the nodes know it so is not a matter of course.
+    *GEOMETRY,
     JOINT_NAMES,
+    BASE_FRAME,
     *TRAVEL,
     Parameter("rate", 500.0, "measurements per second", "1/s", 1.0, 2000.0, told=True),
     Parameter("initial_heights", (0.6, 0.6, 0.6), "heights at the start", "m", -10.0, 10.0),
@@ -323,6 +346,24 @@ SIMULATOR_NODE = (
     ),
     Parameter(
         "stuck_sliders", (False, False, False), "fault: these sliders do not move", live=True
+    ),
+    Parameter(
+        "plate_height",
+        0.0,
+        "true height of a plate on the z axis of the base frame; `contact` tells of a touch",
+        "m",
+        -10.0,
+        10.0,
+        live=True,
+    ),
+    Parameter(
+        "plate_tilt",
+        (0.0, 0.0),
+        "by how much the plate rises along x and y",
+        "m/m",
+        -1.0,
+        1.0,
+        live=True,
     ),
     *SYSTEM,
 )
