@@ -10,7 +10,7 @@ from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 
 # The state of ik_node in words, as its status tells it.
-IDLE, JOGGING, STOPPING = "idle", "jogging", "stopping"
+IDLE, MOVING, JOGGING, STOPPING = "idle", "moving", "jogging", "stopping"
 
 # Farther than this from the way down, somebody else leads the platform [m].
 LARGEST_DEVIATION = 2e-3
@@ -19,8 +19,11 @@ LONGEST_SILENCE = 0.5
 # The platform has to move by some part of the way that was asked for in this time, or is held [s].
 PATIENCE = 2.0
 LEAST_PART = 0.1
-# The longest that a stop may take [s].
+# The longest that a stop, and the way back, may take [s].
 LONGEST_STOP = 5.0
+LONGEST_WAY_BACK = 15.0
+# The platform is back within this distance [m].
+BACK_TOLERANCE = 2e-4
 
 
 class ProbePhase(Enum):
@@ -28,7 +31,7 @@ class ProbePhase(Enum):
 
     DOWN = "moves down"
     STOPPING = "comes to rest"
-    BACK = "is to be moved back"
+    BACK = "moves back"
     ENDED = "has ended"
 
 
@@ -46,6 +49,20 @@ class ProbeSettings:
     speed: float
     depth: float
     contact_timeout: float
+
+
+@dataclass(frozen=True)
+class Speed:
+    """A command: move upwards with this speed [m/s]."""
+
+    upwards: float
+
+
+@dataclass(frozen=True)
+class Target:
+    """A command: move to this position [m]."""
+
+    position: Vector3
 
 
 class Probe:
@@ -75,6 +92,9 @@ class Probe:
         self._heard = self._measured = self._changed = now
         self._progress = (now, start[2])
         self._has_jogged = False
+        self._position = start
+        self._machine = ("", "")
+        self._is_sent_back = False
 
     def contact(self, is_touched: bool, stamp: float, now: float) -> None:
         """Take in what the switch says, and when by the clock of the machine [s]."""
@@ -85,7 +105,7 @@ class Probe:
 
     def measured(self, position: Vector3, now: float) -> None:
         """Take in where the platform is measured to be [m]."""
-        self._measured = now
+        self._measured, self._position = now, position
         self.lowest = min(self.lowest, position[2])
         if self.phase in (ProbePhase.BACK, ProbePhase.ENDED):
             return
@@ -111,14 +131,17 @@ class Probe:
 
     def machine(self, state: str, reason: str, now: float) -> None:
         """Take in the state of ik_node and the reason for it."""
-        if self.phase not in (ProbePhase.DOWN, ProbePhase.STOPPING):
-            return
-        if state == JOGGING:
-            self._has_jogged = True
-        elif state == IDLE:
-            if self.phase is ProbePhase.DOWN and self._has_jogged:
-                self._give_way(f"it was stopped: {reason}", now)
-        elif state != STOPPING:
+        self._machine = state, reason
+        if self.phase is ProbePhase.DOWN and state == IDLE and self._has_jogged:
+            self._give_way(f"it was stopped: {reason}", now)
+        self._has_jogged |= state == JOGGING
+        # In these states it does what we have asked for.
+        ours = {
+            ProbePhase.DOWN: (IDLE, JOGGING, STOPPING),
+            ProbePhase.STOPPING: (IDLE, JOGGING, STOPPING),
+            ProbePhase.BACK: (IDLE, MOVING, STOPPING),
+        }
+        if state not in ours.get(self.phase, (state,)):
             self._give_way(f"ik_node is {state}: {reason}", now)
 
     def at_rest(self, now: float) -> None:
@@ -126,21 +149,32 @@ class Probe:
         if self.phase is ProbePhase.STOPPING:
             self._go_to(ProbePhase.BACK, now)
 
-    def back(self, failure: str | None, now: float) -> None:
-        """Take in that the way back has ended; with a ``failure`` elsewhere."""
-        if failure is not None:
-            self.failure = "; ".join(filter(None, (self.failure, f"not moved back: {failure}")))
-        self._go_to(ProbePhase.ENDED, now)
-
-    def step(self, now: float) -> float | None:
-        """Return the speed upwards that ik_node is to be told now [m/s]; None for nothing."""
+    def step(self, now: float) -> Speed | Target | None:
+        """Return what ik_node is to be told now; None for nothing."""
         if self.phase is ProbePhase.DOWN:
             self._listen(now)
         elif self.phase is ProbePhase.STOPPING and now - self._changed > LONGEST_STOP:
             self._give_way(f"the sliders do not come to rest within {LONGEST_STOP:g} s", now)
+        elif self.phase is ProbePhase.BACK:
+            return self._go_back(now)
         if self.phase is ProbePhase.DOWN:
-            return -self._settings.speed
-        return 0.0 if self.phase is ProbePhase.STOPPING else None
+            return Speed(-self._settings.speed)
+        return Speed(0.0) if self.phase is ProbePhase.STOPPING else None
+
+    def _go_back(self, now: float) -> Target | None:
+        if not self._is_sent_back:
+            self._is_sent_back = True
+            return Target(self._start)
+        state, reason = self._machine
+        if state == IDLE and math.dist(self._position, self._start) < BACK_TOLERANCE:
+            self._go_to(ProbePhase.ENDED, now)
+        elif now - self._changed > LONGEST_WAY_BACK:
+            self._give_way(
+                f"the platform is not back after {LONGEST_WAY_BACK:g} s: ik_node is {state}: "
+                f"{reason}",
+                now,
+            )
+        return None
 
     def _listen(self, now: float) -> None:
         timeout = self._settings.contact_timeout
@@ -156,7 +190,7 @@ class Probe:
 
     def _give_way(self, failure: str, now: float) -> None:
         """End at once: whoever leads the machine is left to it, and without twists it stops."""
-        self.failure = failure
+        self.failure = "; ".join(filter(None, (self.failure, failure)))
         self._go_to(ProbePhase.ENDED, now)
 
     def _go_to(self, phase: ProbePhase, now: float) -> None:
