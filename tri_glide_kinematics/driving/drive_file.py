@@ -11,18 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from tri_glide_kinematics.driving.errors import DriveFileError
-from tri_glide_kinematics.driving.keys import Keys, shortened
+from tri_glide_kinematics.driving.keys import Keys
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.keys import load_yaml
 from tri_glide_kinematics.motion.paths.flat_path import FlatPath, SegmentKind
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.vectors import Vector3
-
-# Units of lengths, in [m].
-UNITS = {"m": 1.0, "mm": 0.001}
 
 STEPS = ("move", "path", "wait")
 SEGMENTS = {
@@ -102,14 +98,7 @@ def load_drive(file: str | Path) -> DriveFile:
         DriveFileError: if it cannot be read, or something in it has no meaning; the text names
             file, step and number.
     """
-    try:
-        content = yaml.safe_load(Path(file).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise DriveFileError(file, "", f"cannot be read: {error}") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        reason = shortened(" ".join(str(error).split()))
-        raise DriveFileError(file, "", f"is not YAML: {reason}") from error
-    return _Reader(str(file), content).drive()
+    return _Reader(str(file), load_yaml(file, DriveFileError)).drive()
 
 
 class _Reader:
@@ -118,10 +107,7 @@ class _Reader:
     def __init__(self, file: str, content: Any) -> None:
         self._file = file
         self._keys = keys = Keys(file, "", content)
-        unit = keys.text("unit", "m")
-        if unit not in UNITS:
-            raise keys.error(f"is {shortened(unit)}, must be one of {', '.join(UNITS)}", "unit")
-        self._unit = UNITS[unit]
+        self._unit = keys.unit()
         defaults = Keys(file, "defaults", keys.value("defaults", {}))
         self._tolerance = defaults.number("tolerance", 0.0, least=0.0)
         self._speed = defaults.number("speed", 0.0, least=0.0)

@@ -1,0 +1,199 @@
+"""Reads the keys of one entry of a YAML file; those that nobody reads are mistakes."""
+
+from __future__ import annotations
+
+import math
+import reprlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+import yaml
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.vectors import Vector3
+
+# Units of lengths, in [m].
+UNITS = {"m": 1.0, "mm": 0.001}
+
+# Longer values are shortened in texts.
+LONGEST_TEXT = 80
+_SHORT = reprlib.Repr()
+_SHORT.maxother = _SHORT.maxstring = _SHORT.maxlong = LONGEST_TEXT
+
+
+class FileError(KinematicsError):
+    """A file cannot be read, or something in it has no meaning.
+
+    Attributes:
+        file: that it is about.
+        place: in it, for example ``step 2, segment 3``; empty if it is about all of it.
+        reason: in words.
+    """
+
+    def __init__(self, file: str | Path, place: str, reason: str) -> None:
+        """Store the ``file``, the ``place`` in it and the ``reason``."""
+        super().__init__(": ".join(part for part in (str(file), place, reason) if part))
+        self.file = file
+        self.place = place
+        self.reason = reason
+
+
+def load_yaml(file: str | Path, error_class: type[FileError]) -> Any:
+    """Return what a YAML file holds.
+
+    Raises:
+        FileError: of this ``error_class``, if it cannot be read or is not YAML.
+    """
+    try:
+        return yaml.safe_load(Path(file).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise error_class(file, "", f"cannot be read: {error}") from error
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        reason = shortened(" ".join(str(error).split()))
+        raise error_class(file, "", f"is not YAML: {reason}") from error
+
+
+class Keys:
+    """The keys of one entry, each read by its name.
+
+    Attributes:
+        place: of the entry, for the texts of errors.
+        error_class: what is raised.
+    """
+
+    error_class: ClassVar[type[FileError]] = FileError
+
+    def __init__(self, file: str, place: str, values: Any) -> None:
+        """Read from ``values``.
+
+        Raises:
+            FileError: if they are no keys with values.
+        """
+        self.place = place
+        self._file = file
+        self._known: list[str] = []
+        if not isinstance(values, Mapping):
+            raise self.error(f"is {shortened(values)}, must be keys with values")
+        self._values = values
+
+    def error(self, reason: str, key: str = "") -> FileError:
+        """Return the error that says the ``reason``, about a ``key`` or the whole entry."""
+        return self.error_class(self._file, ", ".join(filter(None, (self.place, key))), reason)
+
+    def value(self, key: str, default: Any = None) -> Any:
+        """Return what stands under a ``key``, as it is.
+
+        Raises:
+            FileError: if nothing does, and there is no default.
+        """
+        self._known.append(key)
+        value = self._values.get(key, default)
+        if value is None:
+            raise self.error("is missing", key)
+        return value
+
+    def one_of(self, names: tuple[str, ...]) -> tuple[str, Any]:
+        """Return the only key and its value.
+
+        Raises:
+            FileError: if there is another key than these ``names``, or more than one.
+        """
+        if len(self._values) != 1 or next(iter(self._values)) not in names:
+            found = ", ".join(map(str, self._values)) or "nothing"
+            raise self.error(f"has {found}, must have one of {', '.join(names)}")
+        ((key, value),) = self._values.items()
+        return str(key), value
+
+    def number(self, key: str, default: float | None = None, *, least: float = -math.inf) -> float:
+        """Return a number, which is ``least`` at least.
+
+        Raises:
+            FileError: if it is none, or less, or not finite.
+        """
+        number = self._number(key, self.value(key, default))
+        if number < least:
+            raise self.error(f"is {number:g}, must be at least {least:g}", key)
+        return number
+
+    def vector(self, key: str) -> Vector3:
+        """Return three numbers.
+
+        Raises:
+            FileError: if they are not that.
+        """
+        x, y, z = self.numbers(key, self.value(key), 3)
+        return x, y, z
+
+    def numbers(self, key: str, value: Any, count: int) -> tuple[float, ...]:
+        """Return ``count`` numbers, from the ``value`` of a ``key``.
+
+        Raises:
+            FileError: if they are not that.
+        """
+        if not isinstance(value, list) or len(value) != count:
+            names = {2: ", x and y", 3: ", x, y and z"}.get(count, "")
+            wanted = f"a list of {count} numbers{names}"
+            raise self.error(f"is {shortened(value)}, must be {wanted}", key)
+        return tuple(self._number(f"{key}[{index}]", each) for index, each in enumerate(value))
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """Return a text.
+
+        Raises:
+            FileError: if it is none.
+        """
+        value = self.value(key, default)
+        if not isinstance(value, str):
+            raise self.error(f"is {shortened(value)}, must be a text", key)
+        return value
+
+    def unit(self) -> float:
+        """Return the length of the unit that the key ``unit`` names; m without it [m].
+
+        Raises:
+            FileError: if it is not known.
+        """
+        name = self.text("unit", "m")
+        if name not in UNITS:
+            raise self.error(f"is {shortened(name)}, must be one of {', '.join(UNITS)}", "unit")
+        return UNITS[name]
+
+    def entries(self, key: str) -> list[Any]:
+        """Return a list, as it is.
+
+        Raises:
+            FileError: if it is none, or empty.
+        """
+        value = self.value(key)
+        if not isinstance(value, list) or not value:
+            raise self.error(f"is {shortened(value)}, must be a list of one entry at least", key)
+        return value
+
+    def finish(self) -> None:
+        """Complain about a key that has not been read.
+
+        Raises:
+            FileError: if there is one.
+        """
+        for key in self._values:
+            if key not in self._known:
+                raise self.error(f"is not known here; known are {', '.join(self._known)}", str(key))
+
+    def _number(self, key: str, value: Any) -> float:
+        # YAML takes 1e-3, without a point, for a word.
+        if not isinstance(value, bool) and isinstance(value, (int, float, str)):
+            try:
+                number = float(value)
+            except (ValueError, OverflowError):
+                pass
+            else:
+                if math.isfinite(number):
+                    return number
+        raise self.error(f"is {shortened(value)}, must be a finite number", key)
+
+
+def shortened(value: object) -> str:
+    """Return a value as it would be written, or the begin of that."""
+    text = value if isinstance(value, str) and len(value) > LONGEST_TEXT else _SHORT.repr(value)
+    return text if len(text) <= LONGEST_TEXT else f"{text[:LONGEST_TEXT]}..."
