@@ -47,7 +47,7 @@ def test_too_few_are_told(count):
 def test_silence_is_no_rest():
     record, end = record_of(lambda now: (0.6, 0.6, 0.6))
     assert record.age(end + 1.0) == pytest.approx(1.0)
-    with pytest.raises(RecordingError, match="^0 measured heights"):
+    with pytest.raises(RecordingError, match=r"^0 measured heights"):
         record.resting(end + 1.0)
 
 

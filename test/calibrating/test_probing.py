@@ -116,6 +116,7 @@ def test_a_switch_that_tells_of_changes_only_may_be_silent():
         ("tracking", "ik_node is tracking: as told"),
         ("fault", "ik_node is fault: as told"),
         ("disabled", "ik_node is disabled: as told"),
+        ("stopping", "it was stopped: as told"),
         ("idle", "it was stopped: as told"),
     ],
 )
@@ -130,10 +131,20 @@ def test_who_else_leads_the_machine_is_left_to_it(state, text):
     assert len(platform.commands) == count
 
 
-def test_a_stop_that_a_late_twist_made_goes_on():
+def test_another_command_ends_it_in_any_phase():
     platform = Platform(plate=0.046)
     platform.run_until(0.049)
-    platform.probe.machine("stopping", "twists are silent", platform.now)
+    platform.probe.other_command("another", platform.now)
+    assert (platform.probe.phase, platform.probe.failure) == (ProbePhase.ENDED, "another")
+    platform.probe.other_command("once more", platform.now)
+    assert platform.probe.failure == "another"
+
+
+@pytest.mark.parametrize("state", ["stopping", "idle"])
+def test_a_stop_that_a_late_twist_made_goes_on(state):
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    platform.probe.machine(state, "at rest: no twist for 0.1 s", platform.now)
     assert platform.run().failure is None
 
 

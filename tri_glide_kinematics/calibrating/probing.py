@@ -12,6 +12,9 @@ from tri_glide_kinematics.wording import number_text
 # The state of ik_node in words, as its status tells it.
 IDLE, MOVING, JOGGING, STOPPING = "idle", "moving", "jogging", "stopping"
 
+# Part of the reason of ik_node for a stop because our twists came late.
+LATE_TWIST = "no twist for"
+
 # Farther than this from the way down, somebody else leads the platform [m].
 LARGEST_DEVIATION = 2e-3
 # Measured heights that are silent for longer end a probe [s].
@@ -132,7 +135,9 @@ class Probe:
     def machine(self, state: str, reason: str, now: float) -> None:
         """Take in the state of ik_node and the reason for it."""
         self._machine = state, reason
-        if self.phase is ProbePhase.DOWN and state == IDLE and self._has_jogged:
+        # That a twist came late is no reason to give up: the next one is on its way.
+        is_stopped = state in (IDLE, STOPPING) and LATE_TWIST not in reason
+        if self.phase is ProbePhase.DOWN and self._has_jogged and is_stopped:
             self._give_way(f"it was stopped: {reason}", now)
         self._has_jogged |= state == JOGGING
         # In these states it does what we have asked for.
@@ -143,6 +148,11 @@ class Probe:
         }
         if state not in ours.get(self.phase, (state,)):
             self._give_way(f"ik_node is {state}: {reason}", now)
+
+    def other_command(self, what: str, now: float) -> None:
+        """Take in that somebody else leads the machine; ``what`` tells how, in words."""
+        if self.phase is not ProbePhase.ENDED:
+            self._give_way(what, now)
 
     def at_rest(self, now: float) -> None:
         """Take in that the sliders rest."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tri_glide_kinematics.calibrating.errors import RecordingError
+from tri_glide_kinematics.calibration.machine import MachineParameters
+from tri_glide_kinematics.calibration.measurement_file import MeasurementFile
 from tri_glide_kinematics.calibration.measurements import (
     BASE,
     Distance,
@@ -13,6 +15,7 @@ from tri_glide_kinematics.calibration.measurements import (
     Plate,
     Touch,
 )
+from tri_glide_kinematics.calibration.priors import Priors
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
 
@@ -121,6 +124,16 @@ class Session:
     def missing(self) -> str:
         """What has been begun and is not whole, in words; empty if there is nothing."""
         return "" if self._first_end is None else "the second end of a distance"
+
+    def content(self, nominal: MachineParameters, priors: Priors | None) -> MeasurementFile:
+        """Return all of it, and what is known of the machine, as a file holds that."""
+        return MeasurementFile(
+            nominal,
+            priors,
+            tuple(each for each in self.measurements if isinstance(each, Touch)),
+            tuple(each for each in self.measurements if isinstance(each, MeasuredPosition)),
+            tuple(each for each in self.measurements if isinstance(each, Distance)),
+        )
 
     def _add(self, measurement: Measurement) -> int:
         self.measurements.append(measurement)

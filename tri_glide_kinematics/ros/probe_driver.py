@@ -10,7 +10,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rclpy.task import Future
 from std_msgs.msg import Bool
 
@@ -26,12 +26,13 @@ from tri_glide_kinematics.calibrating.probing import (
 )
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.messages import set_stamp
-from tri_glide_kinematics.ros.state_reports import LATCHED
 from tri_glide_kinematics.vectors import Vector3
 
 # A twist is renewed this often [s]: several times in the time after which ik_node stops.
 TWIST_PERIOD = 0.02
 NEWEST = QoSProfile(depth=1)
+# None may be missing: a short one may be that of another's command.
+ALL_STATES = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,8 @@ class ProbeDriver:
         self._next = 0.0
         self._twists = node.create_publisher(TwistStamped, "target_twist", NEWEST)
         self._poses = node.create_publisher(PoseStamped, "target_pose", NEWEST)
-        node.create_subscription(DiagnosticStatus, "ik_node/status", self._on_status, LATCHED)
+        node.create_subscription(DiagnosticStatus, "ik_node/status", self._on_status, ALL_STATES)
+        node.create_subscription(PoseStamped, "target_pose", self._on_pose, NEWEST)
         self.contacts = node.create_subscription(
             Bool, "contact", self._on_contact, qos_profile_sensor_data
         )
@@ -95,12 +97,15 @@ class ProbeDriver:
         """Whether a probe is under way."""
         return self._probe is not None
 
-    def begin(self, settings: ProbeSettings) -> Future:
+    def begin(self, settings: ProbeSettings, heights: Vector3) -> Future:
         """Begin to move down, and return what will hold the ``ProbeResult``.
+
+        Args:
+            settings: how to probe.
+            heights: at which the sliders rest, as reported. Shape (3,) [m].
 
         Raises:
             ProbingError: if that is not possible now.
-            RecordingError: if the platform is not measured to rest.
             KinematicsError: if the measured heights are those of no place.
         """
         now = time.monotonic()
@@ -111,8 +116,8 @@ class ProbeDriver:
             raise ProbingError("there is no ik_node that could move the platform")
         if self._state != IDLE:
             raise ProbingError(f"ik_node is {self._state or 'not heard yet'}: {self._reason}")
-        start = self._place_of(self._record.resting(now))
-        self._probe = Probe(settings, start, now)
+        self._probe = Probe(settings, self._place_of(heights), now)
+        self._probe.machine(self._state, self._reason, now)
         self._done = Future()
         self._sent = None
         return self._done
@@ -192,6 +197,11 @@ class ProbeDriver:
         if self._probe is not None:
             # A Bool has no time of its own: that at which it was sent comes nearest.
             self._probe.contact(message.data, 1e-9 * info["source_timestamp"], now)
+
+    def _on_pose(self, _: PoseStamped) -> None:
+        """Notice a command that our next twist takes the place of before it makes a state."""
+        if self._probe is not None and not isinstance(self._sent, Target):
+            self._probe.other_command("somebody else sends a target pose", time.monotonic())
 
     def _on_status(self, message: DiagnosticStatus) -> None:
         values = {entry.key: entry.value for entry in message.values}
