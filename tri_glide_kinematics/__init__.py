@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.calibration.fit import calibrate as calibrate
     from tri_glide_kinematics.errors import KinematicsError as KinematicsError
     from tri_glide_kinematics.errors import NotFiniteError as NotFiniteError
     from tri_glide_kinematics.errors import OutOfBoundsError as OutOfBoundsError
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
 __all__, __getattr__ = when_first_used(
     __name__,
     {
+        "calibration.fit": "calibrate",
         "errors": "KinematicsError NotFiniteError OutOfBoundsError WrongShapeError",
         "mechanisms.errors": (
             "CrankLimitError DegenerateLinkageError MechanismFileError "

@@ -1,0 +1,100 @@
+"""Scales in which a calibration measures its parameters: those of the priors, or none but a ruler.
+
+The machine is nominal + scale u. With priors u has the covariance 1, so that one is one standard
+deviation. Without priors the length of u is the size of a change [m]: the root of the mean square
+by which the platform moves in the region, and of the squares of the changes of all parameters. The
+first part makes a step that the data ask for never worsen the position as a whole; the second part
+keeps parameters where they are when only a far-fetched combination of them moves the platform.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tri_glide_kinematics.calibration.priors import Priors
+from tri_glide_kinematics.calibration.region import Region
+from tri_glide_kinematics.calibration.unknowns import MACHINE
+from tri_glide_kinematics.vectors import FloatArray
+
+# Without priors, a direction counts as determined if the data fix it better than this [m]: worse
+# than that, the nominal machine of a careful builder is the better guess.
+DETERMINED = 2.5e-4
+
+# With priors, a direction counts as determined if the data leave less than this part of its
+# standard deviation.
+LEARNED = 0.9
+
+# Directions whose standard deviation is larger than this are not in the data at all [m].
+ENDLESS = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """What is known of the machine before anything is measured.
+
+    Attributes:
+        mean: the machine that is assumed. Shape (12,) [m].
+        scale: machine = mean + scale u. Shape (12, 12).
+        is_prior: whether u has the covariance 1; without priors nothing is known of it.
+    """
+
+    mean: FloatArray
+    scale: FloatArray
+    is_prior: bool
+
+    @classmethod
+    def of(cls, nominal: FloatArray, priors: Priors | None, region: Region) -> Knowledge:
+        """Return what ``priors`` say of a ``nominal`` machine; None for nothing."""
+        if priors is not None:
+            mean = nominal if priors.mean is None else priors.mean.vector
+            return cls(mean, np.asarray(np.linalg.cholesky(priors.matrix())), True)
+        derivatives = region.derivatives(nominal).reshape(-1, MACHINE)
+        metric = derivatives.T @ derivatives / len(region.places) + np.eye(MACHINE)
+        return cls(nominal, np.linalg.inv(np.linalg.cholesky(metric)).T, False)
+
+    def spectrum(self, matrix: FloatArray) -> Spectrum:
+        """Return what equations with these derivatives say about u.
+
+        Args:
+            matrix: derivatives of residuals by all unknowns, by standard deviations. Shape (n, m)
+                [1/m].
+        """
+        machine, others = matrix[:, :MACHINE] @ self.scale, matrix[:, MACHINE:]
+        if others.shape[1]:
+            # What plates and frames can explain as well says nothing about the machine.
+            machine = machine - others @ np.linalg.lstsq(others, machine, rcond=None)[0]
+        _, values, directions = np.linalg.svd(machine)
+        strengths = np.zeros(MACHINE)
+        strengths[: len(values)] = values[:MACHINE]
+        return Spectrum(strengths, directions.T, self.is_prior)
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Directions of u and how strongly the data speak about each.
+
+    Attributes:
+        strengths: inverse of the standard deviation by the data alone, falling. Shape (12,).
+        directions: columns, at right angles to each other. Shape (12, 12).
+        is_prior: see ``Knowledge``.
+    """
+
+    strengths: FloatArray
+    directions: FloatArray
+    is_prior: bool
+
+    @property
+    def deviations(self) -> FloatArray:
+        """Standard deviation of u along each direction; infinite without any knowledge of it."""
+        if self.is_prior:
+            return np.asarray(1.0 / np.sqrt(1.0 + np.square(self.strengths)))
+        with np.errstate(divide="ignore"):
+            deviations = 1.0 / self.strengths
+        return np.where(deviations < ENDLESS, deviations, np.inf)
+
+    @property
+    def determined(self) -> int:
+        """Number of directions that the data determine; they are the first."""
+        return int((self.deviations < (LEARNED if self.is_prior else DETERMINED)).sum())

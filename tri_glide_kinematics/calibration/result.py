@@ -1,0 +1,204 @@
+"""The result of a calibration: the machine, and how well it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tri_glide_kinematics.calibration.directions import in_words
+from tri_glide_kinematics.calibration.knowledge import Knowledge
+from tri_glide_kinematics.calibration.machine import MachineParameters
+from tri_glide_kinematics.calibration.measurements import Measurement, Plate
+from tri_glide_kinematics.calibration.model import position_derivatives
+from tri_glide_kinematics.calibration.next_points import Proposal, next_points
+from tri_glide_kinematics.calibration.priors import Priors
+from tri_glide_kinematics.calibration.region import Region, plane_basis
+from tri_glide_kinematics.calibration.solving import Solution
+from tri_glide_kinematics.calibration.unknowns import FramePlacement, Unknowns
+from tri_glide_kinematics.checks import finite_vector
+from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+# A change of the position by less than this part of a direction's own is rounding.
+UNTOUCHED = 1e-6
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What is left of a measurement.
+
+    Attributes:
+        name: kind and number, for example ``touch 3``.
+        measurement: itself.
+        error: predicted minus measured: one number, or three for a position [m].
+        left_out: the same, predicted by all other measurements; 0 where they say nothing [m].
+        size: of ``left_out`` by its standard deviation (root mean square of three); NaN if the
+            others say nothing.
+        is_outlier: whether it was left out of the fit.
+    """
+
+    name: str
+    measurement: Measurement
+    error: tuple[float, ...]
+    left_out: tuple[float, ...]
+    size: float
+    is_outlier: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A calibrated machine.
+
+    Attributes:
+        machine: geometry and height offsets.
+        nominal: where the fit began.
+        priors: that were used, with their mean; None if there were none.
+        unidentified: in words, what the data do not determine. There the machine is as the nominal
+            one (without priors, exactly; with priors, as far as the data say nothing).
+        covariance: of the twelve parameters, in the order of ``MachineParameters.vector``. Without
+            priors, of what the data determine: the rest is in ``standard_deviations`` and
+            ``position_uncertainty`` only. Shape (12, 12) [m^2].
+        residuals: of all measurements: touches, positions, distances.
+        plates: of touches, with height and tilt as they were fitted.
+        frames: of positions that were fitted.
+        chi_squared: sum of squared residuals by their standard deviations, priors included.
+        degrees_of_freedom: what ``chi_squared`` should be, within twice the root of twice that.
+        warnings: in words; empty if all is well.
+    """
+
+    machine: MachineParameters
+    nominal: MachineParameters
+    priors: Priors | None
+    unidentified: tuple[str, ...]
+    covariance: FloatArray
+    residuals: tuple[Residual, ...]
+    plates: Mapping[str, Plate]
+    frames: Mapping[str, FramePlacement]
+    chi_squared: float
+    degrees_of_freedom: int
+    warnings: tuple[str, ...]
+    _solution: Solution
+    _knowledge: Knowledge
+    _unknowns: Unknowns
+
+    @property
+    def geometry(self) -> TriGlideGeometry:
+        """Anchors and arm lengths."""
+        return self.machine.geometry
+
+    @property
+    def height_offsets(self) -> Vector3:
+        """What is added to reported slider heights to get the true ones. Shape (3,) [m]."""
+        return self.machine.height_offsets
+
+    @property
+    def outliers(self) -> tuple[str, ...]:
+        """Names of the measurements that were left out, as they contradict the others."""
+        return tuple(one.name for one in self.residuals if one.is_outlier)
+
+    @property
+    def standard_deviations(self) -> FloatArray:
+        """Of the twelve parameters; infinite where nothing is known. Shape (12,) [m]."""
+        return self._deviations(np.eye(len(self.covariance)))
+
+    def position_uncertainty(self, position: Sequence[float], *, aligned: bool = False) -> Vector3:
+        """Return the standard deviations of the platform's x, y and z at a position.
+
+        Args:
+            position: Shape (3,) [m].
+            aligned: whether a shift in x and y and a turn about z of the whole region count as no
+                error. Only positions in the frame of the machine can tell these.
+
+        Returns:
+            Shape (3,) [m]; infinite where nothing is known, NaN where the arms do not reach.
+        """
+        x, y, z = self._deviations(self._position_rows(self.machine, position, aligned)).tolist()
+        return x, y, z
+
+    def position_uncertainty_before(
+        self, position: Sequence[float], *, aligned: bool = False
+    ) -> Vector3:
+        """Return the same before the calibration: by the priors; infinite without."""
+        rows = self._position_rows(self.nominal, position, aligned)
+        if not self._knowledge.is_prior:
+            return (np.inf, np.inf, np.inf)
+        x, y, z = np.linalg.norm(rows @ self._knowledge.scale, axis=1).tolist()
+        return x, y, z
+
+    def next_points(
+        self,
+        count: int,
+        *,
+        kinds: Mapping[str, float] | None = None,
+        workspace: Workspace | None = None,
+    ) -> tuple[Proposal, ...]:
+        """Return the measurements that would help most, the best first.
+
+        Args:
+            count: how many.
+            kinds: ``touch``, ``position``, ``distance``, each with its standard deviation [m];
+                those that were measured so far if None.
+            workspace: in which the platform has to stay.
+        """
+        return next_points(
+            self._solution,
+            self._knowledge,
+            self._unknowns,
+            [one.measurement for one in self.residuals],
+            count,
+            kinds,
+            workspace,
+        )
+
+    def as_priors(self) -> Priors:
+        """Return what is known now as priors of a calibration with new data only.
+
+        Raises:
+            ValueError: if this calibration had no priors, so that some things are not known at all.
+        """
+        if self.priors is None:
+            raise ValueError("a calibration without priors leaves directions without any knowledge")
+        return replace(self.priors, mean=self.machine, covariance=self.covariance)
+
+    def _position_rows(
+        self, machine: MachineParameters, position: Sequence[float], aligned: bool
+    ) -> FloatArray:
+        """Return how the position changes with the parameters. Shape (3, 12)."""
+        place = np.array([finite_vector("position", position, 3)])
+        rows = position_derivatives(machine.vector, place)[0]
+        if aligned:
+            region = Region.of(machine.geometry)
+            motion = region.plane_motion(region.derivatives(machine.vector))
+            rows = rows - plane_basis(place, region.center)[0] @ motion
+        return rows
+
+    def _deviations(self, rows: FloatArray) -> FloatArray:
+        """Return the standard deviations of linear functions of the parameters. Shape (n,)."""
+        squares = np.einsum("ij,jk,ik->i", rows, self.covariance, rows)
+        if not self._knowledge.is_prior:
+            spectrum = self._knowledge.spectrum(self._solution.matrix)
+            known = self._solution.basis.shape[1]
+            parts = rows @ self._knowledge.scale @ spectrum.directions[:, known:]
+            touched = np.abs(parts) > UNTOUCHED
+            # Infinity times nothing is nothing.
+            spreads = np.where(touched, spectrum.deviations[known:], 0.0)
+            squares = squares + np.square(parts * spreads).sum(axis=1)
+        return np.sqrt(squares)
+
+
+def covariance_of(solution: Solution) -> FloatArray:
+    """Return the covariance of the twelve parameters that was fitted. Shape (12, 12) [m^2]."""
+    triangle = np.linalg.qr(solution.design, mode="r")
+    inverse = np.linalg.inv(triangle)
+    spread = solution.basis @ inverse[: solution.basis.shape[1]]
+    return np.asarray(spread @ spread.T)
+
+
+def unidentified_of(solution: Solution, knowledge: Knowledge) -> tuple[str, ...]:
+    """Return in words what the data of a solution do not determine."""
+    spectrum = knowledge.spectrum(solution.matrix)
+    known = spectrum.determined if knowledge.is_prior else solution.basis.shape[1]
+    return in_words(solution.state.machine, knowledge.scale, spectrum.directions[:, known:])
