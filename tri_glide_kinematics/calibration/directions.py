@@ -9,7 +9,7 @@ from tri_glide_kinematics.vectors import FloatArray
 
 # A direction is named if this part of it (of the square of its length) is not determined.
 MOSTLY = 0.8
-# Parameters of which a direction without a name has less than this part of its largest are left out.
+# Of a direction without a name, parameters with less than this part of the largest are left out.
 SMALL_PART = 0.5
 # Directions with less than this left, after those with a name are taken out, are rounding.
 NOTHING = 0.3
@@ -33,7 +33,7 @@ def named_directions(machine: FloatArray) -> dict[str, FloatArray]:
     def direction(anchor: FloatArray, arm: FloatArray, offset: FloatArray) -> FloatArray:
         return np.concatenate((anchor.ravel(), arm, offset))
 
-    along_x, along_y = level + (1.0, 0.0), level + (0.0, 1.0)
+    along_x, along_y = np.tile((1.0, 0.0), (3, 1)), np.tile((0.0, 1.0), (3, 1))
     return {
         "shifting along x": direction(along_x, none, none),
         "shifting along y": direction(along_y, none, none),

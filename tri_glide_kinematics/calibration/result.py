@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.calibration.directions import in_words
 from tri_glide_kinematics.calibration.knowledge import Knowledge
@@ -16,8 +17,8 @@ from tri_glide_kinematics.calibration.next_points import Proposal, next_points
 from tri_glide_kinematics.calibration.priors import Priors
 from tri_glide_kinematics.calibration.region import Region, plane_basis
 from tri_glide_kinematics.calibration.solving import Solution
-from tri_glide_kinematics.calibration.unknowns import FramePlacement, Unknowns
-from tri_glide_kinematics.checks import finite_vector
+from tri_glide_kinematics.calibration.unknowns import MACHINE, FramePlacement, Unknowns
+from tri_glide_kinematics.checks import finite_array, finite_vector
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
@@ -102,7 +103,7 @@ class Calibration:
     @property
     def standard_deviations(self) -> FloatArray:
         """Of the twelve parameters; infinite where nothing is known. Shape (12,) [m]."""
-        return self._deviations(np.eye(len(self.covariance)))
+        return self._deviations(np.eye(MACHINE))
 
     def position_uncertainty(self, position: Sequence[float], *, aligned: bool = False) -> Vector3:
         """Return the standard deviations of the platform's x, y and z at a position.
@@ -115,18 +116,23 @@ class Calibration:
         Returns:
             Shape (3,) [m]; infinite where nothing is known, NaN where the arms do not reach.
         """
-        x, y, z = self._deviations(self._position_rows(self.machine, position, aligned)).tolist()
+        place = finite_vector("position", position, 3)
+        x, y, z = self.position_uncertainties([place], aligned=aligned)[0].tolist()
         return x, y, z
 
-    def position_uncertainty_before(
-        self, position: Sequence[float], *, aligned: bool = False
-    ) -> Vector3:
-        """Return the same before the calibration: by the priors; infinite without."""
-        rows = self._position_rows(self.nominal, position, aligned)
+    def position_uncertainties(self, positions: ArrayLike, *, aligned: bool = False) -> FloatArray:
+        """Return the same for many positions. Shape (n, 3) [m]."""
+        rows = _position_rows(self.machine, positions, aligned)
+        return self._deviations(rows.reshape(-1, MACHINE)).reshape(-1, 3)
+
+    def position_uncertainties_before(
+        self, positions: ArrayLike, *, aligned: bool = False
+    ) -> FloatArray:
+        """Return the same before the calibration: by the priors; infinite without any."""
+        rows = _position_rows(self.nominal, positions, aligned)
         if not self._knowledge.is_prior:
-            return (np.inf, np.inf, np.inf)
-        x, y, z = np.linalg.norm(rows @ self._knowledge.scale, axis=1).tolist()
-        return x, y, z
+            return np.full((len(rows), 3), np.inf)
+        return np.asarray(np.linalg.norm(rows @ self._knowledge.scale, axis=2))
 
     def next_points(
         self,
@@ -163,18 +169,6 @@ class Calibration:
             raise ValueError("a calibration without priors leaves directions without any knowledge")
         return replace(self.priors, mean=self.machine, covariance=self.covariance)
 
-    def _position_rows(
-        self, machine: MachineParameters, position: Sequence[float], aligned: bool
-    ) -> FloatArray:
-        """Return how the position changes with the parameters. Shape (3, 12)."""
-        place = np.array([finite_vector("position", position, 3)])
-        rows = position_derivatives(machine.vector, place)[0]
-        if aligned:
-            region = Region.of(machine.geometry)
-            motion = region.plane_motion(region.derivatives(machine.vector))
-            rows = rows - plane_basis(place, region.center)[0] @ motion
-        return rows
-
     def _deviations(self, rows: FloatArray) -> FloatArray:
         """Return the standard deviations of linear functions of the parameters. Shape (n,)."""
         squares = np.einsum("ij,jk,ik->i", rows, self.covariance, rows)
@@ -187,6 +181,17 @@ class Calibration:
             spreads = np.where(touched, spectrum.deviations[known:], 0.0)
             squares = squares + np.square(parts * spreads).sum(axis=1)
         return np.sqrt(squares)
+
+
+def _position_rows(machine: MachineParameters, positions: ArrayLike, aligned: bool) -> FloatArray:
+    """Return how positions change with the parameters. Shape (n, 3, 12)."""
+    places = finite_array("positions", positions, (None, 3))
+    rows = position_derivatives(machine.vector, places)
+    if aligned:
+        region = Region.of(machine.geometry)
+        motion = region.plane_motion(region.derivatives(machine.vector))
+        rows = rows - plane_basis(places, region.center) @ motion
+    return rows
 
 
 def covariance_of(solution: Solution) -> FloatArray:

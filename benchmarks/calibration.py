@@ -1,0 +1,298 @@
+"""Calibrations of many wrong machines: is the truth where the result says, and how near?
+
+``python -m benchmarks.calibration`` prints the table; ``--count 100`` for a quick look.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from scipy.stats import chi2
+
+from benchmarks.bench_paths import Row
+from benchmarks.machine import description
+from benchmarks.table import aligned
+from testing.wrong_machines import (
+    DISTANCE,
+    NOMINAL,
+    RADIUS,
+    REGION,
+    TOUCH,
+    WRONG_BY,
+    WrongMachine,
+)
+from tri_glide_kinematics.calibration.fit import calibrate
+from tri_glide_kinematics.calibration.measurements import Distance, MeasuredPosition, Plate, Touch
+from tri_glide_kinematics.calibration.priors import Priors
+from tri_glide_kinematics.vectors import FloatArray
+
+GEOMETRY = NOMINAL.geometry
+# Of each measurement one place, or two for a distance.
+Places = Sequence[Sequence[Sequence[float]]]
+SCALE = "the common scale of anchors and arms"
+FREE = ("shifting along x", "shifting along y", "turning about z")
+
+
+def main() -> int:
+    """Measure and print the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.calibration", description=__doc__)
+    parser.add_argument("--count", type=int, default=1000, help="machines")
+    parser.add_argument("--seed", type=int, default=1, help="of machines and noise")
+    options = parser.parse_args()
+    print(description(), flush=True)
+    found = []
+    for row in rows(options.count, options.seed):
+        found.append(row)
+        print(f"{row.what}: {row.ours}", file=sys.stderr, flush=True)
+    lines = [(*row[:3], "yes" if row.is_reached else "NO") for row in found]
+    print("\n" + aligned([("calibration", "ours", "goal", "reached"), *lines]), flush=True)
+    return 0
+
+
+def rows(count: int, seed: int) -> Iterator[Row]:
+    """Yield one row after the other."""
+    yield from with_priors(count, np.random.default_rng(seed))
+    yield from without_priors(count, np.random.default_rng(seed + 1))
+    yield from again_and_again(max(count // 20, 1), np.random.default_rng(seed + 2))
+    yield from with_an_outlier(count, np.random.default_rng(seed + 3))
+    yield speed(np.random.default_rng(seed + 4))
+    yield from proposals(max(count // 50, 1), np.random.default_rng(seed + 5))
+
+
+def with_priors(count: int, rng: np.random.Generator) -> Iterator[Row]:
+    """Thirteen touches, one distance, priors that are right."""
+    bound = chi2.isf(0.05, 12)
+    inside, ratios, worst = 0, [], []
+    for _ in range(count):
+        machine = WrongMachine.random(rng)
+        result = calibrate(GEOMETRY, machine.touches(rng), (), machine.one_distance(rng), WRONG_BY)
+        error = result.machine.vector - machine.parameters.vector
+        inside += bool(error @ np.linalg.solve(result.covariance, error) <= bound)
+        errors = machine.errors(result.machine)
+        ratios.append(errors / result.position_uncertainties(REGION.places, aligned=True))
+        worst.append([np.hypot(errors[:, 0], errors[:, 1]).max(), np.abs(errors[:, 2]).max()])
+    part = inside / count
+    yield Row(
+        f"truth inside the 95 % ellipsoid, of {count} machines",
+        f"{100.0 * part:.1f} %",
+        "93 to 97 %",
+        0.93 <= part <= 0.97,
+    )
+    spread = np.sqrt(np.square(ratios).mean(axis=(0, 1)))
+    yield Row(
+        "spread of the error of x, y, z by the predicted one",
+        ", ".join(f"{value:.3f}" for value in spread),
+        "0.95 to 1.05",
+        bool((np.abs(spread - 1.0) <= 0.05).all()),
+    )
+    across, along = 1e6 * np.median(worst, axis=0)
+    yield Row(
+        "worst place of the disc, median: across and along z",
+        f"{across:.1f} and {along:.1f} µm",
+        "60 and 10 µm",
+        bool(across < 60.0 and along < 10.0),
+    )
+
+
+def without_priors(count: int, rng: np.random.Generator) -> Iterator[Row]:
+    """Touches alone, of a known plate and of an unknown one."""
+    for name, plate in (("known", Plate()), ("unknown", Plate("bed", None, None))):
+        named, better, sizes = 0, 0, []
+        for _ in range(count):
+            machine = WrongMachine.random(rng)
+            touches = [Touch(one.heights, plate, TOUCH) for one in machine.touches(rng)]
+            result = calibrate(GEOMETRY, touches, priors=None)
+            named += {*FREE, SCALE} <= set(result.unidentified)
+            before, after = (
+                _size(machine.errors(each), plate.height is None)
+                for each in (NOMINAL, result.machine)
+            )
+            better += after <= before
+            sizes.append((before, after))
+        before, after = 1e6 * np.median(sizes, axis=0)
+        yield Row(
+            f"touches of a {name} plate alone, no priors: free directions and scale named",
+            f"{100.0 * named / count:.1f} %",
+            "100 %",
+            named == count,
+        )
+        yield Row(
+            f"the same: error not larger than before (median {before:.0f} to {after:.0f} µm)",
+            f"{100.0 * better / count:.1f} %",
+            "99 %",
+            better >= 0.99 * count,
+        )
+
+
+def again_and_again(count: int, rng: np.random.Generator) -> Iterator[Row]:
+    """Twenty calibrations, each of the machine as the one before left it, with new data."""
+    ways = ("by the same priors", "by what the last one knows", "no priors")
+    for way in ways:
+        largest = [_wandering(way, rng) for _ in range(count)]
+        yield Row(
+            f"20 calibrations with new data, {way}: farthest way of a parameter, of {count}",
+            f"{max(largest):.2f} standard deviations",
+            "1",
+            max(largest) <= 1.0,
+        )
+
+
+def _wandering(way: str, rng: np.random.Generator) -> float:
+    """Return the farthest way from the first result by its standard deviation."""
+    machine, farthest = WrongMachine.random(rng), 0.0
+    priors: Priors | None = None if way == "no priors" else WRONG_BY
+    believed, first = NOMINAL, None
+    for _ in range(20):
+        result = calibrate(
+            believed.geometry,
+            machine.touches(rng),
+            (),
+            machine.one_distance(rng),
+            priors,
+            height_offsets=believed.height_offsets,
+        )
+        believed = result.machine
+        if way == "by what the last one knows":
+            priors = result.as_priors()
+        if first is None:
+            first = result
+        ways = np.abs(believed.vector - first.machine.vector) / first.standard_deviations
+        farthest = max(farthest, float(ways.max()))
+    return farthest
+
+
+def with_an_outlier(count: int, rng: np.random.Generator) -> Iterator[Row]:
+    """One of fourteen measurements is wrong by 2 mm."""
+    counts = {"touch": [0, 0], "distance": [0, 0]}
+    others, farthest, false_alarms = 0, 0.0, 0
+    for number in range(count):
+        machine = WrongMachine.random(rng)
+        touches, distances = machine.touches(rng), machine.one_distance(rng)
+        false_alarms += bool(calibrate(GEOMETRY, touches, (), distances, WRONG_BY).outliers)
+        error, wrong = 2e-3 * rng.choice((-1.0, 1.0)), number % 14
+        name = f"touch {wrong + 1}" if wrong < 13 else "distance 1"
+        without = [one for i, one in enumerate(touches) if i != wrong], distances[: wrong < 13]
+        if wrong < 13:
+            touches[wrong] = _lifted(machine, touches[wrong], error)
+        else:
+            one = distances[0]
+            length = one.distance + float(error)
+            distances = [Distance(one.heights_from, one.heights_to, length, DISTANCE)]
+        result = calibrate(GEOMETRY, touches, (), distances, WRONG_BY)
+        reference = calibrate(GEOMETRY, without[0], (), without[1], WRONG_BY)
+        kind = counts[name.split()[0]]
+        kind[0] += name in result.outliers
+        kind[1] += 1
+        others += len(set(result.outliers) - {name})
+        ways = (result.machine.vector - reference.machine.vector) / reference.standard_deviations
+        farthest = max(farthest, float(np.abs(ways).max()))
+    for kind_name, (named, of) in counts.items():
+        if of:
+            yield Row(
+                f"one {kind_name} of 14 measurements wrong by 2 mm: named, of {of}",
+                f"{100.0 * named / of:.1f} %",
+                "100 %",
+                named == of,
+            )
+    yield Row(f"the same: good measurements named, of {13 * count}", f"{others}", "-", True)
+    yield Row(
+        "the same: farthest from the result without it",
+        f"{farthest:.2f} standard deviations",
+        "2",
+        farthest <= 2.0,
+    )
+    yield Row(
+        f"nothing wrong: a good measurement named, of {count} calibrations",
+        f"{100.0 * false_alarms / count:.1f} %",
+        "about 1 %",
+        false_alarms <= 0.03 * count + 1,
+    )
+
+
+def _lifted(machine: WrongMachine, touch: Touch, error: float) -> Touch:
+    """Return a touch with the platform off the plate by ``error`` [m]."""
+    first, second, third = (height + error for height in touch.heights)
+    return Touch((first, second, third), touch.plate, touch.standard_deviation)
+
+
+def speed(rng: np.random.Generator) -> Row:
+    """A hundred measurements of all kinds."""
+    machine = WrongMachine.random(rng)
+    places = _random_places(100, rng)
+    touches = machine.touches(rng, places[:50])
+    positions: list[MeasuredPosition] = [
+        machine.position((*place, 0.05), rng, "camera") for place in places[50:80]
+    ]
+    # Across the disc: a distance of nothing is none.
+    rim = RADIUS * places[80:] / np.linalg.norm(places[80:], axis=1, keepdims=True)
+    distances = [machine.distance((x, y, 0.0), (-x, -y, 0.0), rng) for x, y in rim.tolist()]
+    times = []
+    for _ in range(20):
+        begin = time.perf_counter()
+        calibrate(GEOMETRY, touches, positions, distances, WRONG_BY)
+        times.append(time.perf_counter() - begin)
+    return Row(
+        "fit of 100 measurements, median (longest) of 20",
+        f"{1e3 * np.median(times):.0f} ms ({1e3 * max(times):.0f} ms)",
+        "100 ms",
+        float(np.median(times)) < 0.1,
+    )
+
+
+def proposals(count: int, rng: np.random.Generator) -> Iterator[Row]:
+    """Ten points that are proposed against ten at random, of the same kinds."""
+    for name, kinds in (
+        ("touches", {"touch": TOUCH}),
+        ("touches and distances", {"touch": TOUCH, "distance": DISTANCE}),
+    ):
+        parts = []
+        for _ in range(count):
+            machine = WrongMachine.random(rng)
+            touches = machine.touches(rng, _random_places(4, rng))
+            result = calibrate(GEOMETRY, touches, priors=WRONG_BY)
+            chosen = [one.places for one in result.next_points(10, kinds=kinds)]
+            ours = _volume(machine, touches, chosen, rng)
+            random = [_random_ends(len(one), rng) for one in chosen]
+            parts.append(ours / _volume(machine, touches, random, rng))
+        yield Row(
+            f"10 {name} proposed: volume by that of 10 at random, median (largest) of {count}",
+            f"{np.median(parts):.2f} ({max(parts):.2f})",
+            "0.5",
+            float(np.median(parts)) <= 0.5,
+        )
+
+
+def _volume(
+    machine: WrongMachine, touches: list[Touch], chosen: Places, rng: np.random.Generator
+) -> float:
+    """Return the volume of the ellipsoid, to a constant, after these are measured, too."""
+    more = [machine.touch(one[0][0], one[0][1], rng) for one in chosen if len(one) == 1]
+    distances = [machine.distance(one[0], one[1], rng) for one in chosen if len(one) == 2]
+    result = calibrate(GEOMETRY, [*touches, *more], (), distances, WRONG_BY)
+    return float(np.exp(0.5 * np.linalg.slogdet(result.covariance)[1]))
+
+
+def _random_places(count: int, rng: np.random.Generator) -> FloatArray:
+    """Return places evenly spread over the disc. Shape (count, 2) [m]."""
+    angles, radii = rng.uniform(0.0, 2.0 * np.pi, count), RADIUS * np.sqrt(rng.uniform(size=count))
+    return np.column_stack((radii * np.cos(angles), radii * np.sin(angles)))
+
+
+def _random_ends(count: int, rng: np.random.Generator) -> list[list[float]]:
+    """Return places of one measurement on the plate. Each of shape (3,) [m]."""
+    return [[x, y, 0.0] for x, y in _random_places(count, rng).tolist()]
+
+
+def _size(errors: FloatArray, unknown_height: bool) -> float:
+    """Return the root mean square of errors; without their mean height if nothing tells it [m]."""
+    if unknown_height:
+        errors = errors - (0.0, 0.0, errors[:, 2].mean())
+    return float(np.sqrt(np.square(errors).sum(axis=1).mean()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

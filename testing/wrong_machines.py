@@ -1,0 +1,106 @@
+"""Machines that are not as they were drawn, and what is measured on them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tri_glide_kinematics.calibration.machine import MachineParameters
+from tri_glide_kinematics.calibration.measurements import Distance, MeasuredPosition, Plate, Touch
+from tri_glide_kinematics.calibration.model import positions_of
+from tri_glide_kinematics.calibration.priors import Priors
+from tri_glide_kinematics.calibration.region import Region, plane_basis
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+NOMINAL = MachineParameters(DEFAULT_GEOMETRY)
+# How far a machine is from its drawing (standard deviations) [m].
+WRONG_BY = Priors(5e-4, 3e-4, 1e-3)
+RADIUS = 0.12  # m, of the disc in which is measured
+TOUCH, DISTANCE, POSITION = 1e-5, 5e-5, 5e-5  # standard deviations [m]
+# The centre and two rings of six: thirteen places in the disc [m].
+PLACES = (
+    (0.0, 0.0),
+    *(
+        (radius * math.cos(angle), radius * math.sin(angle))
+        for radius, first in ((RADIUS / 2.0, 0.0), (RADIUS, 0.5))
+        for angle in (first + math.pi / 3.0 * k for k in range(6))
+    ),
+)
+REGION = Region.disc((0.0, 0.0), RADIUS, 3)
+
+
+@dataclass(frozen=True)
+class WrongMachine:
+    """A machine as it really is; its methods measure on it, with noise.
+
+    Attributes:
+        parameters: the true ones.
+    """
+
+    parameters: MachineParameters
+
+    @classmethod
+    def random(cls, rng: np.random.Generator, nominal: MachineParameters = NOMINAL) -> WrongMachine:
+        """Return a machine that is ``WRONG_BY`` as much from the ``nominal`` one."""
+        change = np.sqrt(np.diag(WRONG_BY.matrix())) * rng.standard_normal(12)
+        return cls(MachineParameters.from_vector(nominal.vector + change))
+
+    def reported(self, place: Sequence[float]) -> Vector3:
+        """Return the heights that are reported when the platform is at a place. Shape (3,) [m]."""
+        first, second, third = TriGlide(self.parameters.geometry).inverse(place)
+        a, b, c = self.parameters.height_offsets
+        return first - a, second - b, third - c
+
+    def touch(
+        self,
+        x: float,
+        y: float,
+        rng: np.random.Generator,
+        plate: Plate | None = None,
+        surface: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> Touch:
+        """Touch a ``plate`` whose true height and slopes are ``surface``."""
+        z = surface[0] + surface[1] * x + surface[2] * y + TOUCH * rng.standard_normal()
+        return Touch(self.reported((x, y, z)), plate or Plate(), TOUCH)
+
+    def distance(
+        self, start: Sequence[float], end: Sequence[float], rng: np.random.Generator
+    ) -> Distance:
+        """Measure the distance between two places."""
+        length = math.dist(start, end) + DISTANCE * rng.standard_normal()
+        return Distance(self.reported(start), self.reported(end), length, DISTANCE)
+
+    def position(
+        self, place: Sequence[float], rng: np.random.Generator, frame: str = "base"
+    ) -> MeasuredPosition:
+        """Measure a place in the frame of the machine."""
+        x, y, z = (np.array(place) + POSITION * rng.standard_normal(3)).tolist()
+        return MeasuredPosition(self.reported(place), (x, y, z), frame, POSITION)
+
+    def touches(self, rng: np.random.Generator, places: ArrayLike = PLACES) -> list[Touch]:
+        """Touch the known plate at some places."""
+        return [self.touch(x, y, rng) for x, y in np.asarray(places).tolist()]
+
+    def one_distance(self, rng: np.random.Generator) -> list[Distance]:
+        """Measure one distance of 240 mm across the disc."""
+        return [self.distance((-RADIUS, 0.0, 0.0), (RADIUS, 0.0, 0.0), rng)]
+
+    def errors(self, believed: MachineParameters) -> FloatArray:
+        """Return where a node with other parameters is wrong, in all places of the disc.
+
+        A shift in x and y and a turn about z of all of them are taken out.
+
+        Returns:
+            Believed minus true position. Shape (37, 3) [m].
+        """
+        places = REGION.places
+        heights = TriGlide(self.parameters.geometry).inverse_batch(places)
+        errors = positions_of(believed.vector, heights - self.parameters.height_offsets) - places
+        motion = REGION.plane_motion(errors[:, :, None])[:, 0]
+        return np.asarray(errors - plane_basis(places, REGION.center) @ motion)
