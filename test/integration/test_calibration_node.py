@@ -84,6 +84,8 @@ def test_a_probe_finds_the_plate_and_comes_back(calibration, machine, client):
     x, y, z = MACHINE.forward(tuple(answer.heights))
     assert (x, y) == pytest.approx(ABOVE[:2], abs=EXACT)
     assert z == pytest.approx(PLATE, abs=EXACT)
+    now = client.now()
+    client.wait_for(lambda: client.time_of(poses[-1]) > now, "the newest pose")
     lowest = min(pose.pose.position.z for pose in poses)
     assert 0.0 < answer.overrun < 2e-4
     assert z - answer.overrun == pytest.approx(lowest, abs=EXACT)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Awaitable, Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -24,8 +25,9 @@ from tri_glide_interfaces.srv import (
 )
 from tri_glide_kinematics.calibrating.errors import ProbingError
 from tri_glide_kinematics.calibrating.height_record import HeightRecord
+from tri_glide_kinematics.calibrating.parameter_file import save_parameters
 from tri_glide_kinematics.calibrating.session import Session
-from tri_glide_kinematics.calibration.measurement_file import save_measurements
+from tri_glide_kinematics.calibration.measurement_file import MeasurementFile, save_measurements
 from tri_glide_kinematics.checks import non_negative
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.simulated_truth import TrueMachine
@@ -84,8 +86,10 @@ class CalibrationNode(Node):
         self._refused = ReasonLog(lambda text: self.get_logger().warning(text), lines_per_second=10)
         for log in (self._unusable, self._refused):
             self.create_timer(1.0, log.end_of_second)
+        # rclpy's type hints know of no callback that gets to know when a message was sent.
+        on_measured: Any = self._on_measured
         measured = self.create_subscription(
-            JointState, "joint_states", self._on_measured, MEASURED, raw=True
+            JointState, "joint_states", on_measured, MEASURED, raw=True
         )
         services: tuple[tuple[str, type, Answer], ...] = (
             ("record_touch", RecordTouch, self._record_touch),
@@ -183,12 +187,26 @@ class CalibrationNode(Node):
         response.message = f"dropped {self._session.drop(request.number)}"
 
     async def _save(self, request: Any, response: Any) -> None:
-        content = self._session.content(self._nominal, priors_of(self._values))
-        save_measurements(request.file, content)
+        save_measurements(request.file, self._content())
         response.message = f"{len(self._session.measurements)} measurements: {request.file}"
 
     async def _solve(self, request: Any, response: Any) -> None:
-        raise ProbingError("not yet")
+        # Loaded when it is first used: it takes as long as starting the node.
+        from tri_glide_kinematics.calibrating.report import report
+        from tri_glide_kinematics.calibrating.solving import solved
+
+        calibration = solved(self._content())
+        if request.parameter_file:
+            save_parameters(Path(request.parameter_file), calibration.machine)
+        numbers = calibration.machine.vector.tolist()
+        response.anchors = numbers[0:6]
+        response.arm_lengths = numbers[6:9]
+        response.height_offsets = numbers[9:12]
+        response.standard_deviations = calibration.standard_deviations.tolist()
+        response.message = report(calibration)
+
+    def _content(self) -> MeasurementFile:
+        return self._session.content(self._nominal, priors_of(self._values))
 
 
 def _not_negative(request: Any, name: str) -> float:

@@ -88,8 +88,10 @@ class ProbeDriver:
         self._poses = node.create_publisher(PoseStamped, "target_pose", NEWEST)
         node.create_subscription(DiagnosticStatus, "ik_node/status", self._on_status, ALL_STATES)
         node.create_subscription(PoseStamped, "target_pose", self._on_pose, NEWEST)
+        # rclpy's type hints know of no callback that gets to know when a message was sent.
+        on_contact: Any = self._on_contact
         self.contacts = node.create_subscription(
-            Bool, "contact", self._on_contact, qos_profile_sensor_data
+            Bool, "contact", on_contact, qos_profile_sensor_data
         )
 
     @property
