@@ -23,15 +23,18 @@ NOMINAL = MachineParameters(DEFAULT_GEOMETRY)
 WRONG_BY = Priors(5e-4, 3e-4, 1e-3)
 RADIUS = 0.12  # m, of the disc in which is measured
 TOUCH, DISTANCE, POSITION = 1e-5, 5e-5, 5e-5  # standard deviations [m]
-# The centre and two rings of six: thirteen places in the disc [m].
-PLACES = (
-    (0.0, 0.0),
-    *(
-        (radius * math.cos(angle), radius * math.sin(angle))
-        for radius, first in ((RADIUS / 2.0, 0.0), (RADIUS, 0.5))
-        for angle in (first + math.pi / 3.0 * k for k in range(6))
-    ),
-)
+
+
+def ring(radius: float, count: int, first: float = 0.0) -> list[tuple[float, float]]:
+    """Return ``count`` places on a circle, one of them at the angle ``first`` [m]."""
+    angles = [first + math.tau * k / count for k in range(count)]
+    return [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
+
+
+# Thirteen places in the disc [m]: twice in the middle and eleven times on the rim, as errors of a
+# height are about a quadratic function of x and y; or in rings, as they are often spread.
+PLACES = (*[(0.0, 0.0)] * 2, *ring(RADIUS, 11, 0.5))
+IN_RINGS = ((0.0, 0.0), *ring(RADIUS / 2.0, 6), *ring(RADIUS, 6, 0.5))
 REGION = Region.disc((0.0, 0.0), RADIUS, 3)
 
 

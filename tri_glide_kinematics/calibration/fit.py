@@ -96,22 +96,23 @@ def calibrate(
             check_count(some)
         except TooFewMeasurementsError:
             return None
-        return solve(some, starting_state(some, assumed.vector), knowledge)
+        return solve(some, starting_state(some, knowledge.mean), knowledge, judging=True)
 
     found = robust_fit(model, fit)
-    solution = found.solution
-    residuals = _residuals(model, found)
+    kept = model.without(found.outliers)
+    solution = solve(kept, starting_state(kept, knowledge.mean), knowledge)
+    residuals = _residuals(model, found, solution)
     return Calibration(
         machine=MachineParameters.from_vector(solution.state.machine),
         nominal=assumed,
         priors=None if priors is None else replace(priors, mean=priors.mean or assumed),
         unidentified=unidentified_of(solution, knowledge),
-        covariance=covariance_of(solution),
+        covariance=covariance_of(solution, knowledge),
         residuals=residuals,
         plates=_plates(measurements, solution.state),
         frames=solution.state.frames,
-        chi_squared=solution.chi_squared,
-        degrees_of_freedom=solution.degrees_of_freedom,
+        chi_squared=found.solution.chi_squared,
+        degrees_of_freedom=found.solution.degrees_of_freedom,
         warnings=_warnings(found, residuals),
         _solution=solution,
         _knowledge=knowledge,
@@ -119,15 +120,17 @@ def calibrate(
     )
 
 
-def _residuals(model: MeasurementModel, found: RobustFit) -> tuple[Residual, ...]:
-    """Return what is left of all measurements, outliers too."""
-    solution = found.solution
-    kept = iter(leave_one_out(model.without(set(found.outliers)), solution))
+def _residuals(
+    model: MeasurementModel, found: RobustFit, solution: Solution
+) -> tuple[Residual, ...]:
+    """Return what the ``solution`` leaves of all measurements, outliers too."""
+    kept = iter(leave_one_out(model.without(found.outliers), found.solution))
     values, _ = model.equations(solution.state)
     result = []
     for index, name in enumerate(names_of(model.measurements)):
         one = model.measurements[index]
-        left_out = disagreement(model, solution, index) if index in found.outliers else next(kept)
+        out = index in found.outliers
+        left_out = disagreement(model, found.solution, index) if out else next(kept)
         unit = one.standard_deviation
         result.append(
             Residual(
@@ -136,7 +139,7 @@ def _residuals(model: MeasurementModel, found: RobustFit) -> tuple[Residual, ...
                 tuple((unit * values[model.rows[index]]).tolist()),
                 tuple((unit * left_out.error).tolist()),
                 left_out.size,
-                index in found.outliers,
+                out,
             )
         )
     return tuple(result)

@@ -22,9 +22,13 @@ from tri_glide_kinematics.vectors import FloatArray
 # than that, the nominal machine of a careful builder is the better guess.
 DETERMINED = 2.5e-4
 
-# With priors, a direction counts as determined if the data leave less than this part of its
-# standard deviation.
-LEARNED = 0.9
+# Without priors, how well residuals agree with each other is judged after a fit in all directions
+# that the data fix better than this [m]: those between explain residuals, but are not believed.
+JUDGED = 2e-3
+
+# With priors, a direction counts as determined if the data at least halve its standard deviation.
+# Else a machine that is calibrated again and again, each time from the last result, would wander.
+LEARNED = 0.5
 
 # Directions whose standard deviation is larger than this are not in the data at all [m].
 ENDLESS = 1.0
@@ -98,3 +102,8 @@ class Spectrum:
     def determined(self) -> int:
         """Number of directions that the data determine; they are the first."""
         return int((self.deviations < (LEARNED if self.is_prior else DETERMINED)).sum())
+
+    @property
+    def judged(self) -> int:
+        """Number of directions that are fitted to judge the residuals; they are the first."""
+        return len(self.strengths) if self.is_prior else int((self.deviations < JUDGED).sum())

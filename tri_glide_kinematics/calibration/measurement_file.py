@@ -89,8 +89,6 @@ def load_measurements(file: str | Path) -> MeasurementFile:
 def save_measurements(file: str | Path, content: MeasurementFile, unit: str = "mm") -> None:
     """Write a file that ``load_measurements`` reads as the same.
 
-    Standard deviations of priors are written, not a covariance.
-
     Raises:
         MeasurementFileError: if it cannot be written.
     """

@@ -9,7 +9,7 @@ three linear equations for $dp$ (docs/calibration_theory.md, section 2).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -97,7 +97,7 @@ class MeasurementModel:
             heights += heights_of(one)
         self.reported_heights = np.array(heights).reshape(-1, 3)
 
-    def without(self, dropped: set[int]) -> MeasurementModel:
+    def without(self, dropped: Collection[int]) -> MeasurementModel:
         """Return the model of all measurements but those of these indices."""
         kept = [one for i, one in enumerate(self.measurements) if i not in dropped]
         return MeasurementModel(kept, self.unknowns)

@@ -115,11 +115,11 @@ def robust_fit(
     assert solution is not None
     while len(dropped) < int(LARGEST_PART * count):
         kept = [i for i in range(count) if i not in dropped]
-        parts = [one.part_of(bound) for one in leave_one_out(model.without(set(dropped)), solution)]
+        parts = [one.part_of(bound) for one in leave_one_out(model.without(dropped), solution)]
         if max(parts) <= 1.0 and _agrees(solution):
             break
         worst = first_largest(parts)
-        following = fit(model.without({*dropped, kept[worst]}))
+        following = fit(model.without([*dropped, kept[worst]]))
         if following is None:
             break
         doubts[kept[worst]] = tuple(
@@ -136,7 +136,7 @@ def robust_fit(
         if parts[best] > 1.0:
             break
         doubts.pop(dropped.pop(best))
-        returned = fit(model.without(set(dropped)))
+        returned = fit(model.without(dropped))
         assert returned is not None
         solution = returned
     return RobustFit(solution, frozenset(dropped), doubts)

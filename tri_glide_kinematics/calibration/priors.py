@@ -12,7 +12,7 @@ from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.wording import number_text
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Priors:
     """The nominal values with standard deviations: how far the real machine may be from them.
 
@@ -24,19 +24,13 @@ class Priors:
         anchors: standard deviation of each coordinate of each anchor [m].
         arm_lengths: standard deviation of each length [m].
         height_offsets: standard deviation of each offset [m].
-        mean: around which the parameters lie; None for the nominal machine of the calibration. A
-            calibration that starts from an earlier result names the drawing here, so that the same
-            data give the same result.
-        covariance: of all twelve parameters in the order of ``MachineParameters.vector``, instead
-            of the three standard deviations: what an earlier calibration knows. Shape (12, 12)
-            [m^2].
+        mean: around which the parameters lie; None for the nominal machine of the calibration.
     """
 
     anchors: float = 1e-3
     arm_lengths: float = 5e-4
     height_offsets: float = 2e-3
     mean: MachineParameters | None = None
-    covariance: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         """Check the numbers.
@@ -51,15 +45,11 @@ class Priors:
 
     def matrix(self) -> NDArray[np.float64]:
         """Return the covariance of all twelve parameters. Shape (12, 12) [m^2]."""
-        if self.covariance is not None:
-            return self.covariance
         deviations = [self.anchors] * 6 + [self.arm_lengths] * 3 + [self.height_offsets] * 3
         return np.diag(np.square(deviations))
 
     def __str__(self) -> str:
         """Return in words what is assumed."""
-        if self.covariance is not None:
-            return "what an earlier calibration knows"
         anchors, arms, offsets = (
             number_text(1000.0 * value, 3)
             for value in (self.anchors, self.arm_lengths, self.height_offsets)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -57,8 +57,8 @@ class Calibration:
         machine: geometry and height offsets.
         nominal: where the fit began.
         priors: that were used, with their mean; None if there were none.
-        unidentified: in words, what the data do not determine. There the machine is as the nominal
-            one (without priors, exactly; with priors, as far as the data say nothing).
+        unidentified: in words, what the data do not determine. There the machine is exactly as it
+            was assumed to be.
         covariance: of the twelve parameters, in the order of ``MachineParameters.vector``. Without
             priors, of what the data determine: the rest is in ``standard_deviations`` and
             ``position_uncertainty`` only. Shape (12, 12) [m^2].
@@ -159,16 +159,6 @@ class Calibration:
             workspace,
         )
 
-    def as_priors(self) -> Priors:
-        """Return what is known now as priors of a calibration with new data only.
-
-        Raises:
-            ValueError: if this calibration had no priors, so that some things are not known at all.
-        """
-        if self.priors is None:
-            raise ValueError("a calibration without priors leaves directions without any knowledge")
-        return replace(self.priors, mean=self.machine, covariance=self.covariance)
-
     def _deviations(self, rows: FloatArray) -> FloatArray:
         """Return the standard deviations of linear functions of the parameters. Shape (n,)."""
         squares = np.einsum("ij,jk,ik->i", rows, self.covariance, rows)
@@ -194,16 +184,22 @@ def _position_rows(machine: MachineParameters, positions: ArrayLike, aligned: bo
     return rows
 
 
-def covariance_of(solution: Solution) -> FloatArray:
-    """Return the covariance of the twelve parameters that was fitted. Shape (12, 12) [m^2]."""
-    triangle = np.linalg.qr(solution.design, mode="r")
-    inverse = np.linalg.inv(triangle)
-    spread = solution.basis @ inverse[: solution.basis.shape[1]]
-    return np.asarray(spread @ spread.T)
+def covariance_of(solution: Solution, knowledge: Knowledge) -> FloatArray:
+    """Return the covariance of the twelve parameters. Shape (12, 12) [m^2].
+
+    What was not fitted is as uncertain as before: by the priors. Without them, it is left out.
+    """
+    fitted = solution.basis.shape[1]
+    inverse = np.linalg.inv(np.linalg.qr(solution.design, mode="r"))
+    spread = solution.basis @ inverse[:fitted]
+    covariance = spread @ spread.T
+    if knowledge.is_prior:
+        others = knowledge.scale @ solution.spectrum.directions[:, fitted:]
+        covariance = covariance + others @ others.T
+    return np.asarray(covariance)
 
 
 def unidentified_of(solution: Solution, knowledge: Knowledge) -> tuple[str, ...]:
     """Return in words what the data of a solution do not determine."""
-    spectrum = knowledge.spectrum(solution.matrix)
-    known = spectrum.determined if knowledge.is_prior else solution.basis.shape[1]
-    return in_words(solution.state.machine, knowledge.scale, spectrum.directions[:, known:])
+    unknown = solution.spectrum.directions[:, solution.basis.shape[1] :]
+    return in_words(solution.state.machine, knowledge.scale, unknown)

@@ -30,7 +30,7 @@ class Solution:
         matrix: their derivatives by all unknowns. Shape (n, m) [1/m].
         spectrum: what the data say about the machine, taken where the fit began.
         basis: the directions of the machine in which it was fitted. Shape (12, k).
-        prior: distance from the mean of the priors, by standard deviations. Shape (12,) or (0,).
+        prior: distance from the mean of the priors, by standard deviations. Shape (k,) or (0,).
     """
 
     state: State
@@ -57,25 +57,34 @@ class Solution:
         return rows - columns
 
 
-def solve(model: MeasurementModel, start: State, knowledge: Knowledge) -> Solution:
+def solve(
+    model: MeasurementModel, start: State, knowledge: Knowledge, *, judging: bool = False
+) -> Solution:
     """Return the machine, plates and frames that fit the measurements best.
 
-    With priors, all directions are fitted. Without, only those that the data determine: the others
-    stay exactly as they are at the start, so that nothing wanders along them.
+    Fitted are the directions of the machine that the data determine. The others stay exactly as
+    they are at the start, so that nothing wanders along them.
+
+    Args:
+        model: of the measurements.
+        start: with the mean of what is known of the machine.
+        knowledge: of the machine before anything is measured.
+        judging: whether to fit so many directions that the residuals tell the noise.
 
     Raises:
         NoConvergenceError: if the fit does not come to rest.
     """
     residuals, matrix = model.equations(start)
     spectrum = knowledge.spectrum(matrix)
-    basis = knowledge.scale
-    if not knowledge.is_prior:
-        basis = basis @ spectrum.directions[:, : spectrum.determined]
+    fitted_count = spectrum.judged if judging else spectrum.determined
+    directions = spectrum.directions[:, :fitted_count]
+    basis = knowledge.scale @ directions
 
     def prior(state: State) -> FloatArray:
         if not knowledge.is_prior:
             return np.empty(0)
-        return np.asarray(np.linalg.solve(knowledge.scale, state.machine - knowledge.mean))
+        change = np.linalg.solve(knowledge.scale, state.machine - knowledge.mean)
+        return np.asarray(directions.T @ change)
 
     state, distance = start, prior(start)
     size = np.inf
