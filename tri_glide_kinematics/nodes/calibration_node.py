@@ -81,7 +81,13 @@ class CalibrationNode(Node):
         self._session = Session(plate_of(values), deviations_of(values))
         believed = TrueMachine(TriGlide(self._nominal.geometry), self._nominal.height_offsets)
         self._resting = Resting(self._record)
-        self._probes = ProbeDriver(self, values["base_frame"], self._record, believed.position)
+        self._probes = ProbeDriver(
+            self,
+            values["base_frame"],
+            self._record,
+            believed.position,
+            values["contact_delay"],
+        )
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._refused = ReasonLog(lambda text: self.get_logger().warning(text), lines_per_second=10)
         for log in (self._unusable, self._refused):

@@ -385,6 +385,15 @@ CALIBRATION_NODE = (
         0.0,
         60.0,
     ),
+    Parameter(
+        "contact_delay",
+        0.0,
+        "how long after a contact its message is sent, on average: debouncing, half a sampling "
+        "period",
+        "s",
+        0.0,
+        1.0,
+    ),
     Parameter("plate_name", "bed", "name of the plate that is meant where none is named"),
     Parameter(
         "plate_known",

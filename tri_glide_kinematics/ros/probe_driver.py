@@ -63,6 +63,7 @@ class ProbeDriver:
         base_frame: str,
         record: HeightRecord,
         place_of: Callable[[Vector3], Vector3],
+        contact_delay: float,
     ) -> None:
         """Be ready.
 
@@ -72,7 +73,9 @@ class ProbeDriver:
             record: of reported heights.
             place_of: tells where the platform is at reported heights, and may raise a
                 KinematicsError.
+            contact_delay: time from a contact to its message [s].
         """
+        self._contact_delay = contact_delay
         self._node = node
         self._base_frame = base_frame
         self._record = record
@@ -198,7 +201,8 @@ class ProbeDriver:
         self._is_touched, self._heard = message.data, now
         if self._probe is not None:
             # A Bool has no time of its own: that at which it was sent comes nearest.
-            self._probe.contact(message.data, 1e-9 * info["source_timestamp"], now)
+            stamp = 1e-9 * info["source_timestamp"] - self._contact_delay
+            self._probe.contact(message.data, stamp, now)
 
     def _on_pose(self, _: PoseStamped) -> None:
         """Notice a command that our next twist takes the place of before it makes a state."""

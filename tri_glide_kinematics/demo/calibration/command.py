@@ -35,6 +35,8 @@ from tri_glide_kinematics.ros.processes import NodeProcesses, default_parameter_
 from tri_glide_kinematics.ros.transport import COMPUTER, choose_transport
 
 MEASUREMENTS, TRUTH, CALIBRATED = "measurements.yaml", "true_machine.yaml", "calibrated.yaml"
+# The simulator looks at its switch 500 times a second [s].
+CONTACT_DELAY = 0.001
 # The fewest touches that tell of the plate's whole area, and all places there are.
 FEWEST, MOST = 7, 13
 
@@ -94,11 +96,12 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
 
 
 def _assumed() -> list[str]:
-    """Return the parameters that say how wrong the machine may be."""
+    """Return the parameters that say how wrong the machine may be, and how late its switch is."""
     values = {
         "prior_anchors": USUAL_ERRORS.anchors,
         "prior_arm_lengths": USUAL_ERRORS.arm_lengths,
         "prior_height_offsets": USUAL_ERRORS.height_offsets,
+        "contact_delay": CONTACT_DELAY,
     }
     return [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
 

@@ -18,8 +18,8 @@ RADIUS = 0.12  # m, within which all happens
 PLATE = 0.1  # m, true height of a level plate
 ABOVE = 0.05  # m, over the plate is all that is not probed
 # A machine that is wrong may be lower than it believes; after the first touch less is enough [m].
-FIRST_START, START = 0.006, 0.003
-PROBE_SPEED = 0.004  # m/s
+FIRST_START, START = 0.006, 0.0025
+PROBE_SPEED = 0.0025  # m/s
 CALLIPER = 5e-5  # m, standard deviation
 
 
@@ -55,7 +55,7 @@ def touch_places(count: int) -> list[tuple[float, float]]:
 
 def judge(client: CalibrationClient) -> Judged:
     """Send the platform to places over the plate, and look where it truly is."""
-    places = [(0.0, 0.0), *ring(0.95 * RADIUS, 6, 0.2)]
+    places = [(0.0, 0.0), *ring(0.95 * RADIUS, 5, 0.2)]
     targets = [(x, y, PLATE + ABOVE) for x, y in places]
     reached = []
     for target in targets:
@@ -82,7 +82,6 @@ def probe(client: CalibrationClient, count: int, believed: MachineParameters) ->
             f"touch {answer.number} at {in_millimetres(place)} mm, as the nodes believe; "
             f"overrun {1e6 * answer.overrun:.0f} µm"
         )
-        client.move((x, y, PLATE + FIRST_START + START))
 
 
 def measure_distances(client: CalibrationClient, rng: np.random.Generator) -> None:
