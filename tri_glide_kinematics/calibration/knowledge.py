@@ -69,9 +69,9 @@ class Knowledge:
         if others.shape[1]:
             # What plates and frames can explain as well says nothing about the machine.
             machine = machine - others @ np.linalg.lstsq(others, machine, rcond=None)[0]
-        _, values, directions = np.linalg.svd(machine)
-        strengths = np.zeros(MACHINE)
-        strengths[: len(values)] = values[:MACHINE]
+        # Rows of zeros, so that there is a direction for each parameter.
+        padded = np.concatenate((machine, np.zeros((MACHINE, MACHINE))))
+        _, strengths, directions = np.linalg.svd(padded, full_matrices=False)
         return Spectrum(strengths, directions.T, self.is_prior)
 
 

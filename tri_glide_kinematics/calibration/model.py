@@ -10,6 +10,7 @@ three linear equations for $dp$ (docs/calibration_theory.md, section 2).
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +26,8 @@ from tri_glide_kinematics.calibration.unknowns import MACHINE, State, Unknowns, 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
+
+Kind = TypeVar("Kind", Touch, MeasuredPosition, Distance)
 
 
 def positions_of(machine: FloatArray, heights: FloatArray) -> FloatArray:
@@ -86,16 +89,23 @@ class MeasurementModel:
         self.measurements = tuple(measurements)
         self.unknowns = unknowns
         self.rows: list[slice] = []
-        heights: list[Sequence[float]] = []
-        self._first: list[int] = []
         self.count = 0
-        for one in self.measurements:
+        self._first: list[int] = []
+        heights: list[Sequence[float]] = []
+        # All equations of a plate, of a frame, and of distances are calculated at once.
+        groups: dict[tuple[type, str], list[int]] = {}
+        for index, one in enumerate(self.measurements):
             size = 3 if isinstance(one, MeasuredPosition) else 1
             self.rows.append(slice(self.count, self.count + size))
             self.count += size
             self._first.append(len(heights))
             heights += heights_of(one)
+            groups.setdefault((type(one), target_of(one)), []).append(index)
         self.reported_heights = np.array(heights).reshape(-1, 3)
+        self._groups = groups
+        sizes = [rows.stop - rows.start for rows in self.rows]
+        deviations = [one.standard_deviation for one in self.measurements]
+        self._deviations = np.repeat(deviations, sizes)
 
     def without(self, dropped: Collection[int]) -> MeasurementModel:
         """Return the model of all measurements but those of these indices."""
@@ -105,7 +115,7 @@ class MeasurementModel:
     def places(self, state: State) -> FloatArray:
         """Return where the platform was in all measurements, both ends of distances.
 
-        Shape (n, 3) [m].
+        Shape (m, 3) [m].
         """
         return positions_of(state.machine, self.reported_heights)
 
@@ -124,48 +134,68 @@ class MeasurementModel:
         derivatives = position_derivatives(state.machine, places)
         residuals = np.empty(self.count)
         matrix = np.zeros((self.count, self.unknowns.size))
-        for one, rows, first in zip(self.measurements, self.rows, self._first):
-            row = matrix[rows]
-            residuals[rows] = self._fill(
-                one, state, places[first : first + 2], derivatives[first : first + 2], row
-            )
-            residuals[rows] /= one.standard_deviation
-            row /= one.standard_deviation
-        return residuals, matrix
+        for (kind, target), indices in self._groups.items():
+            first = [self._first[index] for index in indices]
+            place, change = places[first], derivatives[first]
+            rows = np.array([self.rows[index].start for index in indices])
+            if kind is Touch:
+                residuals[rows], matrix[rows] = self._touches(state, target, place, change)
+            elif kind is Distance:
+                last = np.add(first, 1)
+                lengths = np.array([one.distance for one in self._all(Distance, indices)])
+                step, turn = places[last] - place, derivatives[last] - change
+                length = np.linalg.norm(step, axis=1)
+                residuals[rows] = length - lengths
+                # Ends in one place have no direction; the data checks refuse them.
+                along = step / np.maximum(length, 1e-12)[:, None]
+                matrix[rows, :MACHINE] = np.einsum("ni,nij->nj", along, turn)
+            else:
+                rows = (rows[:, None] + np.arange(3)).ravel()
+                seen = np.array([one.position for one in self._all(MeasuredPosition, indices)])
+                errors, parts = self._positions(state, target, place, change)
+                residuals[rows] = (errors - seen).ravel()
+                matrix[rows] = parts.reshape(len(rows), -1)
+        return residuals / self._deviations, matrix / self._deviations[:, None]
 
-    def _fill(
-        self,
-        one: Measurement,
-        state: State,
-        places: FloatArray,
-        derivatives: FloatArray,
-        row: FloatArray,
-    ) -> FloatArray | float:
-        """Return predicted minus measured [m], and write its derivatives to ``row``."""
-        place, change = places[0], derivatives[0]
-        if isinstance(one, Touch):
-            surface = state.plates[one.plate.name]
-            factors = np.array([1.0, place[0], place[1]])
-            row[0, :MACHINE] = change[2] - surface[1] * change[0] - surface[2] * change[1]
-            for column, factor in zip(self.unknowns.plates[one.plate.name], factors):
-                if column >= 0:
-                    row[0, column] = -factor
-            return float(place[2] - factors @ surface)
-        if isinstance(one, Distance):
-            step = places[1] - place
-            length = float(np.linalg.norm(step))
-            # Ends in one place have no direction; the data checks refuse them.
-            row[0, :MACHINE] = step @ (derivatives[1] - change) / max(length, 1e-12)
-            return length - one.distance
-        if one.frame not in state.frames:
-            row[:, :MACHINE] = change
-            return place - np.array(one.position)
-        frame, column = state.frames[one.frame], self.unknowns.frames[one.frame]
-        turned = frame.rotation @ place
-        row[:, :MACHINE] = frame.rotation @ change
-        row[:, column : column + 3] = -cross_matrix(turned)
-        row[:, column + 3 : column + 6] = np.eye(3)
-        return np.asarray(turned + frame.shift - np.array(one.position))
+    def _all(self, kind: type[Kind], indices: Sequence[int]) -> list[Kind]:
+        some = [self.measurements[index] for index in indices]
+        return [one for one in some if isinstance(one, kind)]
+
+    def _touches(
+        self, state: State, plate: str, places: FloatArray, changes: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return heights above a plate [m], and their derivatives."""
+        _, along_x, along_y = surface = state.plates[plate]
+        factors = np.column_stack((np.ones(len(places)), places[:, :2]))
+        matrix = np.zeros((len(places), self.unknowns.size))
+        matrix[:, :MACHINE] = changes[:, 2] - along_x * changes[:, 0] - along_y * changes[:, 1]
+        for column, factor in zip(self.unknowns.plates[plate], factors.T):
+            if column >= 0:
+                matrix[:, column] = -factor
+        return places[:, 2] - factors @ surface, matrix
+
+    def _positions(
+        self, state: State, frame: str, places: FloatArray, changes: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return places in a frame [m], and their derivatives."""
+        matrix = np.zeros((len(places), 3, self.unknowns.size))
+        if frame not in state.frames:
+            matrix[:, :, :MACHINE] = changes
+            return places, matrix
+        placement, column = state.frames[frame], self.unknowns.frames[frame]
+        turned = places @ placement.rotation.T
+        matrix[:, :, :MACHINE] = placement.rotation @ changes
+        for index, place in enumerate(turned):
+            matrix[index, :, column : column + 3] = -cross_matrix(place)
+        matrix[:, :, column + 3 : column + 6] = np.eye(3)
+        return turned + placement.shift, matrix
+
+
+def target_of(one: Measurement) -> str:
+    """Return the name of the plate or frame of a measurement; empty for a distance."""
+    if isinstance(one, Touch):
+        return one.plate.name
+    return one.frame if isinstance(one, MeasuredPosition) else ""
 
 
 def heights_of(one: Measurement) -> list[Sequence[float]]:

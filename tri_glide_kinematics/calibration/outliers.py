@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from tri_glide_kinematics.calibration.model import MeasurementModel
-from tri_glide_kinematics.calibration.solving import Solution
+from tri_glide_kinematics.calibration.solving import Solution, design_of
 from tri_glide_kinematics.rounding import first_largest
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -67,15 +67,21 @@ def leave_one_out(model: MeasurementModel, solution: Solution) -> list[Disagreem
     """Return the disagreement of each measurement of the solution, were it left out of the fit."""
     basis = np.linalg.qr(solution.design)[0]
     result = []
+    left = 1.0 - np.square(basis).sum(axis=1)
     for rows in model.rows:
+        if rows.stop - rows.start == 1:
+            residual, free_part = float(solution.residuals[rows.start]), float(left[rows.start])
+            checked = free_part > UNCHECKED
+            error = residual / free_part if checked else 0.0
+            result.append(Disagreement(residual * error, int(checked), np.array([error])))
+            continue
         part = basis[rows]
         # With H the part of the hat matrix: residual = (1 - H) error, covariance (1 - H)^-1.
         values, vectors = np.linalg.eigh(np.eye(len(part)) - part @ part.T)
         turned = vectors.T @ solution.residuals[rows]
         free = values > UNCHECKED
-        error = np.where(free, turned / np.where(free, values, 1.0), 0.0)
-        squared = float(np.square(turned[free]) @ (1.0 / values[free]))
-        result.append(Disagreement(squared, int(free.sum()), vectors @ error))
+        errors = np.where(free, turned / np.where(free, values, 1.0), 0.0)
+        result.append(Disagreement(float(turned @ errors), int(free.sum()), vectors @ errors))
     return result
 
 
@@ -83,11 +89,8 @@ def disagreement(model: MeasurementModel, solution: Solution, index: int) -> Dis
     """Return that of a measurement which the solution has not seen."""
     residuals, matrix = model.equations(solution.state)
     rows = model.rows[index]
-    design = solution.design
-    fitted = solution.basis.shape[1]
-    part = np.concatenate((matrix[rows, :12] @ solution.basis, matrix[rows, 12:]), axis=1)
-    assert part.shape[1] == design.shape[1] >= fitted
-    spread = np.linalg.lstsq(design.T, part.T, rcond=None)[0]
+    part = design_of(matrix[rows], solution.basis)
+    spread = np.linalg.lstsq(solution.design.T, part.T, rcond=None)[0]
     covariance = np.eye(len(part)) + spread.T @ spread
     error = residuals[rows]
     squared = float(error @ np.linalg.solve(covariance, error))

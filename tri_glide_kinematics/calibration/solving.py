@@ -43,7 +43,7 @@ class Solution:
     @property
     def design(self) -> FloatArray:
         """Derivatives of all equations, priors last, by what was fitted. Shape (n + p, k + a)."""
-        return _design(self.matrix, self.basis, len(self.prior))
+        return design_of(self.matrix, self.basis, len(self.prior))
 
     @property
     def chi_squared(self) -> float:
@@ -89,7 +89,7 @@ def solve(
     state, distance = start, prior(start)
     size = np.inf
     for _ in range(STEPS):
-        design = _design(matrix, basis, len(distance))
+        design = design_of(matrix, basis, len(distance))
         right = -np.concatenate((residuals, distance))
         fitted = np.linalg.lstsq(design, right, rcond=None)[0]
         size = float(np.linalg.norm(design @ fitted))
@@ -111,7 +111,8 @@ def solve(
     raise NoConvergenceError(STEPS, size)
 
 
-def _design(matrix: FloatArray, basis: FloatArray, priors: int) -> FloatArray:
+def design_of(matrix: FloatArray, basis: FloatArray, priors: int = 0) -> FloatArray:
+    """Return derivatives by what is fitted; the rows of ``priors`` last."""
     machine, others = matrix[:, :MACHINE] @ basis, matrix[:, MACHINE:]
     below = np.zeros((priors, basis.shape[1] + others.shape[1]))
     below[:, : basis.shape[1]] = np.eye(priors, basis.shape[1])
