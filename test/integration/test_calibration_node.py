@@ -37,7 +37,7 @@ class Calibration:
 
     def start(self, parameters=None, simulator=None):
         self.node = self._nodes.start("calibration_node", parameters)
-        self.machine.start(None, {"plate_height": PLATE, **(simulator or {})})
+        self.machine.start({"twist_timeout": 1.0}, {"plate_height": PLATE, **(simulator or {})})
         self.client.wait_for(
             lambda: self.client.node.count_publishers("target_twist") == 2, "calibration_node"
         )

@@ -20,8 +20,8 @@ LARGEST_DEVIATION = 2e-3
 # Measured heights that are silent for longer end a probe [s].
 LONGEST_SILENCE = 0.5
 # The platform has to move by some part of the way that was asked for in this time, or is held [s].
-PATIENCE = 2.0
-LEAST_PART = 0.1
+PATIENCE = 4.0
+LEAST_PART = 0.05
 # The longest that a stop, and the way back, may take [s].
 LONGEST_STOP = 5.0
 LONGEST_WAY_BACK = 15.0
@@ -129,7 +129,8 @@ class Probe:
             self._fail(f"no contact on {number_text(1e3 * settings.depth, 6)} mm", now)
         elif now - since > PATIENCE:
             if height - z < LEAST_PART * settings.speed * PATIENCE:
-                self._fail("the platform does not go down: is it at the edge of its space?", now)
+                state, reason = self._machine
+                self._fail(f"the platform does not go down: ik_node is {state}: {reason}", now)
             self._progress = (now, z)
 
     def machine(self, state: str, reason: str, now: float) -> None:

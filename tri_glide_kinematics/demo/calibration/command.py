@@ -35,6 +35,8 @@ from tri_glide_kinematics.ros.processes import NodeProcesses, default_parameter_
 from tri_glide_kinematics.ros.transport import COMPUTER, choose_transport
 
 MEASUREMENTS, TRUTH, CALIBRATED = "measurements.yaml", "true_machine.yaml", "calibrated.yaml"
+# A busy computer may send twists late [s].
+TWIST_TIMEOUT = 1.0
 # The simulator looks at its switch 500 times a second [s].
 CONTACT_DELAY = 0.001
 # The fewest touches that tell of the plate's whole area, and all places there are.
@@ -52,7 +54,7 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
         found = ["-r", f"__ns:={namespace}", "--log-level", "WARN"]
         for file in (default_parameter_file(), *files):
             found += ["--params-file", str(file)]
-        return [*found, *PATIENCE]
+        return [*found, *PATIENCE, "-p", f"twist_timeout:={TWIST_TIMEOUT}"]
 
     say(f"a machine that is wrong by {USUAL_ERRORS}")
     with NodeProcesses() as processes:
