@@ -6,6 +6,7 @@ import pytest
 
 from tri_glide_kinematics.calibrating.probing import (
     BACK_TOLERANCE,
+    LETTING_GO,
     LONGEST_STOP,
     LONGEST_WAY_BACK,
     Probe,
@@ -74,10 +75,13 @@ def test_contact_ends_the_way_down_and_the_platform_goes_back():
     platform = Platform(plate=0.046)
     probe = platform.run()
     assert probe.failure is None
-    # In the step in which the switch closed, 2 s after the start.
-    assert probe.contact_stamp == pytest.approx(1e9 + 102.0, abs=2.0 * PERIOD)
+    # In the step in which the switch closed, 2 s after the platform set off.
+    expected = 1e9 + 102.0 + LETTING_GO
+    assert probe.contact_stamp == pytest.approx(expected, abs=3.0 * PERIOD)
     assert probe.lowest == pytest.approx(0.046, abs=1.1 * PERIOD * SETTINGS.speed)
-    assert set(platform.commands[:-2]) == {Speed(-0.002)}
+    first = platform.commands.index(Speed(-0.002))
+    assert set(platform.commands[:first]) == {Speed(0.0)}
+    assert set(platform.commands[first:-2]) == {Speed(-0.002)}
     assert platform.commands[-2:] == [Speed(0.0), Target(START)]
     assert tuple(platform.position) == START
 

@@ -15,6 +15,8 @@ IDLE, MOVING, JOGGING, STOPPING = "idle", "moving", "jogging", "stopping"
 # Part of the reason of ik_node for a stop because our twists came late.
 LATE_TWIST = "no twist for"
 
+# After a stop ik_node refuses twists until it is told of zero: so each probe begins with that [s].
+LETTING_GO = 0.1
 # Farther than this from the way down, somebody else leads the platform [m].
 LARGEST_DEVIATION = 2e-3
 # Measured heights that are silent for longer end a probe [s].
@@ -169,7 +171,8 @@ class Probe:
         elif self.phase is ProbePhase.BACK:
             return self._go_back(now)
         if self.phase is ProbePhase.DOWN:
-            return Speed(-self._settings.speed)
+            is_letting_go = now - self._changed < LETTING_GO
+            return Speed(0.0 if is_letting_go else -self._settings.speed)
         return Speed(0.0) if self.phase is ProbePhase.STOPPING else None
 
     def _go_back(self, now: float) -> Target | None:
