@@ -51,7 +51,7 @@ class WrongMachine:
     @classmethod
     def random(cls, rng: np.random.Generator, nominal: MachineParameters = NOMINAL) -> WrongMachine:
         """Return a machine that is ``WRONG_BY`` as much from the ``nominal`` one."""
-        change = np.sqrt(np.diag(WRONG_BY.matrix())) * rng.standard_normal(12)
+        change = WRONG_BY.deviations() * rng.standard_normal(12)
         return cls(MachineParameters.from_vector(nominal.vector + change))
 
     def reported(self, place: Sequence[float]) -> Vector3:

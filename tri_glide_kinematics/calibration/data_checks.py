@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tri_glide_kinematics.calibration.errors import (
+    CalibrationError,
     NoMachineThereError,
     OnePlaceError,
     TooFewMeasurementsError,
@@ -17,6 +18,7 @@ from tri_glide_kinematics.calibration.measurements import (
     Distance,
     MeasuredPosition,
     Measurement,
+    Plate,
     Touch,
 )
 from tri_glide_kinematics.calibration.model import MeasurementModel, heights_of
@@ -52,6 +54,21 @@ def names_of(measurements: Sequence[Measurement]) -> list[str]:
         counts[kind] += 1
         names.append(f"{kind} {counts[kind]}")
     return names
+
+
+def check_plates(measurements: Sequence[Measurement]) -> None:
+    """Check that all touches of a plate say the same of it.
+
+    Raises:
+        CalibrationError: if two do not.
+    """
+    plates: dict[str, Plate] = {}
+    for one in measurements:
+        if isinstance(one, Touch) and plates.setdefault(one.plate.name, one.plate) != one.plate:
+            raise CalibrationError(
+                f"two plates have the name {one.plate.name!r}: {plates[one.plate.name]} and "
+                f"{one.plate}"
+            )
 
 
 def check_count(model: MeasurementModel) -> None:

@@ -10,6 +10,7 @@ from scipy.stats import chi2
 
 from tri_glide_kinematics.calibration.data_checks import (
     check_count,
+    check_plates,
     check_reach,
     check_spread,
     check_units,
@@ -81,15 +82,15 @@ def calibrate(
     """
     assumed = MachineParameters(nominal, tuple(height_offsets))  # type: ignore[arg-type]
     measurements: list[Measurement] = [*touches, *positions, *distances]
+    check_plates(measurements)
     unknowns = Unknowns.of(measurements)
     model = MeasurementModel(measurements, unknowns)
     check_count(model)
     check_units(measurements, max(nominal.arm_lengths))
     start = starting_state(model, assumed.vector)
     check_reach(model, start)
-    region = Region.of(nominal)
-    check_spread(model, start, region)
-    knowledge = Knowledge.of(assumed.vector, priors, region)
+    check_spread(model, start, Region.of(nominal))
+    knowledge = Knowledge.of(assumed.vector, priors)
 
     def fit(some: MeasurementModel) -> Solution | None:
         try:

@@ -1,10 +1,7 @@
-"""Scales in which a calibration measures its parameters: those of the priors, or none but a ruler.
+"""Scales in which a calibration measures its parameters: those of the priors, or metres.
 
-The machine is nominal + scale u. With priors u has the covariance 1, so that one is one standard
-deviation. Without priors the length of u is the size of a change [m]: the root of the mean square
-by which the platform moves in the region, and of the squares of the changes of all parameters. The
-first part makes a step that the data ask for never worsen the position as a whole; the second part
-keeps parameters where they are when only a far-fetched combination of them moves the platform.
+The machine is mean + scale u. With priors u has the covariance 1, so that one is one standard
+deviation. Without priors u is the change of the parameters itself [m].
 """
 
 from __future__ import annotations
@@ -14,13 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tri_glide_kinematics.calibration.priors import Priors
-from tri_glide_kinematics.calibration.region import Region
 from tri_glide_kinematics.calibration.unknowns import MACHINE
 from tri_glide_kinematics.vectors import FloatArray
 
 # Without priors, a direction counts as determined if the data fix it better than this [m]: worse
 # than that, the nominal machine of a careful builder is the better guess.
-DETERMINED = 2.5e-4
+DETERMINED = 1.5e-4
 
 # Without priors, how well residuals agree with each other is judged after a fit in all directions
 # that the data fix better than this [m]: those between explain residuals, but are not believed.
@@ -49,14 +45,12 @@ class Knowledge:
     is_prior: bool
 
     @classmethod
-    def of(cls, nominal: FloatArray, priors: Priors | None, region: Region) -> Knowledge:
+    def of(cls, nominal: FloatArray, priors: Priors | None) -> Knowledge:
         """Return what ``priors`` say of a ``nominal`` machine; None for nothing."""
-        if priors is not None:
-            mean = nominal if priors.mean is None else priors.mean.vector
-            return cls(mean, np.asarray(np.linalg.cholesky(priors.matrix())), True)
-        derivatives = region.derivatives(nominal).reshape(-1, MACHINE)
-        metric = derivatives.T @ derivatives / len(region.places) + np.eye(MACHINE)
-        return cls(nominal, np.linalg.inv(np.linalg.cholesky(metric)).T, False)
+        if priors is None:
+            return cls(nominal, np.eye(MACHINE), False)
+        mean = nominal if priors.mean is None else priors.mean.vector
+        return cls(mean, np.diag(priors.deviations()), True)
 
     def spectrum(self, matrix: FloatArray) -> Spectrum:
         """Return what equations with these derivatives say about u.

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.calibration.machine import MachineParameters
 from tri_glide_kinematics.checks import positive
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text
 
 
@@ -43,10 +43,9 @@ class Priors:
             value = positive(f"standard deviation of {name}", getattr(self, name), "m")
             object.__setattr__(self, name, value)
 
-    def matrix(self) -> NDArray[np.float64]:
-        """Return the covariance of all twelve parameters. Shape (12, 12) [m^2]."""
-        deviations = [self.anchors] * 6 + [self.arm_lengths] * 3 + [self.height_offsets] * 3
-        return np.diag(np.square(deviations))
+    def deviations(self) -> FloatArray:
+        """Return the standard deviations of all twelve parameters. Shape (12,) [m]."""
+        return np.repeat([self.anchors, self.arm_lengths, self.height_offsets], [6, 3, 3])
 
     def __str__(self) -> str:
         """Return in words what is assumed."""
