@@ -173,6 +173,13 @@ def test_silent_measurements_end_it_at_once():
     assert platform.run().failure == "no measured heights for 0.5 s"
 
 
+def test_time_in_which_nobody_listened_is_no_silence():
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    platform.now += 3.0
+    assert platform.run().failure is None
+
+
 def test_no_rest_and_no_way_back_are_told():
     probe = Probe(SETTINGS, START, 0.0)
     probe.contact(True, 0.0, 0.0)

@@ -21,6 +21,8 @@ LETTING_GO = 0.1
 LARGEST_DEVIATION = 2e-3
 # Measured heights that are silent for longer end a probe [s].
 LONGEST_SILENCE = 0.5
+# Who looks less often than this has not listened [s].
+LONGEST_LOOK = 0.05
 # The platform has to move by some part of the way that was asked for in this time, or is held [s].
 PATIENCE = 4.0
 LEAST_PART = 0.05
@@ -94,7 +96,7 @@ class Probe:
         self.lowest = start[2]
         self._settings = settings
         self._start = start
-        self._heard = self._measured = self._changed = now
+        self._heard = self._measured = self._changed = self._stepped = now
         self._progress = (now, start[2])
         self._has_jogged = False
         self._position = start
@@ -164,6 +166,7 @@ class Probe:
 
     def step(self, now: float) -> Speed | Target | None:
         """Return what ik_node is to be told now; None for nothing."""
+        self._excuse(now)
         if self.phase is ProbePhase.DOWN:
             self._listen(now)
         elif self.phase is ProbePhase.STOPPING and now - self._changed > LONGEST_STOP:
@@ -189,6 +192,13 @@ class Probe:
                 now,
             )
         return None
+
+    def _excuse(self, now: float) -> None:
+        """Count no time in which we were kept from listening as silence of others."""
+        gap, self._stepped = now - self._stepped, now
+        if gap > LONGEST_LOOK:
+            self._heard += gap
+            self._measured += gap
 
     def _listen(self, now: float) -> None:
         timeout = self._settings.contact_timeout
