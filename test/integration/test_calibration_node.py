@@ -17,6 +17,7 @@ from tri_glide_interfaces.srv import (
     RecordPosition,
     RecordTouch,
     SaveMeasurements,
+    SolveCalibration,
 )
 from tri_glide_kinematics.calibration.measurement_file import load_measurements
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
@@ -185,6 +186,27 @@ def test_measurements_are_noted_listed_dropped_and_saved(calibration, machine, t
     ends = [MACHINE.forward(heights) for heights in (distance.heights_from, distance.heights_to)]
     assert ends[0] == pytest.approx((0.0, 0.0, 0.3), abs=EXACT)
     assert ends[1] == pytest.approx((0.1, 0.0, 0.3), abs=EXACT)
+
+
+def test_requests_without_a_meaning_get_a_reason(calibration, machine, tmp_path):
+    calibration.start()
+    nan = float("nan")
+    for kind, service, fields, words in (
+        (RecordTouch, "record_touch", {"standard_deviation": nan}, "standard_deviation"),
+        (RecordTouch, "record_touch", {"standard_deviation": -1.0}, "at least 0"),
+        (RecordPosition, "record_position", {"position": Point(x=nan)}, "measured position"),
+        (RecordDistanceEnd, "record_distance_end", {"distance": -0.1}, "at least 0"),
+        (ProbePlate, "probe", {"depth": nan}, "depth"),
+        (ProbePlate, "probe", {"speed": -0.1}, "at least 0"),
+        (DropMeasurement, "drop", {"number": 1}, "no measurement 1, only 0"),
+        (SaveMeasurements, "save", {"file": str(tmp_path)}, "cannot be written"),
+        (SolveCalibration, "solve", {}, "needed"),
+    ):
+        answer = calibration.call(kind, service, **fields)
+        assert not answer.success
+        assert words in answer.message, answer.message
+    assert calibration.lines == []
+    assert "internal error" not in calibration.node.output
 
 
 def test_moving_sliders_are_not_noted(calibration, machine, client):

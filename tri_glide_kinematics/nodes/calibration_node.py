@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import traceback
 from collections.abc import Awaitable, Callable
 from functools import partial
 from pathlib import Path
@@ -148,6 +149,11 @@ class CalibrationNode(Node):
         except KinematicsError as error:
             response.message = str(error)
             self._refused.add(f"{name}: {error}")
+        except Exception as error:
+            # Without an answer, who asks would wait for ever.
+            response = type(response)()
+            response.message = f"internal error: {type(error).__name__}: {error}"
+            self.get_logger().error(f"{name}: {traceback.format_exc()}")
         return response
 
     async def _record_touch(self, request: Any, response: Any) -> None:
