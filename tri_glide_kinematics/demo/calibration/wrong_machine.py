@@ -15,6 +15,6 @@ USUAL_ERRORS = Priors(anchors=5e-4, arm_lengths=3e-4, height_offsets=1e-3)
 
 def wrong_machine(seed: int) -> MachineParameters:
     """Return one of many machines that were all built to the drawing of the default one."""
-    deviations = np.sqrt(np.diag(USUAL_ERRORS.matrix()))
+    deviations = USUAL_ERRORS.deviations()
     change = deviations * np.random.default_rng(seed).standard_normal(len(deviations))
     return MachineParameters.from_vector(NOMINAL.vector + change)
