@@ -22,7 +22,7 @@ FIGURES = (
     "start",
     "transport",
 )
-TABLES = ("tracking", "paths", "streams")
+TABLES = ("tracking", "paths", "goals", "streams")
 GROWTH = "growth"
 NAMES = (*FIGURES, *TABLES, GROWTH)
 

@@ -40,14 +40,28 @@ def run() -> bool:
     if services:
         growth_plots.save_services(FOLDER / "performance_services.png", services)
 
-    machines = []
-    lines = [("machines", "cycles per second", "late cycles")]
-    for load in growth_nodes.machines():
+    machines = _machines(missing, growth_nodes.MACHINES, one_process=False)
+    _machines(missing, growth_nodes.MACHINES_IN_ONE_PROCESS, one_process=True)
+    if machines:
+        growth_plots.save_machines(FOLDER / "performance_machines.png", machines)
+    for row in missing:
+        _say(f"no answer: {row.what}: {row.reason}")
+    return not any(row.is_failure for row in missing)
+
+
+def _machines(
+    missing: list[Missing], most: int, *, one_process: bool
+) -> list[growth_nodes.MachineLoad]:
+    """Measure and print how many machines run on this computer; return what was found."""
+    found = []
+    head = "machines, one process each" if one_process else "machines, three processes each"
+    lines: list[tuple[str, ...]] = [(head, "cycles per second", "late cycles")]
+    for load in growth_nodes.machines(most, one_process):
         if isinstance(load, Missing):
             missing.append(load)
             continue
-        _say(f"{load.machines} machines")
-        machines.append(load)
+        _say(f"{load.machines} {head}")
+        found.append(load)
         late = [100.0 * count / rate for count, rate in zip(load.late, load.rates)]
         lines.append(
             (
@@ -57,11 +71,7 @@ def run() -> bool:
             )
         )
     print(f"\n{aligned(lines)}", flush=True)
-    if machines:
-        growth_plots.save_machines(FOLDER / "performance_machines.png", machines)
-    for row in missing:
-        _say(f"no answer: {row.what}: {row.reason}")
-    return not any(row.is_failure for row in missing)
+    return found
 
 
 def _say(text: str) -> None:

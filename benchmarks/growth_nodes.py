@@ -20,7 +20,7 @@ from benchmarks.bench_services import (
     service_name,
 )
 from benchmarks.harness import Missing, NoAnswerError
-from benchmarks.ros_session import session
+from benchmarks.ros_session import Session, session
 from tri_glide_interfaces.srv import TraceFMechanism, TraceFourBar
 
 MOST_STEPS = {TraceFourBar: 1_000_000, TraceFMechanism: 100_000}  # that a request may ask for
@@ -28,7 +28,8 @@ REQUESTS: dict[type, Callable[[int], object]] = {
     TraceFourBar: four_bar_request,
     TraceFMechanism: f_mechanism_request,
 }
-MACHINES = range(1, 9)
+MACHINES = 8  # at most
+MACHINES_IN_ONE_PROCESS = 5  # at most
 MACHINE_TIME = 8.0  # s of motion that are judged
 TARGET_PERIOD = 0.5  # s
 LATE = "late cycles in the last second"
@@ -61,6 +62,14 @@ class MachineLoad(NamedTuple):
     machines: int
     late: list[float]
     rates: list[float]
+
+
+def _start_machine(running: Session, namespace: str, one_process: bool) -> None:
+    if one_process:
+        running.start_module("benchmarks.one_process", [], "one_process", namespace)
+        return
+    for node in ("simulator_node", "ik_node", "fk_node"):
+        running.start_node(node, namespace)
 
 
 def services() -> Iterator[ServiceGrowth | Missing]:
@@ -100,12 +109,16 @@ def _trace(kind: type) -> ServiceGrowth:
     return growth
 
 
-def machines() -> Iterator[MachineLoad | Missing]:
-    """Move 1 to 8 machines, if so many start, each with its three nodes in its namespace.
+def machines(most: int = MACHINES, one_process: bool = False) -> Iterator[MachineLoad | Missing]:
+    """Move machines, up to so many, if they start, each with its nodes in its namespace.
 
     More than a computer can start end the curve; one machine it has to start.
+
+    Args:
+        most: number of machines.
+        one_process: whether the nodes of a machine are threads of one process, and not processes.
     """
-    for count in MACHINES:
+    for count in range(1, most + 1):
         with session() as running:
             reports: dict[str, list[tuple[float, float]]] = defaultdict(list)
 
@@ -119,8 +132,7 @@ def machines() -> Iterator[MachineLoad | Missing]:
             running.probe.create_subscription(DiagnosticArray, "/diagnostics", on_diagnostics, 100)
             publishers = []
             for number in range(count):
-                for node in ("simulator_node", "ik_node", "fk_node"):
-                    running.start_node(node, f"/machine_{number}")
+                _start_machine(running, f"/machine_{number}", one_process)
                 topic = f"/machine_{number}/target_pose"
                 publishers.append(running.probe.create_publisher(PoseStamped, topic, 10))
             try:

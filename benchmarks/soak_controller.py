@@ -202,7 +202,7 @@ class Adversary:
         if made > 3 + self._services:
             self._violated(f"{made} plans in one cycle")
         self._services = 0
-        if self.controller.path_progress is not None:
+        if self.engine.driven_path is not None:
             # A path is planned part by part, and braked for and gone to.
             self._allowed_plans += made
         self._allowed_plans -= made

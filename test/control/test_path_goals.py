@@ -44,7 +44,9 @@ def under_way(rig, points=SQUARE):
     goal = pursue(rig, points)
     for _ in range(2000):
         rig.cycle()
-        if rig.controller.leads_to(goal) and rig.controller.path_progress.way > 0.012:
+        # The way is known a little after the motion has begun.
+        progress = rig.controller.path_progress
+        if progress is not None and rig.controller.leads_to(goal) and progress.way > 0.012:
             return goal
     raise AssertionError("it does not begin")
 

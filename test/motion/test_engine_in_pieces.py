@@ -303,17 +303,23 @@ def test_the_newest_of_a_target_that_moves_and_one_that_does_not_wins():
     assert np.abs(place(moving) - (0.01, 0.0, 0.3)).max() < 1e-9
 
 
-def test_an_error_in_planning_ends_that_plan_only(monkeypatch):
+@pytest.mark.parametrize("error", [ZeroDivisionError, OSError])
+def test_an_error_in_planning_ends_that_plan_only(monkeypatch, error):
     moving = engine(in_pieces=True)
 
     def broken(*_arguments, **_options):
-        raise ZeroDivisionError("on purpose")
+        raise error("on purpose")
 
     with monkeypatch.context() as patch:
         patch.setattr(type(WORKSPACE), "path_check", broken)
         moving.move_to(TARGET)
-        with pytest.raises(ZeroDivisionError):
+        if error is ZeroDivisionError:
+            # Numbers may be absurd; that refuses the target, and ends nothing else.
             go(moving, 50)
+            assert "lead nowhere: on purpose" in str(moving.take_refusal())
+        else:
+            with pytest.raises(error):
+                go(moving, 50)
     assert not moving.preparing
     moving.move_to(TARGET)
     go(moving, 3000)

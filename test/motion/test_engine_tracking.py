@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -253,3 +254,32 @@ def test_a_target_is_only_begun_with_where_it_can_be():
     outside.start((0.905, 0.905, 0.905))
     with pytest.raises(OutsideWorkspaceError):
         outside.track(CENTRE, AT_REST)
+
+
+# What a message can hold: numbers whose squares vanish or overflow, and all between.
+SIZES = (5e-324, 1e-308, 1e-160, 1e-9, 1e3, 1e9, 1e24, 1e77, 1e160, 1e308)
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("direction", [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (-0.6, 0.7, -0.4)])
+def test_however_large_or_small_numbers_are_the_motion_goes_on_within_limits(size, direction):
+    moving = engine(in_pieces=True)
+    velocity = tuple(size * part for part in direction)
+    for command in (lambda: moving.track(CENTRE, velocity), lambda: moving.jog(velocity)):
+        for _ in range(20):
+            moving.track(CENTRE, (0.0, 0.0, 0.1))
+            moving.step(DT)
+            moving.work(lambda: True)
+        with suppress(KinematicsError):
+            command()
+        rows = []
+        for _ in range(60):
+            rows.append(moving.step(DT).heights)
+            moving.work(lambda: True)
+        assert np.isfinite(rows).all()
+        assert np.abs(np.diff(rows, axis=0)).max() <= DT * max(LIMITS.velocity) * (1.0 + 1e-6)
+    moving.stop()
+    for _ in range(1000):
+        moving.step(DT)
+        moving.work(lambda: True)
+    assert moving.phase is MotionPhase.IDLE

@@ -83,10 +83,13 @@ class MotionController(GoalCommands):
         self._commanded: Vector3 | None = None
         on_change(self.status)
 
-    def cycle(self, now: float, may_go_on: Callable[[], bool] = lambda: True) -> SliderState | None:
+    def cycle(
+        self, now: float, may_go_on: Callable[[], bool] | None = lambda: True
+    ) -> SliderState | None:
         """Advance by one period and return the new setpoint; None while not leading.
 
-        ``may_go_on`` is asked, after each piece of planning, for another one before the setpoint.
+        ``may_go_on`` is asked, after each piece of planning, for another one before the setpoint;
+        without it, nothing is planned before that.
         """
         self.streams.looked(now)
         self._commands.next_cycle(now)

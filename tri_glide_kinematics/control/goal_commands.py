@@ -80,7 +80,10 @@ class GoalCommands(CommandedMotion):
 
     @property
     def path_progress(self) -> PathProgress | None:
-        """How far the path is driven that is followed, or was followed last; None without one."""
+        """How far the path is driven that is followed, or was followed last.
+
+        None without one, and until its length is known.
+        """
         return self._engine.path_progress
 
     def cancel(self, goal: Goal) -> None:
@@ -114,7 +117,7 @@ class GoalCommands(CommandedMotion):
         newest = self._commands.target
         if newest is not None:
             return isinstance(newest, TargetPath)
-        return self._engine.path_progress is not None
+        return self._engine.driven_path is not None
 
     def leads_to(self, goal: Goal) -> bool:
         """Return whether the present motion is that of the ``goal``."""

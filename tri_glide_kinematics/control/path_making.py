@@ -33,7 +33,7 @@ class PathMaking:
             CommandRefusedError: if it goes on from a path that is not followed any more.
         """
         self._extends = target.extends
-        if self._extends and self._engine.path_progress is None:
+        if self._extends and self._engine.driven_path is None:
             raise CommandRefusedError("the path that it goes on from is not followed any more")
         self._making = target.make(self._engine.target if self._extends else None)
 

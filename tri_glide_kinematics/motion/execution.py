@@ -11,8 +11,11 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.commands import Command, DriveLimits, Jog, Track
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.commands import Command, DriveLimits, Follow, Jog, Track
 from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase, PlanRole
+from tri_glide_kinematics.motion.paths.arc_length import ArcLength
+from tri_glide_kinematics.motion.paths.driven_path import DrivenPath
 from tri_glide_kinematics.motion.paths.path_plan import PathPlan
 from tri_glide_kinematics.motion.plan_holder import PlanHolder
 from tri_glide_kinematics.motion.planner import MotionKind
@@ -47,20 +50,23 @@ class PlanExecution(PlanHolder):
             limits: for the start.
             in_pieces: whether plans are made by ``work``, and not when they are asked for.
         """
-        super().__init__(limits)
+        super().__init__(limits, in_pieces)
         self._workspace = workspace
         self._replanning = Replanning(workspace, kind)
         self._pursuit = Pursuit(workspace)
         self._tracks = False
-        self._in_pieces = in_pieces
         self._lead_time = LeadTime()
         # The next part of a path takes longer, but is known to be needed long before.
         self._path_lead_time = LeadTime()
+        # All of a path is looked at before it is followed, or goes on.
+        self._goal_lead_time = LeadTime()
         self._last_step = 0.0
         self._preparation: Preparation | None = None
         self._retry_at = math.inf
         self._event_at = math.inf
         self._refusal: KinematicsError | None = None
+        # The length of a path is not needed for its motion.
+        self._measuring: tuple[DrivenPath, Interruptible[ArcLength]] | None = None
 
     @property
     def preparing(self) -> bool:
@@ -96,11 +102,15 @@ class PlanExecution(PlanHolder):
         return held.plan.state(time)
 
     def work(self, may_go_on: Callable[[], bool]) -> None:
-        """Go on with what is being prepared, by one piece at least.
+        """Go on with what is being prepared, by one piece at least; else with what can wait.
 
         Args:
             may_go_on: asked after each piece, which takes some tenths of a millisecond.
         """
+        preparation = self._preparation
+        if preparation is None or preparation.ready is not None:
+            self._measure_path(may_go_on)
+            return
         try:
             self._work(may_go_on)
         except KinematicsError as error:
@@ -116,9 +126,10 @@ class PlanExecution(PlanHolder):
     ) -> None:
         """Make what is held next, unless that is for later; at rest, a first piece of it."""
         at_once = urgent or not self._in_pieces
-        lead = 0.0 if at_once else self._lead_time.after(self._last_step)
+        lead_time = self._goal_lead_time if isinstance(goal, Follow) else self._lead_time
+        lead = 0.0 if at_once else lead_time.after(self._last_step)
         self._begin(
-            Preparation(making, goal, self._holding(), self._time, lead, self._lead_time),
+            Preparation(making, goal, self._holding(), self._time, lead, lead_time),
             at_once=at_once,
         )
 
@@ -154,6 +165,19 @@ class PlanExecution(PlanHolder):
             preparation.note_time(self._time)
             if preparation.has_begun(self._time):
                 self._take(preparation)
+
+    def _measure_path(self, may_go_on: Callable[[], bool]) -> None:
+        """Go on with the length of the path that is followed, unless it is known."""
+        driven = self.driven_path
+        if driven is None or driven.is_measured:
+            self._measuring = None
+            return
+        if self._measuring is None or self._measuring[0] is not driven:
+            self._measuring = driven, driven.measured()
+        _, measuring = self._measuring
+        for _ in measuring:
+            if not may_go_on():
+                return
 
     def _take(self, preparation: Preparation) -> None:
         """Hold what is ready, as it begins now or in the next step."""

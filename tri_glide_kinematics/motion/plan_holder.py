@@ -18,9 +18,15 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 class PlanHolder:
     """Holds one plan after the other, with the time that has passed in it."""
 
-    def __init__(self, limits: DriveLimits) -> None:
-        """Hold nothing yet; ``limits`` are those for the start."""
+    def __init__(self, limits: DriveLimits, in_pieces: bool) -> None:
+        """Hold nothing yet.
+
+        Args:
+            limits: for the start.
+            in_pieces: whether what takes long is done by ``work``, and not when it is asked for.
+        """
         self._first_limits = limits
+        self._in_pieces = in_pieces
         self._held: HeldMotion | None = None
         self._plan_number = 0
         self._time = 0.0
@@ -78,10 +84,15 @@ class PlanHolder:
 
     @property
     def path_progress(self) -> PathProgress | None:
-        """How far the path is driven that is followed, or was followed last; None without one."""
-        held = self._held
-        if held is None or not isinstance(held.goal, Follow) or held.goal.heights is None:
+        """How far the path is driven that is followed, or was followed last; None without one.
+
+        It is None, too, as long as the length of a path is still worked out in pieces.
+        """
+        held, driven = self._held, self.driven_path
+        if held is None or driven is None or (self._in_pieces and not driven.is_measured):
             return None
+        assert isinstance(held.goal, Follow)
+        assert held.goal.heights is not None
         return progress(held.goal.heights, held.place(self._time), held.plan, self._time)
 
     @property

@@ -14,6 +14,7 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.commands import Command
 from tri_glide_kinematics.motion.held_motion import HeldMotion
 from tri_glide_kinematics.motion.replanning import Replanned
+from tri_glide_kinematics.motion.sound import SOUND
 
 # Makes what is held next, from what is held and the time in it at which that begins [s].
 Making = Callable[[HeldMotion, float], Interruptible[Replanned]]
@@ -125,7 +126,8 @@ class Preparation:
         """
         while self.ready is None:
             try:
-                next(self._computation)
+                with SOUND:
+                    next(self._computation)
             except StopIteration as end:
                 self.ready = end.value
             else:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import time
+import traceback
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry, Path
@@ -47,6 +49,7 @@ from tri_glide_kinematics.ros.other_publishers import OtherPublishers
 from tri_glide_kinematics.ros.parameter_table import Values
 from tri_glide_kinematics.ros.parameters import IK_NODE
 from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.planning_time import PlanningTime
 from tri_glide_kinematics.ros.run import FatalError
 from tri_glide_kinematics.ros.slider_measurements import SliderMeasurements
 from tri_glide_kinematics.ros.state_reports import StateReports
@@ -84,7 +87,8 @@ class IkNode(Node):
         parameters = LiveParameters(self, IK_NODE, _check)
         values = parameters.values
         period = 1.0 / values["rate"]
-        self._planning_time = PLANNING_PART * period
+        self._time_before_setpoint = PLANNING_PART * period
+        self._planning = PlanningTime()
         self._target_timeout = values["target_timeout"]
         self._tracking_latency = values["tracking_latency"]
         self._base_frame = values["base_frame"]
@@ -181,15 +185,17 @@ class IkNode(Node):
 
     def _setpoint(self, now: float) -> SliderState | None:
         try:
-            until = now + self._planning_time
-            return self._controller.cycle(now, lambda: time.monotonic() < until)
+            until = now + self._time_before_setpoint
+            planning = self._planning
+            may_go_on = planning.until(until) if planning.is_short(until) else None
+            return self._controller.cycle(now, may_go_on)
         except Exception as error:
             raise _fatal(error) from error
 
     def _plan(self, until: float) -> None:
         """Use what is left of a cycle, ``until`` some time.monotonic(), to plan."""
         try:
-            self._controller.plan(lambda: time.monotonic() < until)
+            self._controller.plan(self._planning.until(until))
         except Exception as error:
             raise _fatal(error) from error
         self._reports.tell()
@@ -272,7 +278,9 @@ class IkNode(Node):
 
 
 def _fatal(error: Exception) -> FatalError:
-    return FatalError(f"the control cycle failed: {type(error).__name__}: {error}")
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{place.name} ({os.path.basename(place.filename)}, line {place.lineno})"
+    return FatalError(f"the control cycle failed in {where}: {type(error).__name__}: {error}")
 
 
 def _check(values: Values) -> None:

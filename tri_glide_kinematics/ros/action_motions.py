@@ -111,7 +111,7 @@ class MotionActions:
             server.answer()
 
     def tell_progress(self) -> None:
-        """Publish the feedback of the goals that go on."""
+        """Let the feedback of the goals that go on be published, one in a cycle."""
         for server in self._servers:
             server.tell_progress()
 
@@ -190,6 +190,8 @@ class MotionActions:
             feedback.way_remaining = math.dist(position, goal.command.position)
         elif (progress := self._controller.path_progress) is not None:
             feedback.way_remaining = max(progress.way_remaining, 0.0)
+        else:
+            return None
         feedback.time_remaining = self._controller.remaining
         _write(position, feedback.position)
         return feedback

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
@@ -120,6 +121,7 @@ class ActionServer:
         self._accepted: dict[bytes, _Accepted] = {}
         self._active: list[_Accepted] = []
         self._answers: list[Callable[[], object]] = []
+        self._to_be_told: deque[_Accepted] = deque()
         self._is_status_new = False
         # How many goals that have ended are told of.
         self._told = 0
@@ -150,6 +152,8 @@ class ActionServer:
 
     def answer(self) -> None:
         """Give all answers, tell the states of the goals, and give results of those that ended."""
+        if self._to_be_told:
+            self._tell_next()
         if self._active or self._answers:
             self._give_answers()
             self._end_goals()
@@ -164,15 +168,18 @@ class ActionServer:
         return all(accepted.was_asked_for for accepted in self._accepted.values())
 
     def tell_progress(self) -> None:
-        """Publish the feedback of all goals that go on, and forget old results."""
-        for accepted in self._active:
-            feedback = self._feedback(accepted.goal)
-            if feedback is not None:
-                message = self._impl.FeedbackMessage(
-                    goal_id=accepted.info.goal_id, feedback=feedback
-                )
-                self._handle.publish_feedback(message)
+        """Let the feedback of all goals that go on be published, and forget old results."""
+        if not self._to_be_told:
+            self._to_be_told.extend(self._active)
         self._forget()
+
+    def _tell_next(self) -> None:
+        """Publish the feedback of one goal: of many at once it would hold the cycle."""
+        accepted = self._to_be_told.popleft()
+        feedback = self._feedback(accepted.goal) if accepted.goal.outcome is None else None
+        if feedback is not None:
+            message = self._impl.FeedbackMessage(goal_id=accepted.info.goal_id, feedback=feedback)
+            self._handle.publish_feedback(message)
 
     def _on_goal(self, header: Any, request: Any) -> None:
         # What is not accepted is what is known already. What cannot be done is told by a result,

@@ -21,6 +21,11 @@ from tri_glide_kinematics.vectors import FloatArray
 # So many breaks are worked through from each sum over all roundings.
 BLOCK = 32
 
+# So many blocks are worked through together, and so many of their breaks between two turns of
+# others.
+TOGETHER = 128
+PLACES = 8
+
 # The sums are formed at all breaks if they have no more terms, or no more each on average.
 FEW_TERMS = 4000
 FEW_EACH = 2
@@ -102,6 +107,12 @@ class _Sums:
         self.begins = np.cumsum(over)[:-1]
         self.ends = np.cumsum(under)[:-1]
 
+    def near(self, begin: int, end: int) -> slice:
+        """Return the roundings of which a break may be among those from ``begin`` to ``end``."""
+        first, _ = np.searchsorted(self.breaks.ends, (begin, end))
+        _, last = np.searchsorted(self.breaks.begins, (begin, end))
+        return slice(int(first), int(last))
+
     def at(self, pieces: Indices) -> FloatArray:
         """Return the coefficients on pieces that a rounding reaches over. Shape (n, size, 3)."""
         counts = self.ends[pieces] - self.begins[pieces]
@@ -155,21 +166,43 @@ def _carried_on(
         if len(some):
             first[some] = sums.at(starts[some])
             yield
-    jumps = np.zeros((BLOCK, sums.size, 3, len(starts)))
-    padded = np.zeros(len(starts) * BLOCK)
-    for power, at, change in _jumps(sums):
+    table = np.empty((sums.count, sums.size, 3))
+    lossy = []
+    for begin in range(0, len(starts), TOGETHER):
+        filled, lost = yield from _blocks(sums, begin * BLOCK, first[begin : begin + TOGETHER])
+        table[begin * BLOCK : begin * BLOCK + len(filled)] = filled
+        lossy.append(lost)
+        yield
+    return table, np.concatenate(lossy)
+
+
+def _blocks(
+    sums: _Sums, begin: int, first: FloatArray
+) -> Interruptible[tuple[FloatArray, NDArray[np.bool_]]]:
+    """Return the coefficients on the pieces of some blocks, and which blocks lose digits.
+
+    Args:
+        sums: over roundings.
+        begin: index of the first piece of these blocks.
+        first: coefficients on the first piece of each block. Shape (n, size, 3).
+    """
+    blocks = len(first)
+    count = min(blocks * BLOCK, sums.count - begin)
+    jumps = np.zeros((BLOCK, sums.size, 3, blocks))
+    padded = np.zeros(blocks * BLOCK)
+    for power, at, change in _jumps(sums, sums.near(begin, begin + count)):
+        inside = (at >= begin) & (at < begin + count)
+        places, changes = at[inside] - begin, change[inside]
         for axis in range(3):
-            padded[: sums.count] = np.bincount(at, change[:, axis], sums.count + 1)[:-1]
-            jumps[:, power, axis] += padded.reshape(len(starts), BLOCK).T
-            yield
-    padded[: sums.count] = np.diff(sums.breaks.ways)
-    steps = np.ascontiguousarray(padded.reshape(len(starts), BLOCK).T)
+            padded[:count] = np.bincount(places, changes[:, axis], count)
+            jumps[:, power, axis] += padded.reshape(blocks, BLOCK).T
     yield
-    filled = np.empty((len(starts), BLOCK, sums.size, 3))
+    padded[:count] = np.diff(sums.breaks.ways[begin : begin + count + 1])
+    steps = np.ascontiguousarray(padded.reshape(blocks, BLOCK).T)
+    filled = np.empty((blocks, BLOCK, sums.size, 3))
     filled[:, 0] = first
     coefficients = np.ascontiguousarray(first.transpose(1, 2, 0))
     largest = np.abs(coefficients[3:])
-    yield
     for place in range(1, BLOCK):
         step = steps[place - 1]
         # Moved to the next break by Horner's scheme, one power after the other.
@@ -179,34 +212,39 @@ def _carried_on(
         coefficients += jumps[place]
         np.maximum(largest, np.abs(coefficients[3:]), out=largest)
         filled[:, place] = coefficients.transpose(2, 0, 1)
-        yield
+        if place % PLACES == 0:
+            yield
     extents = steps.sum(axis=0)
     lost = sum(extents ** (3 + power) * row.max(axis=0) for power, row in enumerate(largest))
-    return filled.reshape(-1, sums.size, 3)[: sums.count], np.asarray(UNITS * lost > LARGEST_LOSS)
+    return filled.reshape(-1, sums.size, 3)[:count], np.asarray(UNITS * lost > LARGEST_LOSS)
 
 
-def _jumps(sums: _Sums) -> Iterator[tuple[int, Indices, FloatArray]]:
-    """Yield which coefficients jump, at which breaks, and by how much. Shape (m,), (m, 3)."""
-    breaks, width = sums.breaks, sums.layer.half_widths[:, np.newaxis]
-    turn = sums.joints.tangent_jumps
-    fourths = sums.layer.fourths[:, np.newaxis]
-    thirds = sums.layer.thirds[:, np.newaxis]
-    yield 1, breaks.middles, -(thirds + fourths) * turn
+def _jumps(sums: _Sums, some: slice) -> Iterator[tuple[int, Indices, FloatArray]]:
+    """Yield which coefficients jump by ``some`` of the roundings, at which breaks, by how much.
+
+    Shape (m,), (m, 3).
+    """
+    layer, width = sums.layer, sums.layer.half_widths[some, np.newaxis]
+    begins, middles = sums.breaks.begins[some], sums.breaks.middles[some]
+    ends = sums.breaks.ends[some]
+    turn = sums.joints.tangent_jumps[some]
+    fourths, thirds = layer.fourths[some, np.newaxis], layer.thirds[some, np.newaxis]
+    yield 1, middles, -(thirds + fourths) * turn
     unit = turn / (6.0 * width * width)
     third = thirds * unit
-    yield 3, breaks.begins, third
-    yield 3, breaks.middles, -2.0 * third - 6.0 * fourths * unit
-    yield 3, breaks.ends, third
+    yield 3, begins, third
+    yield 3, middles, -2.0 * third - 6.0 * fourths * unit
+    yield 3, ends, third
     if sums.tapering:
         fourth = 0.75 * fourths * unit / width
-        yield 4, breaks.begins, fourth
-        yield 4, breaks.ends, -fourth
+        yield 4, begins, fourth
+        yield 4, ends, -fourth
     if sums.bent:
-        bend = sums.joints.curvature_jumps
-        yield 2, breaks.middles, -0.5 * bend
+        bend = sums.joints.curvature_jumps[some]
+        yield 2, middles, -0.5 * bend
         third, fourth = bend / (12.0 * width), bend / (12.0 * width * width)
-        yield 3, breaks.begins, -third
-        yield 3, breaks.ends, third
-        yield 4, breaks.begins, fourth
-        yield 4, breaks.middles, -2.0 * fourth
-        yield 4, breaks.ends, fourth
+        yield 3, begins, -third
+        yield 3, ends, third
+        yield 4, begins, fourth
+        yield 4, middles, -2.0 * fourth
+        yield 4, ends, fourth

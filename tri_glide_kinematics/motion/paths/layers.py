@@ -91,6 +91,7 @@ def breaks_of(ways: FloatArray, layers: Sequence[Layer]) -> Interruptible[list[B
     fresh = np.ones(len(ends), dtype=bool)
     fresh[1:] = np.diff(ascending) > SAME_PLACE * ways[-1]
     places = ascending[fresh]
+    yield
     group = np.empty(len(ends), dtype=np.intp)
     group[order] = np.cumsum(fresh) - 1
     yield

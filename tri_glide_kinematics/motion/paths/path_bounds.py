@@ -31,7 +31,7 @@ from tri_glide_kinematics.motion.paths.path_parts import PathParts, divided
 from tri_glide_kinematics.vectors import FloatArray
 
 # Parts that are looked at between two turns of others, about.
-_BLOCK = 48
+_BLOCK = 96
 
 
 class PathBounds(NamedTuple):

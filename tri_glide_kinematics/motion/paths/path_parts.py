@@ -66,20 +66,25 @@ def divided(
 
 
 def _instants(ways: FloatArray, coefficients: FloatArray, dt: FloatArray) -> FloatArray:
-    """Return when quintics pass ``ways``, by Newton's method between bounds. Shape (n,) [s]."""
+    """Return when quintics pass ``ways``, by Halley's method between bounds. Shape (n,) [s]."""
     if not len(ways):
         return np.empty(0)
     low, high = np.zeros(len(ways)), dt.copy()
-    time = 0.5 * dt
+    begin, end = coefficients[0], quintics.evaluate(coefficients, dt)[0]
+    # As at a constant speed.
+    time = np.clip((ways - begin) / (end - begin), 0.0, 1.0) * dt
+    tolerance = _INSTANT * float(dt.max())
     for _ in range(_STEPS):
-        value, slope, _ = quintics.evaluate(coefficients, time)
+        value, slope, second = quintics.evaluate(coefficients, time)
         miss = value - ways
         before = miss < 0.0
         low, high = np.where(before, time, low), np.where(before, high, time)
         with np.errstate(divide="ignore", invalid="ignore"):
-            better = time - miss / slope
-        if np.abs(better - time).max() <= _INSTANT * float(dt.max()):
+            better = time - 2.0 * miss * slope / (2.0 * slope * slope - miss * second)
+        found = np.abs(better - time) <= tolerance
+        if found.all():
             break
         sane = (better > low) & (better < high)
-        time = np.where(sane, better, 0.5 * (low + high))
+        # What is found stays: the next step would be one of rounding, out of the bounds.
+        time = np.where(found, time, np.where(sane, better, 0.5 * (low + high)))
     return np.asarray(time)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.commands import DriveLimits
-from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.paths import path_braking, path_timing
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.path_plan import PathPlan
-from tri_glide_kinematics.motion.paths.path_timing import PathScaling, PathStart
+from tri_glide_kinematics.motion.paths.path_timing import PathStart
 from tri_glide_kinematics.motion.paths.place_check import check_place
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
+from tri_glide_kinematics.motion.sound import SOUND
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 
@@ -59,7 +59,8 @@ class PathPlanner:
         start = PathStart(place, 0.0, 0.0)
         heights = heights.at_speed_scale(limits.speed_scale)
         planning = path_timing.plan_window(heights, start, limits.effective)
-        return PathPlan(heights, (yield from _sound(planning)))
+        with SOUND:
+            return PathPlan(heights, (yield from planning))
 
     def going_on(
         self, plan: PathPlan, heights: PathHeights, time: float, limits: DriveLimits
@@ -78,7 +79,8 @@ class PathPlanner:
         start, held = plan.at(time), plan.scaling.since(time)
         heights = heights.at_speed_scale(limits.speed_scale)
         planning = path_timing.plan_window(heights, start, limits.effective, held)
-        return PathPlan(heights, (yield from _sound(planning)))
+        with SOUND:
+            return PathPlan(heights, (yield from planning))
 
     def brake(self, plan: PathPlan, time: float, limits: DriveLimits) -> Interruptible[PathPlan]:
         """Return a plan that comes to rest soon on the path, from a ``time`` in a ``plan`` [s].
@@ -88,16 +90,5 @@ class PathPlanner:
         """
         start = plan.at(time)
         braking = path_braking.brake(plan.heights, start, limits.effective)
-        return PathPlan(plan.heights, (yield from _sound(braking)))
-
-
-def _sound(planning: Interruptible[PathScaling]) -> Interruptible[PathScaling]:
-    """Return what is planned; numbers that lead nowhere are no plan, and end nothing else.
-
-    Raises:
-        KinematicsError: if there is no plan.
-    """
-    try:
-        return (yield from planning)
-    except (ArithmeticError, ValueError, IndexError) as error:
-        raise PlanningError(f"the numbers of the path lead nowhere: {error}") from error
+        with SOUND:
+            return PathPlan(plan.heights, (yield from braking))

@@ -19,7 +19,8 @@ class PathProgress(NamedTuple):
         segment: number of the present one, from 0.
         way: driven from the start of the path [m].
         way_remaining: to its end [m].
-        time_remaining: as far as it is planned; beyond that, at the mean speed of what is [s].
+        time_remaining: as far as it is planned; beyond that, at the mean speed of what is; NaN
+            where nothing of it is planned [s].
         deviation: the largest distance from the path as programmed may be this, up to here [m].
     """
 
@@ -43,7 +44,10 @@ def progress(heights: PathHeights, place: float, plan: Plan, time: float) -> Pat
     way = _way(heights, place)
     remaining = max(plan.duration - time, 0.0)
     left = driven.arc_length.total - way
-    if isinstance(plan, PathPlan) and plan.heights.driven is heights.driven and not plan.ends_path:
+    if not isinstance(plan, PathPlan):
+        # It leads to where the path begins, or stands still on it.
+        remaining = math.nan if left > 0.0 else 0.0
+    elif plan.heights.driven is heights.driven and not plan.ends_path:
         planned = _way(heights, plan.place(plan.duration)) - way
         rest = left - planned
         speed = planned / remaining if remaining > 0.0 else 0.0

@@ -21,7 +21,12 @@ from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
 from tri_glide_kinematics.motion.paths.path_bounds import bounds_in_pieces
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.timing_errors import PathTimingError
-from tri_glide_kinematics.motion.paths.timing_grid import TimingGrid, timing_grid
+from tri_glide_kinematics.motion.paths.timing_grid import (
+    FIRST_PIECES,
+    TimingGrid,
+    pieces_ahead,
+    timing_grid,
+)
 from tri_glide_kinematics.motion.paths.timing_search import COMMITTED, TimingSearch, slowdown
 from tri_glide_kinematics.motion.paths.timing_search import PathStart as PathStart
 from tri_glide_kinematics.vectors import FloatArray
@@ -88,8 +93,15 @@ def plan_window(
         if held is not None:
             # What is held is one of the motions that are looked for, as long as cells are the same.
             places = held.ways[1 : 1 + _SAME_CELLS]
+            most = pieces_ahead(curve, start.place, float(held.ways[-1]))
             grid = yield from timing_grid(
-                curve, start.place, start.speed, limits, first_places=places, until=until
+                curve,
+                start.place,
+                start.speed,
+                limits,
+                first_places=places,
+                until=until,
+                most_pieces=most,
             )
             try:
                 return (yield from _in_motion(curve, grid, start, limits, held))
@@ -99,7 +111,9 @@ def plan_window(
         grid = yield from timing_grid(curve, start.place, start.speed, limits, until=until)
         yield
         return (yield from _in_motion(curve, grid, start, limits, None))
-    grid = yield from timing_grid(curve, start.place, 0.0, limits, until=until)
+    grid = yield from timing_grid(
+        curve, start.place, 0.0, limits, until=until, most_pieces=FIRST_PIECES
+    )
     yield
     return (yield from _from_rest(curve, grid, start, limits))
 

@@ -236,7 +236,6 @@ class PlatformPath:
             yield
         if "driven" not in kept:
             kept["driven"] = yield from DrivenPath.in_pieces(self.segments)
-            yield from self.driven.measured()
         return self.driven
 
     @property

@@ -32,6 +32,11 @@ BoolArray = NDArray[np.bool_]
 MOST_CELLS = 300
 MOST_PIECES = 1500
 
+# From rest it looks at fewer, so that the motion begins soon; what goes on from there looks so many
+# times as far as what is held.
+FIRST_PIECES = 300
+FARTHER = 3
+
 # Cells that a piece of the path gets of its own.
 _CELLS_OF_PIECE = 3.0
 
@@ -89,6 +94,7 @@ def timing_grid(
     first_places: FloatArray | None = None,
     until: float = math.inf,
     most: int = MOST_CELLS,
+    most_pieces: int = MOST_PIECES,
 ) -> Interruptible[TimingGrid]:
     """Return the cells from ``begin`` [m] to the next stop, or as far as is looked ahead.
 
@@ -100,6 +106,7 @@ def timing_grid(
         first_places: where the first cells end, ascending, if that is known [m].
         until: where the motion is to end at the latest [m].
         most: number of cells, but for those that keep cells apart at breaks.
+        most_pieces: of the path.
 
     Raises:
         PathTimingError: if an arm does not reach some place.
@@ -109,9 +116,9 @@ def timing_grid(
     breaks = driven.breaks
     first = int(np.searchsorted(breaks, begin, "right"))
     last = int(np.searchsorted(breaks, end, "left"))
-    is_cut = last - first > MOST_PIECES
+    is_cut = last - first > most_pieces
     if is_cut:
-        last = first + MOST_PIECES
+        last = first + most_pieces
         end = float(breaks[last])
     inside = breaks[first:last]
     estimate = estimated(heights, samples(begin, end, inside), speed, limits)
@@ -135,6 +142,12 @@ def timing_grid(
         parameters, ways = _begun(rest_map, parameters, ways, first_places)
     yield
     return TimingGrid(rest_map, parameters, ways, *_seen(heights, ways, inside, limits), is_cut)
+
+
+def pieces_ahead(heights: PathHeights, begin: float, end: float) -> int:
+    """Return how many pieces of a path to look at after a motion from ``begin`` to ``end`` [m]."""
+    first, last = np.searchsorted(heights.driven.breaks, (begin, end))
+    return int(np.clip(FARTHER * (last - first), FIRST_PIECES, MOST_PIECES))
 
 
 def _cells(

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import SliderState
+from tri_glide_kinematics.motion.sound import SOUND
 from tri_glide_kinematics.motion.tracking.braking import braking_alone, braking_together
 from tri_glide_kinematics.motion.tracking.clearance import first_certified
 from tri_glide_kinematics.motion.tracking.moving_target import Wanted, WantedVelocity
@@ -51,21 +52,27 @@ class Follower:
             to be one. The braking that is held then goes on.
         """
         try:
-            if isinstance(wanted, WantedVelocity):
-                ways = self._velocities.step_towards(state, wanted.velocity, limits, period)
-                return self._with_braking(state, ways, limits, period)
-            ways = self._targets.step_towards(state, wanted, limits, period)
-            step = self._with_braking(state, ways, limits, period)
-            if step is not None:
-                return step
-            # The sliders' shortest ways bend. The straight one of the platform leaves nothing but
-            # bounds that are not convex.
-            place = self._workspace.machine.forward(state.heights)
-            velocity = straight_towards(place, wanted, limits)
-            ways = self._velocities.step_towards(state, velocity, limits, period)
-            return self._with_braking(state, ways, limits, period)
+            with SOUND:
+                return self._step(state, wanted, limits, period)
         except KinematicsError:
             return None
+
+    def _step(
+        self, state: SliderState, wanted: Wanted, limits: SliderLimits, period: float
+    ) -> TrackedStep | None:
+        if isinstance(wanted, WantedVelocity):
+            ways = self._velocities.step_towards(state, wanted.velocity, limits, period)
+            return self._with_braking(state, ways, limits, period)
+        ways = self._targets.step_towards(state, wanted, limits, period)
+        step = self._with_braking(state, ways, limits, period)
+        if step is not None:
+            return step
+        # The sliders' shortest ways bend. The straight one of the platform leaves nothing but
+        # bounds that are not convex.
+        place = self._workspace.machine.forward(state.heights)
+        velocity = straight_towards(place, wanted, limits)
+        ways = self._velocities.step_towards(state, velocity, limits, period)
+        return self._with_braking(state, ways, limits, period)
 
     def _with_braking(
         self, state: SliderState, ways: Sequence[SliderWay], limits: SliderLimits, period: float

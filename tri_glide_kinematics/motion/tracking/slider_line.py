@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from tri_glide_kinematics.tri_glide.errors import NoPoseError
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.wording import vector_text
 
 
 class SliderLine(NamedTuple):
@@ -46,6 +48,11 @@ def slider_line(machine: TriGlide, position: Vector3, velocity: Vector3) -> Slid
     dx, dy, dz = velocity
     level = dx * dx + dy * dy
     s1, s2, s3 = h1 - z, h2 - z, h3 - z
+    if not (s1 > 0.0 and s2 > 0.0 and s3 > 0.0):
+        # However far up or down a place is, the heights lie above it; but not by what they are
+        # rounded to.
+        place = vector_text(position, 3)
+        raise NoPoseError(f"the place {place} m is too far away to tell the sliders", heights)
     r1, r2, r3 = w1 - dz, w2 - dz, w3 - dz
     a1, a2, a3 = -(level + r1 * r1) / s1, -(level + r2 * r2) / s2, -(level + r3 * r3) / s3
     return SliderLine(

@@ -1,0 +1,33 @@
+"""A path of thousands of segments is begun nearly as soon as a line, and holds no cycle."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.bench_goals import LATE, RATE, begin, circle
+from testing.goals import GoalClient
+from testing.machine import Machine
+
+pytestmark = [pytest.mark.nodes, pytest.mark.alone]
+
+SEGMENTS = 10_000
+ROUNDS = 4
+
+# On a quiet computer it is 0.05 s (docs/path_timing.md).
+MORE = 0.15  # s
+# A cycle that is held by planning is held each time.
+LONGEST = 5.0 / RATE  # s
+
+
+def test_a_path_of_many_segments_begins_soon_and_holds_no_cycle(client, nodes):
+    machine = Machine(client, nodes).start({"rate": RATE})
+    goals = GoalClient(client)
+    begins = {
+        count: [begin(machine, goals, circle(count)) for _ in range(ROUNDS)]
+        for count in (1, SEGMENTS)
+    }
+    goals.close()
+    delays = {count: np.median([each.delay for each in found]) for count, found in begins.items()}
+    assert delays[SEGMENTS] < delays[1] + MORE
+    assert min(each.longest for each in begins[SEGMENTS]) < max(LONGEST, LATE / RATE)
