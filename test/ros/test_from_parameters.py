@@ -12,6 +12,7 @@ from tri_glide_kinematics.ros.from_parameters import (
     limits_of,
     machine_of,
     supervision_bounds_of,
+    true_travel_of,
     workspace_limits_of,
 )
 from tri_glide_kinematics.ros.parameters import IK_NODE
@@ -36,6 +37,15 @@ def test_limits_are_those_of_the_parameters():
     limits = limits_of(values(velocity_limits=(1.0, 2.0, 3.0)))
     assert limits.velocity == (1.0, 2.0, 3.0)
     assert supervision_bounds_of(values(velocity_limits=(1.0, 2.0, 3.0))).velocity == (1, 2, 3)
+
+
+def test_travel_is_given_as_reported_and_used_as_it_truly_is():
+    changed = values(height_offsets=(0.001, -0.002, 0.0))
+    lower, upper = true_travel_of(changed)
+    assert lower == pytest.approx((0.301, 0.298, 0.3))
+    assert upper == pytest.approx((0.901, 0.898, 0.9))
+    limits = workspace_limits_of(changed)
+    assert (limits.lower_heights, limits.upper_heights) == (lower, upper)
 
 
 @pytest.mark.parametrize("space", ["unlimited", "box", "cylinder"])

@@ -125,3 +125,19 @@ def test_publishers_without_end_take_no_memory():
         for _ in range(2):
             assert reader.read(serialize_message(message)) == expected(message)
     assert len(reader._layouts) == MOST_LAYOUTS
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_offsets_are_added_in_both_ways_of_reading(seed, slow_reads):
+    source = random.Random(seed)
+    offsets = tuple(source.uniform(-0.01, 0.01) for _ in NAMES)
+    plain, reader = SliderMeasurements(NAMES), SliderMeasurements(NAMES, offsets)
+    for _ in range(3):
+        positions = [source.uniform(0.3, 0.9) for _ in NAMES]
+        data = serialize_message(JointState(name=NAMES, position=positions, velocity=[1, 2, 3]))
+        reading = reader.read(data)
+        expected_heights = tuple(map(sum, zip(plain.read(data).heights, offsets)))
+        assert reading.heights == expected_heights
+        assert reading.velocities == (1.0, 2.0, 3.0)
+    # Of each reader the first message is read part by part, the others are not.
+    assert slow_reads[0] == 2

@@ -49,6 +49,12 @@ class SimulatedSliders:
         self._measured = list(heights)
         self._random = random.Random(1)
 
+    @property
+    def heights(self) -> Vector3:
+        """Where the sliders are, by the scale of their drives. Shape (3,) [m]."""
+        h1, h2, h3 = self._heights
+        return h1, h2, h3
+
     def command(self, heights: Sequence[float]) -> None:
         """Send the sliders to ``heights`` [m]; they stop at the ends of their travel."""
         for slider, height in enumerate(heights):

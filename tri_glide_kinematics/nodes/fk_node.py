@@ -38,7 +38,7 @@ class FkNode(Node):
         super().__init__("fk_node")
         values = LiveParameters(self, FK_NODE, check_joint_names).values
         self._machine = machine_of(values)
-        self._reader = SliderMeasurements(values["joint_names"])
+        self._reader = SliderMeasurements(values["joint_names"], values["height_offsets"])
         self._reasons = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._poses = 0
         pose, twist = PoseStamped(), TwistStamped()

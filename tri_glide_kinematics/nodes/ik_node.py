@@ -33,6 +33,7 @@ from tri_glide_kinematics.ros.from_parameters import (
     limits_of,
     machine_of,
     supervision_bounds_of,
+    true_travel_of,
     workspace_limits_of,
 )
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
@@ -93,7 +94,7 @@ class IkNode(Node):
         self._base_frame = values["base_frame"]
         self._platform_frame = values["platform_frame"]
         check_joint_names(values)
-        self._reader = SliderMeasurements(values["joint_names"])
+        self._reader = SliderMeasurements(values["joint_names"], values["height_offsets"])
         self._refused = ReasonLog(self.get_logger().warning, lines_per_second=10)
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._stalls = ReasonLog(self.get_logger().warning, lines_per_second=1)
@@ -117,7 +118,7 @@ class IkNode(Node):
             streams=Streams.with_timeouts(values["twist_timeout"], values["target_timeout"]),
             in_position_bounds=in_position_bounds_of(values),
             start_disabled=values["start_disabled"],
-            travel=(values["lower_heights"], values["upper_heights"]),
+            travel=true_travel_of(values),
             on_change=self._reports.add,
             on_refusal=lambda reason: self._refused.add(f"refused a target: {reason}"),
         )

@@ -1,4 +1,7 @@
-"""Stands in for the machine: follows joint commands and publishes measured joint states."""
+"""Stands in for the machine: follows joint commands and publishes measured joint states.
+
+Its geometry and its height offsets are the true ones, which those who lead it may not know.
+"""
 
 from __future__ import annotations
 
@@ -12,15 +15,17 @@ from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders, SliderFaults
+from tri_glide_kinematics.control.simulated_truth import SimulatedPlate, TrueMachine
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.cycle_loop import Cycle
-from tri_glide_kinematics.ros.from_parameters import check_joint_names, check_travel
+from tri_glide_kinematics.ros.from_parameters import check_joint_names, check_travel, machine_of
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.parameter_table import ParameterError, Values
 from tri_glide_kinematics.ros.parameters import SIMULATOR_NODE
 from tri_glide_kinematics.ros.patient_services import PatientServices
 from tri_glide_kinematics.ros.slider_measurements import SliderMeasurements
 from tri_glide_kinematics.ros.stamped_triples import FIRST, SECOND, StampedTriples
+from tri_glide_kinematics.ros.truth_outputs import TruthOutputs
 from tri_glide_kinematics.wording import number_text, vector_text
 
 
@@ -45,6 +50,10 @@ class SimulatorNode(Node):
         self._reasons = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._sliders = SimulatedSliders(
             values["initial_heights"], values["lower_heights"], values["upper_heights"]
+        )
+        self._truth = TrueMachine(machine_of(values), values["height_offsets"])
+        self._truth_outputs = TruthOutputs(
+            self, values["base_frame"], self._period, _plate_of(values)
         )
         self._apply(values)
         parameters.on_change(self._apply)
@@ -80,11 +89,18 @@ class SimulatorNode(Node):
     def _cycle(self) -> None:
         self._sliders.step(self._period)
         measured = self._sliders.measure()
+        seconds, nanoseconds = divmod(self._now().nanoseconds, 1_000_000_000)
         if measured is not None:
-            stamp = divmod(self._now().nanoseconds, 1_000_000_000)
-            self._publisher.publish(self._message.at(*stamp, *measured))
+            self._publisher.publish(self._message.at(seconds, nanoseconds, *measured))
+        try:
+            position = self._truth.position(self._sliders.heights)
+        except KinematicsError as error:
+            self._reasons.add(f"no true pose: {error}")
+            return
+        self._truth_outputs.publish(position, seconds, nanoseconds)
 
     def _apply(self, values: Values) -> None:
+        self._truth_outputs.plate = _plate_of(values)
         self._sliders.lag = values["lag"]
         self._sliders.encoder_resolution = values["encoder_resolution"]
         self._sliders.faults = SliderFaults(
@@ -93,6 +109,10 @@ class SimulatorNode(Node):
             values["encoder_offsets"],
             values["stuck_sliders"],
         )
+
+
+def _plate_of(values: Values) -> SimulatedPlate:
+    return SimulatedPlate(values["plate_height"], *values["plate_tilt"])
 
 
 def _check(values: Values) -> None:

@@ -18,7 +18,7 @@ from tri_glide_kinematics.motion.engine import MotionEngine, SampledPlan, Slider
 from tri_glide_kinematics.ros.parameter_table import Values
 from tri_glide_kinematics.ros.stamped_triples import FIRST, SECOND, StampedTriples
 from tri_glide_kinematics.ros.trajectory_bytes import joint_trajectory
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 RELIABLE = QoSProfile(depth=10)
 
@@ -33,6 +33,8 @@ class JogOutputError(KinematicsError):
 class CommandOutputs:
     """The publishers that the parameter ``command_outputs`` asks for.
 
+    Here, and nowhere else, true heights become those that the drives are told.
+
     Attributes:
         publishers: of what moves the machine.
     """
@@ -43,6 +45,7 @@ class CommandOutputs:
         self._joint_names = list(values["joint_names"])
         self._base_frame = values["base_frame"]
         self._trajectory_step = values["trajectory_step"]
+        self._offsets: Vector3 = values["height_offsets"]
         self._plan_number = 0
         joint_state = JointState(name=self._joint_names, position=FIRST, velocity=SECOND)
         joint_state.header.frame_id = self._base_frame
@@ -73,18 +76,21 @@ class CommandOutputs:
 
     def publish(self, setpoint: SliderState, engine: MotionEngine) -> None:
         """Publish the setpoint of a cycle, and the plan of ``engine`` if it is a new one."""
+        (h1, h2, h3), (offset1, offset2, offset3) = setpoint.heights, self._offsets
+        heights = (h1 - offset1, h2 - offset2, h3 - offset3)
         if self._joint_states is not None:
             stamp = divmod(self._now().nanoseconds, 1_000_000_000)
-            numbers = setpoint.heights, setpoint.velocities
+            numbers = heights, setpoint.velocities
             self._joint_states.publish(self._joint_state.at(*stamp, *numbers))
         if self._arrays is not None:
-            self._array.data = array("d", setpoint.heights)
+            self._array.data = array("d", heights)
             self._arrays.publish(self._array)
         if self._trajectories is not None:
             number, self._plan_number = self._plan_number, engine.plan_number
             if number != self._plan_number and engine.remaining > 0.0:
                 # Its stamp is 0, which tells the receiver to begin at once: no clock is shared.
                 points = plan_points(engine, self._trajectory_step)
+                points = points._replace(heights=points.heights - np.array(self._offsets))
                 trajectory = joint_trajectory(self._joint_names, self._base_frame, points)
                 self._trajectories.publish(trajectory)
 

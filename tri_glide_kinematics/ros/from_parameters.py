@@ -7,6 +7,7 @@ from tri_glide_kinematics.control.supervision import SupervisionBounds
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.ros.parameter_table import ParameterError, Values
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimits
 
@@ -45,8 +46,18 @@ def limits_of(values: Values) -> SliderLimits:
     )
 
 
+def true_travel_of(values: Values) -> tuple[Vector3, Vector3]:
+    """Return the true heights of the lower and of the upper ends of travel, each (3,) [m]."""
+    offsets = values["height_offsets"]
+    return _sum(values["lower_heights"], offsets), _sum(values["upper_heights"], offsets)
+
+
+def _sum(first: Vector3, second: Vector3) -> Vector3:
+    return (first[0] + second[0], first[1] + second[1], first[2] + second[2])
+
+
 def workspace_limits_of(values: Values) -> WorkspaceLimits:
-    """Return where the platform and the sliders may be.
+    """Return where the platform and the sliders may be, in true heights.
 
     Raises:
         KinematicsError: if two bounds are not in order.
@@ -60,8 +71,7 @@ def workspace_limits_of(values: Values) -> WorkspaceLimits:
         z_min, z_max = values["cylinder_z"]
         cylinder = Cylinder(center_x, center_y, values["cylinder_radius"], z_min, z_max)
     return WorkspaceLimits(
-        values["lower_heights"],
-        values["upper_heights"],
+        *true_travel_of(values),
         values["reach_margin"],
         values["max_condition_number"],
         box_lower,

@@ -11,12 +11,24 @@ JOINT_NAMES = Parameter(
     "names of the sliders in JointState messages",
 )
 BASE_FRAME = Parameter("base_frame", "tri_glide_base", "frame of poses and twists")
+# Where the drives count from has nothing to do with where they may go: so the travel stays what it
+# is when the offsets get known.
 TRAVEL = (
     Parameter(
-        "lower_heights", (0.3, 0.3, 0.3), "lower end of each slider's travel", "m", -10.0, 10.0
+        "lower_heights",
+        (0.3, 0.3, 0.3),
+        "lower end of each slider's travel, as the drives report it",
+        "m",
+        -10.0,
+        10.0,
     ),
     Parameter(
-        "upper_heights", (0.9, 0.9, 0.9), "upper end of each slider's travel", "m", -10.0, 10.0
+        "upper_heights",
+        (0.9, 0.9, 0.9),
+        "upper end of each slider's travel, as the drives report it",
+        "m",
+        -10.0,
+        10.0,
     ),
 )
 GEOMETRY = (
@@ -44,6 +56,14 @@ GEOMETRY = (
         10.0,
     ),
     Parameter("arm_lengths", DEFAULT_GEOMETRY.arm_lengths, "length of each arm", "m", 0.001, 10.0),
+    Parameter(
+        "height_offsets",
+        (0.0, 0.0, 0.0),
+        "true height of each slider minus the height that its drive reports and is commanded",
+        "m",
+        -1.0,
+        1.0,
+    ),
 )
 
 LIMITS = (
@@ -274,7 +294,10 @@ IK_NODE = (
 FK_NODE = (*GEOMETRY, JOINT_NAMES, BASE_FRAME, *SYSTEM)
 
 SIMULATOR_NODE = (
+    # The machine as it truly is; that the nodes know it so is not a matter of course.
+    *GEOMETRY,
     JOINT_NAMES,
+    BASE_FRAME,
     *TRAVEL,
     Parameter("rate", 500.0, "measurements per second", "1/s", 1.0, 2000.0, told=True),
     Parameter("initial_heights", (0.6, 0.6, 0.6), "heights at the start", "m", -10.0, 10.0),
@@ -324,10 +347,97 @@ SIMULATOR_NODE = (
     Parameter(
         "stuck_sliders", (False, False, False), "fault: these sliders do not move", live=True
     ),
+    Parameter(
+        "plate_height",
+        0.0,
+        "true height of a plate on the z axis of the base frame; `contact` tells of a touch",
+        "m",
+        -10.0,
+        10.0,
+        live=True,
+    ),
+    Parameter(
+        "plate_tilt",
+        (0.0, 0.0),
+        "by how much the plate rises along x and y",
+        "m/m",
+        -1.0,
+        1.0,
+        live=True,
+    ),
     *SYSTEM,
 )
 
-NODES = {"ik_node": IK_NODE, "fk_node": FK_NODE, "simulator_node": SIMULATOR_NODE}
+CALIBRATION_NODE = (
+    *GEOMETRY,
+    JOINT_NAMES,
+    BASE_FRAME,
+    Parameter(
+        "probe_speed", 0.002, "of the platform on its way down", "m/s", 0.0002, 0.1, told=True
+    ),
+    Parameter("probe_depth", 0.01, "longest way down", "m", 0.0001, 1.0, told=True),
+    Parameter(
+        "contact_timeout",
+        0.5,
+        "a probe ends if nothing is heard of the contact for longer than this; 0 for a switch that "
+        "tells of changes only",
+        "s",
+        0.0,
+        60.0,
+    ),
+    Parameter(
+        "contact_delay",
+        0.0,
+        "how long after a contact its message is sent, on average: debouncing, half a sampling "
+        "period",
+        "s",
+        0.0,
+        1.0,
+    ),
+    Parameter("plate_name", "bed", "name of the plate that is meant where none is named"),
+    Parameter(
+        "plate_known",
+        "height_and_tilt",
+        "what is known of that plate; what is not is fitted, too",
+        choices=("height_and_tilt", "tilt", "nothing"),
+        told=True,
+    ),
+    Parameter("plate_height", 0.0, "its height on the z axis of the base frame", "m", -10.0, 10.0),
+    Parameter("plate_tilt", (0.0, 0.0), "by how much it rises along x and y", "m/m", -1.0, 1.0),
+    Parameter("touch_deviation", 1e-5, "standard deviation of a touch", "m", 1e-8, 0.1),
+    Parameter(
+        "position_deviation",
+        5e-5,
+        "standard deviation of each coordinate of a measured position",
+        "m",
+        1e-8,
+        0.1,
+    ),
+    Parameter("distance_deviation", 5e-5, "standard deviation of a distance", "m", 1e-8, 0.1),
+    Parameter(
+        "use_priors", True, "whether the next three parameters say how far the machine may be off"
+    ),
+    Parameter(
+        "prior_anchors",
+        1e-3,
+        "standard deviation of each coordinate of the anchors from the present ones",
+        "m",
+        1e-8,
+        1.0,
+    ),
+    Parameter("prior_arm_lengths", 5e-4, "standard deviation of each arm length", "m", 1e-8, 1.0),
+    Parameter(
+        "prior_height_offsets", 2e-3, "standard deviation of each height offset", "m", 1e-8, 1.0
+    ),
+    *SYSTEM,
+)
+
+NODES = {
+    "ik_node": IK_NODE,
+    "fk_node": FK_NODE,
+    "simulator_node": SIMULATOR_NODE,
+    "calibration_node": CALIBRATION_NODE,
+}
 
 
 INTRODUCTION = """# Parameters

@@ -36,7 +36,7 @@ class StampedReading(NamedTuple):
     """What a JointState says about the sliders, and when; heights may still be NaN.
 
     Attributes:
-        heights: Shape (3,) [m].
+        heights: true ones. Shape (3,) [m].
         velocities: Shape (3,) [m/s], or None if they are not given.
         seconds: of the stamp.
         nanoseconds: of the stamp, beyond the seconds.
@@ -63,6 +63,7 @@ class _Layout:
         stamp: as it is packed.
         numbers: positions, or velocities, as they are packed.
         indices: places of the sliders among the joints, None if they are not there.
+        offsets: true heights minus those in the messages. Shape (3,) [m].
     """
 
     kind: bytes
@@ -74,6 +75,7 @@ class _Layout:
     stamp: Struct
     numbers: Struct
     indices: tuple[int, int, int] | None
+    offsets: Vector3
 
     def fits(self, data: bytes) -> bool:
         """Tell whether a message of the right length has this layout."""
@@ -90,7 +92,8 @@ class _Layout:
             return None
         i, j, k = self.indices
         position = self.numbers.unpack_from(data, self.positions)
-        heights = (position[i], position[j], position[k])
+        first, second, third = self.offsets
+        heights = (position[i] + first, position[j] + second, position[k] + third)
         velocities = None
         if self.velocities is not None:
             velocity = self.numbers.unpack_from(data, self.velocities)
@@ -101,10 +104,19 @@ class _Layout:
 
 
 class SliderMeasurements:
-    """Finds the sliders in serialized JointState messages, as ``SliderReader`` does in others."""
+    """Finds the sliders in serialized JointState messages, as ``SliderReader`` does in others.
 
-    def __init__(self, joint_names: Sequence[str]) -> None:
-        """Look for these three names."""
+    Here, and nowhere else, heights that are reported become true ones.
+    """
+
+    def __init__(self, joint_names: Sequence[str], offsets: Vector3 = (0.0, 0.0, 0.0)) -> None:
+        """Look for three names.
+
+        Args:
+            joint_names: of the sliders.
+            offsets: what is added to the heights in messages. Shape (3,) [m].
+        """
+        self._offsets = offsets
         self._names = tuple(joint_names)
         self._reader = SliderReader(joint_names)
         self._layouts: dict[int, _Layout] = {}
@@ -126,7 +138,8 @@ class SliderMeasurements:
         if reading is None:
             return None
         stamp = message.header.stamp
-        return StampedReading(*reading, stamp.sec, stamp.nanosec)
+        h1, h2, h3 = (height + offset for height, offset in zip(reading.heights, self._offsets))
+        return StampedReading((h1, h2, h3), reading.velocities, stamp.sec, stamp.nanosec)
 
     def _layout_of(self, message: JointState, data: bytes, has_sliders: bool) -> _Layout | None:
         """Return the layout of a message that could be read, None if that is not found out."""
@@ -165,6 +178,7 @@ class SliderMeasurements:
             stamp=Struct(f"{order}iI"),
             numbers=numbers,
             indices=indices,
+            offsets=self._offsets,
         )
 
 

@@ -93,6 +93,7 @@ class _Messages:
         self._kind: Any = subscription.msg_type
         self._callback = subscription.callback
         self._is_raw = subscription.raw
+        self._takes_info = subscription._callback_type is Subscription.CallbackType.WithMessageInfo
         self._survive = survive
 
     def handle_one(self) -> bool:
@@ -100,8 +101,12 @@ class _Messages:
             taken = self._take(self._kind, True)
             if taken is None:
                 return False
-            data = taken[0]
-            self._callback(data if self._is_raw else deserialize_message(data, self._kind))
+            data, info = taken
+            message = data if self._is_raw else deserialize_message(data, self._kind)
+            if self._takes_info:
+                self._callback(message, info)
+            else:
+                self._callback(message)
         except Exception as error:
             self._survive(error)
         return True

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-PACKAGE = "tri_glide_kinematics"
+from tri_glide_kinematics.figures.installed import find_file
+
 MOST_FRAMES = 720
 
 
@@ -51,19 +51,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     finally:
         signal.signal(signal.SIGINT, handler)
     return 0
-
-
-def find_file(file: Path) -> Path:
-    """Return ``file``, or the installed configuration file of that name if there is no such file.
-
-    ROS keeps the folders in which packages are installed in the environment.
-    """
-    if not file.exists() and file.name == str(file):
-        for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
-            installed = Path(prefix, "share", PACKAGE, "config", file.name)
-            if installed.exists():
-                return installed
-    return file
 
 
 def _parser() -> argparse.ArgumentParser:

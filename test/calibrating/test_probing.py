@@ -1,0 +1,199 @@
+"""A probe against a platform that does as it is told, and against all that can come between."""
+
+from __future__ import annotations
+
+import pytest
+
+from tri_glide_kinematics.calibrating.probing import (
+    BACK_TOLERANCE,
+    LETTING_GO,
+    LONGEST_STOP,
+    LONGEST_WAY_BACK,
+    Probe,
+    ProbePhase,
+    ProbeSettings,
+    Speed,
+    Target,
+)
+
+START = (0.03, -0.02, 0.05)
+PERIOD = 0.005
+SETTINGS = ProbeSettings(speed=0.002, depth=0.008, contact_timeout=0.5)
+
+
+class Platform:
+    """Moves as ik_node would, with a switch at a height; what goes wrong is set by attributes."""
+
+    def __init__(self, plate, settings=SETTINGS):
+        self.plate = plate
+        self.now = 100.0
+        self.position = list(START)
+        self.speed = 0.0
+        self.target = None
+        self.state = "idle"
+        self.drift = 0.0
+        self.is_silent = False
+        self.is_switch_dead = False
+        self.is_stuck = False
+        self.commands = []
+        self.probe = Probe(settings, START, self.now)
+
+    def step(self):
+        command = self.probe.step(self.now)
+        if command is not None:
+            self.commands.append(command)
+        if isinstance(command, Speed):
+            self.speed = 0.0 if self.is_stuck else command.upwards
+            self.state = "jogging" if command.upwards else "idle"
+        elif isinstance(command, Target):
+            self.position, self.speed = list(command.position), 0.0
+        self.now += PERIOD
+        self.position[0] += self.drift * PERIOD
+        self.position[2] += self.speed * PERIOD
+        if not self.is_silent:
+            self.probe.measured(tuple(self.position), self.now)
+        self.probe.machine(self.state, "as told", self.now)
+        if not self.is_switch_dead:
+            self.probe.contact(self.position[2] <= self.plate, self.now + 1e9, self.now)
+        if self.speed == 0.0 and self.probe.phase is ProbePhase.STOPPING:
+            self.probe.at_rest(self.now)
+
+    def run(self, seconds=30.0):
+        """Go on until the probe has ended, and return it."""
+        end = self.now + seconds
+        while self.probe.phase is not ProbePhase.ENDED:
+            assert self.now < end, self.probe.phase
+            self.step()
+        return self.probe
+
+    def run_until(self, height):
+        while self.position[2] > height:
+            self.step()
+
+
+def test_contact_ends_the_way_down_and_the_platform_goes_back():
+    platform = Platform(plate=0.046)
+    probe = platform.run()
+    assert probe.failure is None
+    # In the step in which the switch closed, 2 s after the platform set off.
+    expected = 1e9 + 102.0 + LETTING_GO
+    assert probe.contact_stamp == pytest.approx(expected, abs=3.0 * PERIOD)
+    assert probe.lowest == pytest.approx(0.046, abs=1.1 * PERIOD * SETTINGS.speed)
+    first = platform.commands.index(Speed(-0.002))
+    assert set(platform.commands[:first]) == {Speed(0.0)}
+    assert set(platform.commands[first:-2]) == {Speed(-0.002)}
+    assert platform.commands[-2:] == [Speed(0.0), Target(START)]
+    assert tuple(platform.position) == START
+
+
+def test_without_contact_it_stops_at_the_depth_and_goes_back():
+    platform = Platform(plate=0.0)
+    probe = platform.run()
+    assert probe.failure == "no contact on 8 mm"
+    assert probe.contact_stamp is None
+    assert probe.lowest == pytest.approx(START[2] - SETTINGS.depth, abs=1e-4)
+    assert tuple(platform.position) == START
+
+
+def test_a_dead_switch_ends_the_way_down():
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    platform.is_switch_dead = True
+    probe = platform.run()
+    assert probe.failure == "nothing about the contact for 0.5 s"
+    assert probe.lowest > 0.0475
+    assert tuple(platform.position) == START
+
+
+def test_a_switch_that_tells_of_changes_only_may_be_silent():
+    platform = Platform(plate=0.046, settings=ProbeSettings(0.002, 0.008, 0.0))
+    platform.is_switch_dead = True
+    platform.run_until(0.0465)
+    platform.is_switch_dead = False
+    assert platform.run().failure is None
+
+
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [
+        ("moving", "ik_node is moving: as told"),
+        ("tracking", "ik_node is tracking: as told"),
+        ("fault", "ik_node is fault: as told"),
+        ("disabled", "ik_node is disabled: as told"),
+        ("stopping", "it was stopped: as told"),
+        ("idle", "it was stopped: as told"),
+    ],
+)
+def test_who_else_leads_the_machine_is_left_to_it(state, text):
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    count = len(platform.commands)
+    platform.probe.machine(state, "as told", platform.now)
+    assert platform.probe.phase is ProbePhase.ENDED
+    assert platform.probe.failure == text
+    assert platform.probe.step(platform.now) is None
+    assert len(platform.commands) == count
+
+
+def test_another_command_ends_it_in_any_phase():
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    platform.probe.other_command("another", platform.now)
+    assert (platform.probe.phase, platform.probe.failure) == (ProbePhase.ENDED, "another")
+    platform.probe.other_command("once more", platform.now)
+    assert platform.probe.failure == "another"
+
+
+@pytest.mark.parametrize("state", ["stopping", "idle"])
+def test_a_stop_that_a_late_twist_made_goes_on(state):
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    platform.probe.machine(state, "at rest: no twist for 0.1 s", platform.now)
+    assert platform.run().failure is None
+
+
+def test_a_platform_that_leaves_its_way_down_is_led_by_somebody_else():
+    platform = Platform(plate=0.0)
+    platform.drift = 0.01
+    probe = platform.run()
+    assert "away from its way down: somebody else leads it" in probe.failure
+    assert not any(isinstance(command, Target) for command in platform.commands)
+
+
+def test_a_platform_that_is_held_is_told():
+    platform = Platform(plate=0.0)
+    platform.is_stuck = True
+    assert "does not go down" in platform.run().failure
+
+
+def test_silent_measurements_end_it_at_once():
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    platform.is_silent = True
+    assert platform.run().failure == "no measured heights for 0.5 s"
+
+
+def test_time_in_which_nobody_listened_is_no_silence():
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    platform.now += 3.0
+    assert platform.run().failure is None
+
+
+def test_no_rest_and_no_way_back_are_told():
+    probe = Probe(SETTINGS, START, 0.0)
+    probe.contact(True, 0.0, 0.0)
+    assert probe.step(LONGEST_STOP) == Speed(0.0)
+    probe.step(LONGEST_STOP + 0.1)
+    assert probe.failure == "the sliders do not come to rest within 5 s"
+
+    probe = Probe(SETTINGS, START, 0.0)
+    probe.contact(True, 0.0, 0.0)
+    probe.at_rest(0.5)
+    assert probe.step(0.5) == Target(START)
+    probe.measured((*START[:2], START[2] - 2.0 * BACK_TOLERANCE), 0.6)
+    probe.machine("idle", "refused", 0.6)
+    assert probe.step(0.6) is None
+    assert probe.step(0.6 + LONGEST_WAY_BACK) is None
+    assert probe.failure == "the platform is not back after 15 s: ik_node is idle: refused"
+    assert probe.contact_stamp == 0.0

@@ -1,0 +1,33 @@
+"""Calibrations of one wrong machine, for what is written and drawn of them."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from testing.wrong_machines import NOMINAL, WRONG_BY, WrongMachine
+from tri_glide_kinematics.calibrating.solving import solved
+from tri_glide_kinematics.calibration.measurement_file import MeasurementFile
+from tri_glide_kinematics.calibration.measurements import Touch
+from tri_glide_kinematics.calibration.result import Calibration
+
+SEED = 11
+
+
+@cache
+def measured(has_priors: bool = True, outlier: float = 0.0) -> MeasurementFile:
+    """Return thirteen touches and a distance; the third touch is wrong by ``outlier`` [m]."""
+    rng = np.random.default_rng(SEED)
+    machine = WrongMachine.random(rng)
+    touches = machine.touches(rng)
+    heights = tuple(height + outlier for height in touches[2].heights)
+    touches[2] = Touch(heights, touches[2].plate, touches[2].standard_deviation)
+    priors = WRONG_BY if has_priors else None
+    return MeasurementFile(NOMINAL, priors, tuple(touches), (), tuple(machine.one_distance(rng)))
+
+
+@cache
+def calibration(has_priors: bool = True, outlier: float = 0.0) -> Calibration:
+    """Return the calibration of these."""
+    return solved(measured(has_priors, outlier))

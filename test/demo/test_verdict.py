@@ -1,0 +1,86 @@
+"""Whether a calibrated machine is judged as it should be, without any node."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tri_glide_kinematics.calibration.region import plane_basis
+from tri_glide_kinematics.demo.calibration.course import (
+    FIRST_START,
+    PLATE,
+    RADIUS,
+    START,
+    Judged,
+    ring,
+    touch_places,
+)
+from tri_glide_kinematics.demo.calibration.picture import verdict_figure
+from tri_glide_kinematics.demo.calibration.verdict import Verdict, table, without_plane_motion
+from tri_glide_kinematics.demo.calibration.wrong_machine import NOMINAL, wrong_machine
+
+TARGETS = np.array([(x, y, PLATE) for x, y in [(0.0, 0.0), *ring(RADIUS, 6)]])
+RNG = np.random.default_rng(4)
+
+
+def judged(errors):
+    return Judged(TARGETS, TARGETS + errors)
+
+
+def verdict(size=1.0):
+    """Return a verdict on errors that are ``size`` times as large as predicted."""
+    errors = size * 1e-4 * RNG.choice([-1.0, 1.0], TARGETS.shape)
+    predicted = np.full(TARGETS.shape, 1e-4)
+    return Verdict(10.0 * errors, errors, errors, predicted, predicted)
+
+
+def test_a_shift_and_a_turn_are_taken_out_and_nothing_else():
+    rest = 1e-5 * RNG.standard_normal(TARGETS.shape)
+    moved = plane_basis(TARGETS, (0.0, 0.0)) @ (1e-3, -2e-3, 5e-3)
+    left = without_plane_motion(judged(moved + rest))
+    assert left == pytest.approx(without_plane_motion(judged(rest)), abs=1e-12)
+    assert left[:, 2] == pytest.approx(rest[:, 2])
+    assert np.abs(without_plane_motion(judged(moved))).max() < 1e-12
+
+
+@pytest.mark.parametrize(("size", "is_good"), [(0.5, True), (3.9, True), (4.2, False)])
+def test_errors_may_be_as_large_as_predicted(size, is_good):
+    assert verdict(size).is_good == is_good
+
+
+def test_errors_in_itself_count_too():
+    good = verdict()
+    assert not replace(good, in_itself=10.0 * good.in_itself).is_good
+
+
+def test_the_table_shows_the_largest_errors():
+    rows = [line.split() for line in table(verdict()).splitlines()[1:4]]
+    assert [row[0] for row in rows] == ["x", "y", "z"]
+    assert rows[0][1:] == ["1000.0", "100.0", "100.0", "100.0", "100.0"]
+
+
+def test_the_picture_has_three_maps_and_three_rows_of_bars():
+    figure = verdict_figure(TARGETS, verdict())
+    assert [axes.get_title().split("\n")[0] for axes in figure.axes] == [
+        "before",
+        "after",
+        "after, in itself*",
+        *(f"largest error in {letter}" for letter in "xyz"),
+    ]
+    figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize("count", [7, 10, 13])
+def test_touches_are_in_different_places(count):
+    places = touch_places(count)
+    assert len(set(places)) == count
+    assert max(np.hypot(*place) for place in places) == pytest.approx(RADIUS)
+
+
+def test_each_seed_is_another_machine_and_always_the_same():
+    assert (wrong_machine(1).vector == wrong_machine(1).vector).all()
+    assert (wrong_machine(1).vector != wrong_machine(2).vector).all()
+    assert np.abs(wrong_machine(1).vector - NOMINAL.vector).max() < 5e-3
+    assert FIRST_START > START

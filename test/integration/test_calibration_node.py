@@ -1,0 +1,218 @@
+"""calibration_node as a process, beside ik_node and a simulated machine with a plate."""
+
+from __future__ import annotations
+
+import re
+import signal
+
+import pytest
+from geometry_msgs.msg import Point, PoseStamped
+
+from testing.commands import assert_within_limits
+from tri_glide_interfaces.srv import (
+    DropMeasurement,
+    ListMeasurements,
+    ProbePlate,
+    RecordDistanceEnd,
+    RecordPosition,
+    RecordTouch,
+    SaveMeasurements,
+    SolveCalibration,
+)
+from tri_glide_kinematics.calibration.measurement_file import load_measurements
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
+PLATE = 0.2
+ABOVE = (0.03, -0.02, PLATE + 0.003)
+# At 2 mm/s the platform moves by 4 µm from one measurement to the next.
+EXACT = 1e-5
+
+
+class Calibration:
+    """A client of calibration_node."""
+
+    def __init__(self, machine, client, nodes):
+        self.machine, self.client, self._nodes = machine, client, nodes
+
+    def start(self, parameters=None, simulator=None):
+        self.node = self._nodes.start("calibration_node", parameters)
+        self.machine.start({"twist_timeout": 1.0}, {"plate_height": PLATE, **(simulator or {})})
+        self.client.wait_for(
+            lambda: self.client.node.count_publishers("target_twist") == 2, "calibration_node"
+        )
+        # It hears all that it needs.
+        self.client.wait_for(lambda: self.call(RecordTouch, "record_touch").success, "measurements")
+        self.call(DropMeasurement, "drop")
+        return self
+
+    def call(self, kind, service, **fields):
+        return self.client.call(kind, f"calibration_node/{service}", kind.Request(**fields))
+
+    def ask(self, kind, service, **fields):
+        """Call without waiting for the answer."""
+        self.call(ListMeasurements, "list")
+        client = self.client.node.create_client(kind, f"calibration_node/{service}")
+        self.client.wait_for(client.service_is_ready, "the service")
+        return client.call_async(kind.Request(**fields))
+
+    @property
+    def lines(self):
+        return self.call(ListMeasurements, "list").measurements
+
+
+@pytest.fixture
+def calibration(machine, client, nodes):
+    return Calibration(machine, client, nodes)
+
+
+def test_a_probe_finds_the_plate_and_comes_back(calibration, machine, client):
+    calibration.start()
+    poses = client.record(PoseStamped, "true_pose")
+    machine.move(ABOVE)
+    first = len(machine.commands)
+    asked = calibration.ask(ProbePlate, "probe")
+    machine.wait_for_state("jogging")
+    # It is late for a while: the platform stops, and goes on.
+    calibration.node.process.send_signal(signal.SIGSTOP)
+    client.wait_for(lambda: "no twist for" in machine.reason, "a stop")
+    calibration.node.process.send_signal(signal.SIGCONT)
+    client.wait_for(asked.done, "the end of the probe")
+    answer = asked.result()
+    assert answer.success, answer.message
+    assert answer.number == 1
+    x, y, z = MACHINE.forward(tuple(answer.heights))
+    assert (x, y) == pytest.approx(ABOVE[:2], abs=EXACT)
+    assert z == pytest.approx(PLATE, abs=EXACT)
+    now = client.now()
+    client.wait_for(lambda: client.time_of(poses[-1]) > now, "the newest pose")
+    lowest = min(pose.pose.position.z for pose in poses)
+    assert 0.0 < answer.overrun < 2e-4
+    assert z - answer.overrun == pytest.approx(lowest, abs=EXACT)
+    # Back where it began, and within all limits on the way.
+    machine.wait_for_measured_rest()
+    place = poses[-1].pose.position
+    assert (place.x, place.y, place.z) == pytest.approx(ABOVE, abs=EXACT)
+    assert_within_limits(machine, first)
+    assert calibration.lines[0].startswith("1: touch of plate 'bed' ±10 µm at heights")
+
+
+def test_what_keeps_a_probe_from_its_plate(calibration, machine, client):
+    calibration.start()
+    machine.move(ABOVE)
+    answer = calibration.call(ProbePlate, "probe", depth=0.001, speed=0.005)
+    assert (answer.success, answer.message) == (False, "no contact on 1 mm")
+    machine.wait_for_measured_rest()
+    assert machine.state == "idle"
+
+    machine.move((*ABOVE[:2], PLATE - 0.001))
+    answer = calibration.call(ProbePlate, "probe")
+    assert not answer.success
+    assert "closed already" in answer.message
+
+    # Somebody else commands.
+    machine.move((*ABOVE[:2], PLATE + 0.009))
+    asked = calibration.ask(ProbePlate, "probe")
+    machine.wait_for_state("jogging")
+    refused = calibration.call(RecordTouch, "record_touch")
+    assert (refused.success, refused.message) == (False, "a probe is under way")
+    client.send_pose((-0.04, 0.02, 0.25))
+    client.wait_for(asked.done, "the end of the probe")
+    assert not asked.result().success
+    assert re.search("ik_node is moving|sends a target pose", asked.result().message)
+    # The last twist may have come after the pose; none comes any more.
+    machine.wait_for_state("idle")
+
+    # A stop.
+    machine.move((*ABOVE[:2], PLATE + 0.009))
+    asked = calibration.ask(ProbePlate, "probe")
+    machine.wait_for_state("jogging")
+    client.stop()
+    client.wait_for(asked.done, "the end of the probe")
+    assert re.search("it was stopped: .*stop was asked for", asked.result().message)
+    assert calibration.lines == []
+
+    # The switch dies with the simulator, and so do the measurements.
+    asked = calibration.ask(ProbePlate, "probe")
+    machine.wait_for_state("jogging")
+    machine.simulator.signal(15)
+    client.wait_for(asked.done, "the end of the probe")
+    assert not asked.result().success
+
+
+def test_what_is_missing_for_a_probe_is_told(calibration, machine, client, nodes):
+    node = nodes.start("calibration_node")
+    assert "0 measured heights" in calibration.call(ProbePlate, "probe").message
+    machine.start_simulator()
+
+    def told(text):
+        return lambda: text in calibration.call(ProbePlate, "probe").message
+
+    client.wait_for(told("there is no ik_node"), "what is missing")
+    assert "probe: there is no ik_node" in node.output
+
+
+def test_measurements_are_noted_listed_dropped_and_saved(calibration, machine, tmp_path):
+    calibration.start({"touch_deviation": 2e-5})
+    machine.move((0.0, 0.0, 0.3))
+    machine.wait_for_measured_rest()
+    touch = calibration.call(RecordTouch, "record_touch", plate="glass", standard_deviation=3e-5)
+    place = calibration.call(
+        RecordPosition, "record_position", position=Point(x=1.0, y=2.0, z=3.0), frame="camera"
+    )
+    assert (touch.number, place.number) == (1, 2)
+    end = calibration.call(RecordDistanceEnd, "record_distance_end", distance=0.1)
+    assert (end.success, end.number) == (False, 0)
+    assert "first end is missing" in end.message
+    assert calibration.call(RecordDistanceEnd, "record_distance_end").success
+    listed = calibration.call(ListMeasurements, "list")
+    assert listed.message == "missing: the second end of a distance"
+    machine.move((0.1, 0.0, 0.3))
+    machine.wait_for_measured_rest()
+    end = calibration.call(RecordDistanceEnd, "record_distance_end", distance=0.1)
+    assert (end.success, end.number) == (True, 3), end.message
+    assert "drop" not in calibration.call(DropMeasurement, "drop", number=9).message
+    assert calibration.call(DropMeasurement, "drop", number=2).success
+    assert len(calibration.lines) == 2
+
+    file = tmp_path / "measurements.yaml"
+    assert not calibration.call(SaveMeasurements, "save", file="/nowhere/at_all.yaml").success
+    assert calibration.call(SaveMeasurements, "save", file=str(file)).success
+    content = load_measurements(file)
+    assert content.touches[0].plate.height is None
+    assert content.touches[0].standard_deviation == pytest.approx(3e-5)
+    distance = content.distances[0]
+    ends = [MACHINE.forward(heights) for heights in (distance.heights_from, distance.heights_to)]
+    assert ends[0] == pytest.approx((0.0, 0.0, 0.3), abs=EXACT)
+    assert ends[1] == pytest.approx((0.1, 0.0, 0.3), abs=EXACT)
+
+
+def test_requests_without_a_meaning_get_a_reason(calibration, machine, tmp_path):
+    calibration.start()
+    nan = float("nan")
+    for kind, service, fields, words in (
+        (RecordTouch, "record_touch", {"standard_deviation": nan}, "standard_deviation"),
+        (RecordTouch, "record_touch", {"standard_deviation": -1.0}, "at least 0"),
+        (RecordPosition, "record_position", {"position": Point(x=nan)}, "measured position"),
+        (RecordDistanceEnd, "record_distance_end", {"distance": -0.1}, "at least 0"),
+        (ProbePlate, "probe", {"depth": nan}, "depth"),
+        (ProbePlate, "probe", {"speed": -0.1}, "at least 0"),
+        (DropMeasurement, "drop", {"number": 1}, "no measurement 1, only 0"),
+        (SaveMeasurements, "save", {"file": str(tmp_path)}, "cannot be written"),
+        (SolveCalibration, "solve", {}, "needed"),
+    ):
+        answer = calibration.call(kind, service, **fields)
+        assert not answer.success
+        assert words in answer.message, answer.message
+    assert calibration.lines == []
+    assert "internal error" not in calibration.node.output
+
+
+def test_moving_sliders_are_not_noted(calibration, machine, client):
+    calibration.start()
+    client.set_parameters("ik_node", {"speed_scale": 0.05})
+    machine.get_going((0.1, 0.0, 0.3), 0.02)
+    answer = calibration.call(RecordTouch, "record_touch")
+    assert not answer.success
+    assert "moves" in answer.message

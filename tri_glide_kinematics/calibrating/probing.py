@@ -1,0 +1,222 @@
+"""Decides how a probe goes on: down until a contact, to rest, and back up. Reads no clock."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.wording import number_text
+
+# The state of ik_node in words, as its status tells it.
+IDLE, MOVING, JOGGING, STOPPING = "idle", "moving", "jogging", "stopping"
+
+# Part of the reason of ik_node for a stop because our twists came late.
+LATE_TWIST = "no twist for"
+
+# After a stop ik_node refuses twists until it is told of zero: so each probe begins with that [s].
+LETTING_GO = 0.1
+# Farther than this from the way down, somebody else leads the platform [m].
+LARGEST_DEVIATION = 2e-3
+# Measured heights that are silent for longer end a probe [s].
+LONGEST_SILENCE = 0.5
+# Who looks less often than this has not listened [s].
+LONGEST_LOOK = 0.05
+# The platform has to move by some part of the way that was asked for in this time, or is held [s].
+PATIENCE = 4.0
+LEAST_PART = 0.05
+# The longest that a stop, and the way back, may take [s].
+LONGEST_STOP = 5.0
+LONGEST_WAY_BACK = 15.0
+# The platform is back within this distance [m].
+BACK_TOLERANCE = 2e-4
+
+
+class ProbePhase(Enum):
+    """What a probe is doing."""
+
+    DOWN = "moves down"
+    STOPPING = "comes to rest"
+    BACK = "moves back"
+    ENDED = "has ended"
+
+
+@dataclass(frozen=True)
+class ProbeSettings:
+    """How to probe.
+
+    Attributes:
+        speed: downwards [m/s].
+        depth: how far down at most [m].
+        contact_timeout: longest time between two messages about the contact; 0 for a switch that
+            tells of changes only [s].
+    """
+
+    speed: float
+    depth: float
+    contact_timeout: float
+
+
+@dataclass(frozen=True)
+class Speed:
+    """A command: move upwards with this speed [m/s]."""
+
+    upwards: float
+
+
+@dataclass(frozen=True)
+class Target:
+    """A command: move to this position [m]."""
+
+    position: Vector3
+
+
+class Probe:
+    """One probe, from the first step down until the platform rests again.
+
+    Attributes:
+        phase: what it does.
+        contact_stamp: when the contact was made, by the clock of the machine [s]; None before.
+        failure: what went wrong, in words; None if nothing did.
+        lowest: where the platform was farthest down [m].
+    """
+
+    def __init__(self, settings: ProbeSettings, start: Vector3, now: float) -> None:
+        """Begin at rest.
+
+        Args:
+            settings: how to probe.
+            start: where the platform is. Shape (3,) [m].
+            now: time of a steady clock, as in all that follows [s].
+        """
+        self.phase = ProbePhase.DOWN
+        self.contact_stamp: float | None = None
+        self.failure: str | None = None
+        self.lowest = start[2]
+        self._settings = settings
+        self._start = start
+        self._heard = self._measured = self._changed = self._stepped = now
+        self._progress = (now, start[2])
+        self._has_jogged = False
+        self._position = start
+        self._machine = ("", "")
+        self._is_sent_back = False
+
+    def contact(self, is_touched: bool, stamp: float, now: float) -> None:
+        """Take in what the switch says, and when by the clock of the machine [s]."""
+        self._heard = now
+        if is_touched and self.phase is ProbePhase.DOWN:
+            self.contact_stamp = stamp
+            self._go_to(ProbePhase.STOPPING, now)
+
+    def measured(self, position: Vector3, now: float) -> None:
+        """Take in where the platform is measured to be [m]."""
+        self._measured, self._position = now, position
+        self.lowest = min(self.lowest, position[2])
+        if self.phase in (ProbePhase.BACK, ProbePhase.ENDED):
+            return
+        (x, y, z), (x0, y0, z0) = position, self._start
+        away = max(math.hypot(x - x0, y - y0), z - z0)
+        if away > LARGEST_DEVIATION:
+            self._give_way(
+                f"the platform is {number_text(1e3 * away, 3)} mm away from its way down: "
+                "somebody else leads it",
+                now,
+            )
+        elif self.phase is ProbePhase.DOWN:
+            self._look_down(z, now)
+
+    def _look_down(self, z: float, now: float) -> None:
+        settings, (since, height) = self._settings, self._progress
+        if self._start[2] - z > settings.depth:
+            self._fail(f"no contact on {number_text(1e3 * settings.depth, 6)} mm", now)
+        elif now - since > PATIENCE:
+            if height - z < LEAST_PART * settings.speed * PATIENCE:
+                state, reason = self._machine
+                self._fail(f"the platform does not go down: ik_node is {state}: {reason}", now)
+            self._progress = (now, z)
+
+    def machine(self, state: str, reason: str, now: float) -> None:
+        """Take in the state of ik_node and the reason for it."""
+        self._machine = state, reason
+        # That a twist came late is no reason to give up: the next one is on its way.
+        is_stopped = state in (IDLE, STOPPING) and LATE_TWIST not in reason
+        if self.phase is ProbePhase.DOWN and self._has_jogged and is_stopped:
+            self._give_way(f"it was stopped: {reason}", now)
+        self._has_jogged |= state == JOGGING
+        # In these states it does what we have asked for.
+        ours = {
+            ProbePhase.DOWN: (IDLE, JOGGING, STOPPING),
+            ProbePhase.STOPPING: (IDLE, JOGGING, STOPPING),
+            ProbePhase.BACK: (IDLE, MOVING, STOPPING),
+        }
+        if state not in ours.get(self.phase, (state,)):
+            self._give_way(f"ik_node is {state}: {reason}", now)
+
+    def other_command(self, what: str, now: float) -> None:
+        """Take in that somebody else leads the machine; ``what`` tells how, in words."""
+        if self.phase is not ProbePhase.ENDED:
+            self._give_way(what, now)
+
+    def at_rest(self, now: float) -> None:
+        """Take in that the sliders rest."""
+        if self.phase is ProbePhase.STOPPING:
+            self._go_to(ProbePhase.BACK, now)
+
+    def step(self, now: float) -> Speed | Target | None:
+        """Return what ik_node is to be told now; None for nothing."""
+        self._excuse(now)
+        if self.phase is ProbePhase.DOWN:
+            self._listen(now)
+        elif self.phase is ProbePhase.STOPPING and now - self._changed > LONGEST_STOP:
+            self._give_way(f"the sliders do not come to rest within {LONGEST_STOP:g} s", now)
+        elif self.phase is ProbePhase.BACK:
+            return self._go_back(now)
+        if self.phase is ProbePhase.DOWN:
+            is_letting_go = now - self._changed < LETTING_GO
+            return Speed(0.0 if is_letting_go else -self._settings.speed)
+        return Speed(0.0) if self.phase is ProbePhase.STOPPING else None
+
+    def _go_back(self, now: float) -> Target | None:
+        if not self._is_sent_back:
+            self._is_sent_back = True
+            return Target(self._start)
+        state, reason = self._machine
+        if state == IDLE and math.dist(self._position, self._start) < BACK_TOLERANCE:
+            self._go_to(ProbePhase.ENDED, now)
+        elif now - self._changed > LONGEST_WAY_BACK:
+            self._give_way(
+                f"the platform is not back after {LONGEST_WAY_BACK:g} s: ik_node is {state}: "
+                f"{reason}",
+                now,
+            )
+        return None
+
+    def _excuse(self, now: float) -> None:
+        """Count no time in which we were kept from listening as silence of others."""
+        gap, self._stepped = now - self._stepped, now
+        if gap > LONGEST_LOOK:
+            self._heard += gap
+            self._measured += gap
+
+    def _listen(self, now: float) -> None:
+        timeout = self._settings.contact_timeout
+        if now - self._measured > LONGEST_SILENCE:
+            self._give_way(f"no measured heights for {LONGEST_SILENCE:g} s", now)
+        elif 0.0 < timeout < now - self._heard:
+            self._fail(f"nothing about the contact for {number_text(timeout, 3)} s", now)
+
+    def _fail(self, failure: str, now: float) -> None:
+        """Come to rest and go back."""
+        self.failure = failure
+        self._go_to(ProbePhase.STOPPING, now)
+
+    def _give_way(self, failure: str, now: float) -> None:
+        """End at once: whoever leads the machine is left to it, and without twists it stops."""
+        self.failure = "; ".join(filter(None, (self.failure, failure)))
+        self._go_to(ProbePhase.ENDED, now)
+
+    def _go_to(self, phase: ProbePhase, now: float) -> None:
+        self.phase = phase
+        self._changed = now

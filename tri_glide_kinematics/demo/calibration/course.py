@@ -1,0 +1,98 @@
+"""What is done with the wrong machine: where it is probed, measured and judged."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tri_glide_interfaces.srv import ProbePlate, RecordDistanceEnd
+from tri_glide_kinematics.calibration.machine import MachineParameters
+from tri_glide_kinematics.demo.calibration.client import CalibrationClient
+from tri_glide_kinematics.demo.report import in_millimetres, say
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+RADIUS = 0.12  # m, within which all happens
+PLATE = 0.1  # m, true height of a level plate
+ABOVE = 0.05  # m, over the plate is all that is not probed
+# A machine that is wrong may be lower than it believes; after the first touch less is enough [m].
+FIRST_START, START = 0.006, 0.0025
+PROBE_SPEED = 0.0025  # m/s
+CALLIPER = 5e-5  # m, standard deviation
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Where the platform was sent, and where it truly was.
+
+    Attributes:
+        targets: Shape (n, 3) [m].
+        places: Shape (n, 3) [m].
+    """
+
+    targets: FloatArray
+    places: FloatArray
+
+    @property
+    def errors(self) -> FloatArray:
+        """Shape (n, 3) [m]."""
+        return self.places - self.targets
+
+
+def ring(radius: float, count: int, first: float = 0.0) -> list[tuple[float, float]]:
+    """Return ``count`` places on a circle, from an angle on [rad]. Each x, y [m]."""
+    angles = [first + math.tau * index / count for index in range(count)]
+    return [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
+
+
+def touch_places(count: int) -> list[tuple[float, float]]:
+    """Return ``count`` places to be probed: the centre, and up to two rings about it."""
+    outer = min(count - 1, 6)
+    return [(0.0, 0.0), *ring(RADIUS, outer, 0.5), *ring(RADIUS / 2.0, count - 1 - outer)]
+
+
+def judge(client: CalibrationClient) -> Judged:
+    """Send the platform to places over the plate, and look where it truly is."""
+    places = [(0.0, 0.0), *ring(0.95 * RADIUS, 5, 0.2)]
+    targets = [(x, y, PLATE + ABOVE) for x, y in places]
+    reached = []
+    for target in targets:
+        client.move(target)
+        reached.append(client.true_position())
+    return Judged(np.array(targets), np.array(reached))
+
+
+def probe(client: CalibrationClient, count: int, believed: MachineParameters) -> None:
+    """Touch the plate at ``count`` places.
+
+    Raises:
+        DemoError: if it is not found.
+    """
+    kinematics = TriGlide(believed.geometry)
+    start = PLATE + FIRST_START
+    for x, y in touch_places(count):
+        client.move((x, y, start))
+        answer = client.ask(ProbePlate, "probe", ProbePlate.Request(speed=PROBE_SPEED))
+        place = kinematics.forward(tuple(answer.heights))
+        if start == PLATE + FIRST_START:
+            start = place[2] + START
+        say(
+            f"touch {answer.number} at {in_millimetres(place)} mm, as the nodes believe; "
+            f"overrun {1e6 * answer.overrun:.0f} µm"
+        )
+
+
+def measure_distances(client: CalibrationClient, rng: np.random.Generator) -> None:
+    """Measure three distances with a simulated calliper: the true ones, with its error."""
+    for x, y in ring(RADIUS, 3, 0.3):
+        ends: list[Vector3] = [(x, y, PLATE + ABOVE), (-x, -y, PLATE + ABOVE)]
+        client.move(ends[0])
+        first = client.true_position()
+        client.ask(RecordDistanceEnd, "record_distance_end", RecordDistanceEnd.Request())
+        client.move(ends[1])
+        distance = math.dist(first, client.true_position()) + CALLIPER * rng.standard_normal()
+        request = RecordDistanceEnd.Request(distance=distance, standard_deviation=CALLIPER)
+        client.ask(RecordDistanceEnd, "record_distance_end", request)
+        say(f"distance {1e3 * distance:.3f} mm where {2e3 * RADIUS:g} mm were meant")

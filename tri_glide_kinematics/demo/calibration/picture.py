@@ -1,0 +1,92 @@
+"""Draws the errors of a machine before and after its calibration, as arrows and as numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tri_glide_kinematics.demo.calibration.course import RADIUS
+from tri_glide_kinematics.demo.calibration.verdict import Verdict
+from tri_glide_kinematics.vectors import FloatArray
+
+# The longest arrow, as a part of the radius.
+ARROW = 0.35
+UNITS = (("mm", 1e3), ("µm", 1e6))
+# Shorter than this, errors are written in micrometres [m].
+MICROMETRES_BELOW = 2e-4
+
+
+def verdict_figure(targets: FloatArray, verdict: Verdict) -> Figure:
+    """Return a page with the errors at the ``targets``, shape (n, 3) [m]."""
+    figure = Figure(figsize=(13.0, 8.5), layout="constrained")
+    grid = figure.add_gridspec(2, 3, height_ratios=(1.5, 1.0))
+    maps = (
+        ("before", verdict.before),
+        ("after", verdict.after),
+        ("after, in itself*", verdict.in_itself),
+    )
+    for column, (name, errors) in enumerate(maps):
+        _draw_arrows(figure.add_subplot(grid[0, column]), targets, errors, name)
+    for axis, letter in enumerate("xyz"):
+        _draw_bars(figure.add_subplot(grid[1, axis]), verdict, axis, letter)
+    figure.suptitle("Where the platform truly is, less where it was sent")
+    figure.supxlabel(
+        "* without the shift in x and y and the turn about z that no such data can tell", fontsize=9
+    )
+    return figure
+
+
+def save_verdict(folder: Path, targets: FloatArray, verdict: Verdict) -> Path:
+    """Save the page, and return the path of the picture."""
+    picture = folder / "calibration_demo.png"
+    verdict_figure(targets, verdict).savefig(picture, dpi=110)
+    return picture
+
+
+def _draw_arrows(axes: Axes, targets: FloatArray, errors: FloatArray, name: str) -> None:
+    """Draw errors in x and y as arrows, and write those in z beside them."""
+    largest = float(np.linalg.norm(errors[:, :2], axis=1).max())
+    unit, scale = UNITS[largest < MICROMETRES_BELOW]
+    x, y = 1e3 * targets[:, 0], 1e3 * targets[:, 1]
+    length = 1e3 * RADIUS * ARROW / largest
+    style: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "width": 0.008}
+    axes.quiver(x, y, length * errors[:, 0], length * errors[:, 1], color="tab:red", **style)
+    axes.scatter(x, y, s=12, color="black", zorder=3)
+    z_unit, z_scale = UNITS[float(np.abs(errors[:, 2]).max()) < MICROMETRES_BELOW]
+    for place_x, place_y, error in zip(x, y, errors[:, 2]):
+        text = f"z {z_scale * error:+.3g}"
+        axes.annotate(
+            text, (place_x, place_y), (0, -12), textcoords="offset points", ha="center", fontsize=8
+        )
+    reach = 1e3 * RADIUS * 1.35
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="x [mm]", ylabel="y [mm]")
+    axes.set_aspect("equal")
+    axes.set_title(f"{name}\nlongest arrow {scale * largest:.3g} {unit}; z in {z_unit}")
+
+
+def _draw_bars(axes: Axes, verdict: Verdict, axis: int, letter: str) -> None:
+    """Draw the largest errors and what was predicted, on a scale of powers of ten."""
+    pairs = (
+        ("before", verdict.before, None),
+        ("after", verdict.after, verdict.predicted),
+        ("after,\nin itself*", verdict.in_itself, verdict.predicted_in_itself),
+    )
+    for place, (_, errors, predicted) in enumerate(pairs):
+        height = 1e6 * float(np.abs(errors[:, axis]).max())
+        axes.bar(place, height, color="tab:blue", width=0.6)
+        axes.text(place, height, f"{height:.3g}", ha="center", va="bottom", fontsize=9)
+        if predicted is not None:
+            expected = 2e6 * float(predicted[:, axis].max())
+            axes.hlines(expected, place - 0.4, place + 0.4, color="tab:orange", linewidth=2.5)
+    axes.plot([], [], color="tab:orange", linewidth=2.5, label="2 predicted standard deviations")
+    axes.set_yscale("log")
+    axes.margins(y=0.25)
+    axes.set_xticks(range(len(pairs)), [name for name, _, _ in pairs])
+    axes.set_ylabel("µm")
+    axes.set_title(f"largest error in {letter}")
+    if axis == 0:
+        axes.legend(fontsize=8)

@@ -1,0 +1,1 @@
+"""Pictures of a calibration, and the command that makes one from a file."""

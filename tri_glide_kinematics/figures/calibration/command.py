@@ -1,0 +1,104 @@
+"""The command ``calibrate``: from measurements to a report, a picture and a parameter file.
+
+What is slow to load is imported after the command line has been read, so that a mistake in it is
+told at once and Ctrl-C ends the process while modules are still being loaded.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from tri_glide_kinematics.figures.installed import find_file
+
+REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Calibrate from the command line.
+
+    Returns:
+        Exit code: 0 if there is a calibration, 1 after an error, 130 after Ctrl-C.
+    """
+    options = _parser().parse_args(arguments)
+    handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        from tri_glide_kinematics.errors import KinematicsError
+
+        try:
+            _calibrate(find_file(options.file), options.output, options.next)
+        except KinematicsError as error:
+            return _fail(str(error))
+        except OSError as error:
+            return _fail(f"cannot write to {options.output}: {error.strerror or error}")
+    except ModuleNotFoundError as error:
+        return _fail(f"the Python module {error.name!r} is missing")
+    except KeyboardInterrupt:
+        print("calibrate: interrupted", file=sys.stderr)
+        return 128 + signal.SIGINT
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    return 0
+
+
+def _calibrate(file: Path, folder: Path, proposals: int) -> None:
+    """Calibrate, tell of it and write all files."""
+    from tri_glide_kinematics.calibrating.parameter_file import save_parameters
+    from tri_glide_kinematics.calibrating.report import report
+    from tri_glide_kinematics.calibrating.solving import solved
+    from tri_glide_kinematics.calibration.measurement_file import load_measurements
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    calibration = solved(load_measurements(file))
+    text = report(calibration, calibration.next_points(proposals))
+    print(text)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / REPORT).write_text(f"{text}\n", encoding="utf-8")
+    save_parameters(folder / PARAMETERS, calibration.machine)
+
+    from tri_glide_kinematics.figures.calibration.pictures import calibration_figure
+
+    calibration_figure(calibration).savefig(folder / PICTURE, dpi=110)
+    print(f"\nreport: {folder / REPORT}\npicture: {folder / PICTURE}")
+    print(f"parameter file for all nodes: {folder / PARAMETERS}")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="calibrate",
+        description="Find the machine that explains measurements best: touches of a plate, "
+        "measured positions, distances between positions. Writes a report, a picture and a "
+        "parameter file that all nodes take.",
+    )
+    parser.add_argument(
+        "file", type=Path, help="measurements, or the name of a file that is installed in config/"
+    )
+    parser.add_argument(
+        "--output", type=Path, default=Path("out"), metavar="DIR", help="folder (default: out)"
+    )
+    parser.add_argument(
+        "--next",
+        type=_count,
+        default=5,
+        metavar="N",
+        help="how many measurements to propose, 0 to 100 (default: 5)",
+    )
+    return parser
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) > 100:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 to 100")
+    return int(text)
+
+
+def _fail(message: str) -> int:
+    print(f"calibrate: error: {message}", file=sys.stderr)
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,117 @@
+"""Draws a calibration: what is left of each measurement, and how well the position is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from matplotlib.tri import Triangulation
+
+from tri_glide_kinematics.calibrating.uncertainty import UncertaintyMap
+from tri_glide_kinematics.calibration.region import Region
+from tri_glide_kinematics.calibration.result import Calibration, Residual
+from tri_glide_kinematics.vectors import FloatArray
+
+LEVELS = 24
+# Of all that is right, so much lies within twice the standard deviation.
+USUAL = 2.0
+KEPT_COLOR, OUTLIER_COLOR = "tab:blue", "tab:red"
+
+
+def calibration_figure(calibration: Calibration) -> Figure:
+    """Return a page with residuals, and x, y, z over the workspace before and after."""
+    uncertainty = UncertaintyMap.of(calibration)
+    rows = (
+        ("before", uncertainty.before),
+        ("after", uncertainty.after),
+        ("after, in itself*", uncertainty.aligned),
+    )
+    figure = Figure(figsize=(11.0, 14.0), layout="constrained")
+    grid = figure.add_gridspec(len(rows) + 1, 3, height_ratios=(1.0, 1.0, 1.0, 0.85))
+    for row, (name, values) in enumerate(rows):
+        for axis, letter in enumerate("xyz"):
+            axes = figure.add_subplot(grid[row, axis])
+            draw_map(axes, uncertainty.region, values[:, axis], f"{letter} {name}")
+    draw_residuals(figure.add_subplot(grid[-1, :]), calibration.residuals)
+    figure.suptitle("Standard deviation of the platform's position, and what is left over")
+    figure.supxlabel(
+        "* if a shift in x and y and a turn about z do not matter: within what the machine makes",
+        fontsize=9,
+    )
+    return figure
+
+
+def draw_map(axes: Axes, region: Region, values: FloatArray, title: str) -> None:
+    """Draw lengths over a disc.
+
+    Args:
+        axes: to draw in.
+        region: the disc with its places.
+        values: at these places; some may be infinite or NaN. Shape (n,) [m].
+        title: of the map; the largest value is added to it.
+    """
+    x, y = (1e3 * region.places[:, axis] for axis in (0, 1))
+    axes.set_aspect("equal")
+    if np.isfinite(values).all():
+        worst = float(values.max())
+        unit, scale = ("µm", 1e6) if worst < 1e-3 else ("mm", 1e3)
+        triangles = Triangulation(x, y)
+        # One value everywhere has no levels.
+        spread = max(np.ptp(values), 1e-3 * worst, 1e-12)
+        levels = scale * np.linspace(values.max() - spread, values.max() + 1e-3 * spread, LEVELS)
+        drawn = axes.tricontourf(triangles, scale * values, levels=levels, cmap="viridis")
+        axes.figure.colorbar(drawn, ax=axes, label=unit, shrink=0.85, format="%.3g")
+        axes.set_title(f"{title}:\nat most {scale * worst:.3g} {unit}", fontsize=10)
+    else:
+        radius = 1e3 * region.radius
+        middle_x, middle_y = (1e3 * number for number in region.center)
+        disc = Circle((middle_x, middle_y), radius, facecolor="0.92", edgecolor="0.6", hatch="//")
+        axes.add_patch(disc)
+        style: dict[str, Any] = {"ha": "center", "va": "center", "backgroundcolor": "white"}
+        axes.text(middle_x, middle_y, "not known", **style)
+        axes.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
+        axes.set_title(title, fontsize=10)
+    axes.set_xlabel("x [mm]", fontsize=8)
+    axes.set_ylabel("y [mm]", fontsize=8)
+    axes.tick_params(labelsize=8)
+
+
+def draw_residuals(axes: Axes, residuals: Sequence[Residual]) -> None:
+    """Draw what is left of each measurement, and by how much the others contradict it.
+
+    Both are in standard deviations of the measurement, those with three coordinates as their size.
+    """
+    names = [one.name for one in residuals]
+    left = [
+        float(np.sqrt(np.mean(np.square(one.error)))) / one.measurement.standard_deviation
+        for one in residuals
+    ]
+    signs = [np.sign(one.error[0]) if len(one.error) == 1 else 1.0 for one in residuals]
+    colors = [OUTLIER_COLOR if one.is_outlier else KEPT_COLOR for one in residuals]
+    places = np.arange(len(names))
+    axes.axhspan(-USUAL, USUAL, color="0.92", label="within 2 standard deviations")
+    axes.bar(places, np.multiply(signs, left), color=colors, label="left over")
+    axes.scatter(
+        places,
+        np.multiply(signs, [one.size for one in residuals]),
+        facecolors="none",
+        edgecolors="black",
+        zorder=3,
+        label="against all others (by what these predict)",
+    )
+    for place, one in zip(places, residuals):
+        if one.is_outlier:
+            axes.annotate(f"{one.name} left out", (float(place), 0.0), rotation=90, ha="center")
+    axes.axhline(0.0, color="black", linewidth=0.8)
+    # Of many names, not all have room.
+    shown = places[:: max(1, len(names) // 30)]
+    axes.set_xticks(shown, [names[place] for place in shown], rotation=60, ha="right", fontsize=8)
+    largest = max([USUAL, *map(abs, left)])
+    if largest > 10.0:
+        axes.set_yscale("symlog", linthresh=USUAL)
+    axes.set_ylabel("standard deviations")
+    axes.legend(fontsize=8, loc="best")

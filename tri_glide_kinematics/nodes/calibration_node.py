@@ -1,0 +1,226 @@
+"""Notes measurements of the machine, probes a plate, and fits the geometry to all of it."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Awaitable, Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+
+from tri_glide_interfaces.srv import (
+    DropMeasurement,
+    ListMeasurements,
+    ProbePlate,
+    RecordDistanceEnd,
+    RecordPosition,
+    RecordTouch,
+    SaveMeasurements,
+    SolveCalibration,
+)
+from tri_glide_kinematics.calibrating.errors import ProbingError
+from tri_glide_kinematics.calibrating.height_record import HeightRecord
+from tri_glide_kinematics.calibrating.parameter_file import save_parameters
+from tri_glide_kinematics.calibrating.session import Session
+from tri_glide_kinematics.calibration.measurement_file import MeasurementFile, save_measurements
+from tri_glide_kinematics.checks import non_negative
+from tri_glide_kinematics.control.reason_log import ReasonLog
+from tri_glide_kinematics.control.simulated_truth import TrueMachine
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.calibration_parameters import (
+    deviations_of,
+    nominal_of,
+    plate_of,
+    priors_of,
+    probe_settings_of,
+)
+from tri_glide_kinematics.ros.cycle_loop import Cycle
+from tri_glide_kinematics.ros.from_parameters import check_joint_names
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
+from tri_glide_kinematics.ros.parameters import CALIBRATION_NODE
+from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.probe_driver import ProbeDriver
+from tri_glide_kinematics.ros.resting import Resting
+from tri_glide_kinematics.ros.slider_measurements import SliderMeasurements
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+
+Answer = Callable[[Any, Any], Awaitable[None]]
+
+PERIOD = 0.005  # s, from look to look at what is measured
+# None may be missing between two looks.
+MEASURED = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
+# A stamp farther than this from the time of sending is by another clock [s].
+LARGEST_STAMP_AGE = 0.1
+
+
+class CalibrationNode(Node):
+    """Answers to services; while it probes, it leads ik_node by twists.
+
+    Heights are noted as they are reported: the offsets are part of what is to be found out.
+
+    Attributes:
+        cycle: what it does again and again.
+    """
+
+    def __init__(self) -> None:
+        """Declare the parameters and offer the services.
+
+        Raises:
+            KinematicsError: if a parameter has a value that it cannot work with.
+        """
+        super().__init__("calibration_node")
+        self._values = values = LiveParameters(self, CALIBRATION_NODE, check_joint_names).values
+        self._nominal = nominal_of(values)
+        self._reader = SliderMeasurements(values["joint_names"])
+        self._record = HeightRecord()
+        self._session = Session(plate_of(values), deviations_of(values))
+        believed = TrueMachine(TriGlide(self._nominal.geometry), self._nominal.height_offsets)
+        self._resting = Resting(self._record)
+        self._probes = ProbeDriver(
+            self,
+            values["base_frame"],
+            self._record,
+            believed.position,
+            values["contact_delay"],
+        )
+        self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
+        self._refused = ReasonLog(lambda text: self.get_logger().warning(text), lines_per_second=10)
+        for log in (self._unusable, self._refused):
+            self.create_timer(1.0, log.end_of_second)
+        # rclpy's type hints know of no callback that gets to know when a message was sent.
+        on_measured: Any = self._on_measured
+        measured = self.create_subscription(
+            JointState, "joint_states", on_measured, MEASURED, raw=True
+        )
+        services: tuple[tuple[str, type, Answer], ...] = (
+            ("record_touch", RecordTouch, self._record_touch),
+            ("record_position", RecordPosition, self._record_position),
+            ("record_distance_end", RecordDistanceEnd, self._record_distance_end),
+            ("probe", ProbePlate, self._probe),
+            ("drop", DropMeasurement, self._drop),
+            ("save", SaveMeasurements, self._save),
+            ("solve", SolveCalibration, self._solve),
+        )
+        # What waits would keep all others of its group from their turns.
+        group = ReentrantCallbackGroup()
+        for name, kind, answer in services:
+            answered = partial(self._answered, name, answer)
+            self.create_service(kind, f"~/{name}", answered, callback_group=group)
+        self.create_service(ListMeasurements, "~/list", self._list)
+        self.cycle = Cycle((measured, self._probes.contacts), PERIOD, self._step)
+        PatientServices(self)
+
+    def _step(self) -> None:
+        self._resting.step()
+        self._probes.step()
+
+    def _on_measured(self, data: bytes, info: dict[str, Any]) -> None:
+        now = time.monotonic()
+        try:
+            reading = self._reader.read(data)
+        except KinematicsError as error:
+            self._unusable.add(f"unusable measurement: {error}")
+            return
+        if reading is None:
+            return
+        sent = 1e-9 * info["source_timestamp"]
+        stamp = reading.seconds + 1e-9 * reading.nanoseconds
+        self._record.add(
+            reading.heights, stamp if abs(sent - stamp) < LARGEST_STAMP_AGE else sent, now
+        )
+        self._probes.measured(reading.heights, now)
+
+    async def _answered(self, name: str, answer: Answer, request: Any, response: Any) -> Any:
+        """Return the response, with the reason if there is no success.
+
+        While it waits for the machine, the node does all else.
+        """
+        try:
+            if self._probes.is_active:
+                raise ProbingError("a probe is under way")
+            await answer(request, response)
+            response.success = True
+        except KinematicsError as error:
+            response.message = str(error)
+            self._refused.add(f"{name}: {error}")
+        except Exception as error:
+            # Without an answer, who asks would wait for ever.
+            response = type(response)()
+            response.message = f"internal error: {type(error).__name__}: {error}"
+            self.get_logger().error(f"{name}: {traceback.format_exc()}")
+        return response
+
+    async def _record_touch(self, request: Any, response: Any) -> None:
+        deviation = _not_negative(request, "standard_deviation")
+        heights = await self._resting.heights()
+        response.number = self._session.touch(heights, request.plate, deviation)
+        response.message = self._session.lines()[-1]
+
+    async def _record_position(self, request: Any, response: Any) -> None:
+        deviation = _not_negative(request, "standard_deviation")
+        place = (request.position.x, request.position.y, request.position.z)
+        heights = await self._resting.heights()
+        response.number = self._session.position(heights, place, request.frame, deviation)
+        response.message = self._session.lines()[-1]
+
+    async def _record_distance_end(self, request: Any, response: Any) -> None:
+        deviation = _not_negative(request, "standard_deviation")
+        distance = _not_negative(request, "distance")
+        heights = await self._resting.heights()
+        response.number = self._session.distance_end(heights, distance, deviation)
+        response.message = self._session.lines()[-1] if response.number else "first end noted"
+
+    async def _probe(self, request: Any, response: Any) -> None:
+        deviation = _not_negative(request, "standard_deviation")
+        depth = _not_negative(request, "depth")
+        settings = probe_settings_of(self._values, depth, _not_negative(request, "speed"))
+        heights = await self._resting.heights()
+        result = await self._probes.begin(settings, heights)
+        if result.heights is None:
+            raise ProbingError(result.text)
+        response.heights = result.heights
+        response.overrun = result.overrun
+        response.number = self._session.touch(result.heights, request.plate, deviation)
+        response.message = "; ".join(filter(None, (self._session.lines()[-1], result.text)))
+
+    def _list(self, _: Any, response: Any) -> Any:
+        response.measurements = self._session.lines()
+        missing = self._session.missing
+        response.message = f"missing: {missing}" if missing else ""
+        return response
+
+    async def _drop(self, request: Any, response: Any) -> None:
+        response.message = f"dropped {self._session.drop(request.number)}"
+
+    async def _save(self, request: Any, response: Any) -> None:
+        save_measurements(request.file, self._content())
+        response.message = f"{len(self._session.measurements)} measurements: {request.file}"
+
+    async def _solve(self, request: Any, response: Any) -> None:
+        # Loaded when it is first used: it takes as long as starting the node.
+        from tri_glide_kinematics.calibrating.report import report
+        from tri_glide_kinematics.calibrating.solving import solved
+
+        calibration = solved(self._content())
+        if request.parameter_file:
+            save_parameters(Path(request.parameter_file), calibration.machine)
+        numbers = calibration.machine.vector.tolist()
+        response.anchors = numbers[0:6]
+        response.arm_lengths = numbers[6:9]
+        response.height_offsets = numbers[9:12]
+        response.standard_deviations = calibration.standard_deviations.tolist()
+        response.message = report(calibration)
+
+    def _content(self) -> MeasurementFile:
+        return self._session.content(self._nominal, priors_of(self._values))
+
+
+def _not_negative(request: Any, name: str) -> float:
+    """Return a length of a request [m]; 0 stands for what the node has been told."""
+    return non_negative(name, getattr(request, name), "m")

@@ -1,0 +1,54 @@
+"""Makes what a calibration starts from of the values of parameters. No ROS in here.
+
+Not beside the others, as a node that moves the machine need not load any of it.
+"""
+
+from __future__ import annotations
+
+from tri_glide_kinematics.calibrating.probing import ProbeSettings
+from tri_glide_kinematics.calibrating.session import Deviations
+from tri_glide_kinematics.calibration.machine import MachineParameters
+from tri_glide_kinematics.calibration.measurements import Plate
+from tri_glide_kinematics.calibration.priors import Priors
+from tri_glide_kinematics.ros.from_parameters import machine_of
+from tri_glide_kinematics.ros.parameter_table import Values
+
+
+def nominal_of(values: Values) -> MachineParameters:
+    """Return the machine as it is believed to be.
+
+    Raises:
+        KinematicsError: if no working machine has this geometry.
+    """
+    return MachineParameters(machine_of(values).geometry, values["height_offsets"])
+
+
+def plate_of(values: Values) -> Plate:
+    """Return the plate that is touched, with what is known of it."""
+    known = values["plate_known"]
+    height = values["plate_height"] if known == "height_and_tilt" else None
+    tilt = None if known == "nothing" else values["plate_tilt"]
+    return Plate(values["plate_name"], height, tilt)
+
+
+def priors_of(values: Values) -> Priors | None:
+    """Return how far a machine may be from its parameters; None if that is not known."""
+    if not values["use_priors"]:
+        return None
+    return Priors(
+        values["prior_anchors"], values["prior_arm_lengths"], values["prior_height_offsets"]
+    )
+
+
+def deviations_of(values: Values) -> Deviations:
+    """Return the standard deviations of measurements that come without one."""
+    return Deviations(
+        values["touch_deviation"], values["position_deviation"], values["distance_deviation"]
+    )
+
+
+def probe_settings_of(values: Values, depth: float = 0.0, speed: float = 0.0) -> ProbeSettings:
+    """Return how to probe; a ``depth`` [m] or ``speed`` [m/s] of zero is that of the values."""
+    return ProbeSettings(
+        speed or values["probe_speed"], depth or values["probe_depth"], values["contact_timeout"]
+    )
