@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from viser import GuiApi, GuiUplotHandle
-from viser.uplot import Series
+from viser.uplot import Axis, Series
 
 from tri_glide_kinematics.panel.curves.history import (
     ACCELERATIONS,
@@ -19,7 +19,9 @@ from tri_glide_kinematics.panel.curves.limits import CurveLimits
 from tri_glide_kinematics.vectors import FloatArray
 
 REDRAWN_AFTER = 0.25  # s
-PLOT_HEIGHT = 170  # pixels
+# Of a plot without its title, and of the numbers beside and below it [pixels].
+PLOT_HEIGHT = 120
+AXIS_WIDTH, AXIS_HEIGHT = 56, 26
 MARGIN = 0.06  # of the range between the limits, beyond them
 SLIDER_COLOURS = ("#0072b2", "#e69f00", "#009e73")
 LIMIT_COLOUR = "#d55e00"
@@ -35,7 +37,7 @@ class _Plot:
 
 
 _PLOTS = (
-    _Plot(HEIGHTS, "Heights [mm]", 1000.0),
+    _Plot(HEIGHTS, "Heights [mm], last 10 s", 1000.0),
     _Plot(VELOCITIES, "Velocities [mm/s]", 1000.0),
     _Plot(ACCELERATIONS, "Accelerations [m/s²]", 1.0),
 )
@@ -127,6 +129,7 @@ class Curves:
                 "x": {"time": False},
                 "y": {"range": (limits[0] - margin, limits[-1] + margin)},
             },
+            axes=(Axis(size=AXIS_HEIGHT), Axis(size=AXIS_WIDTH)),
             legend={"show": False},
             height=PLOT_HEIGHT,
             order=order,

@@ -32,13 +32,18 @@ PURPLE: Colour = (204, 121, 167)
 PATH_COLOURS = (ORANGE, GREEN, PURPLE)
 
 # Nearer to the viewer lies what is more important.
-LAYERS = {"pivots": 0.004, "others": 0.0, "paths": 0.006, "followed": 0.010, "marks": 0.014}
+OTHERS, PIVOTS, PATHS, FOLLOWED, MARKS = 0.0, 0.004, 0.006, 0.010, 0.014
 
 
 class Drawing:
     """The nodes of the scene that show one mechanism; they are made once and change their points.
 
     All calls come from one thread.
+
+    Attributes:
+        nodes: lines and points by their names: ``others`` for all positions but the ``followed``
+            one, with its ``joints`` and the ``tips`` that draw ``path_0`` and so on; ``pivots``;
+            ``marks`` on the paths.
     """
 
     def __init__(self, scene: SceneApi, name: str, centre: Vector3) -> None:
@@ -48,19 +53,27 @@ class Drawing:
         self._root = scene.add_frame(
             name, show_axes=False, wxyz=UPRIGHT, position=centre, visible=False
         )
-        self._others = self._lines("others", PALE, 0.0045)
         self._paths = [
-            self._lines(f"path_{number}", colour, 0.0025, "paths")
+            self._lines(f"path_{number}", colour, 0.0025, PATHS)
             for number, colour in enumerate(PATH_COLOURS)
         ]
-        self._followed = self._lines("followed", BLUE, 0.007)
-        self._pivots = self._points("pivots", INK, 0.03, "rounded")
-        self._joints = self._points("joints", BLUE, 0.018, "circle", "followed")
-        self._tips = self._points("tips", ORANGE, 0.022, "circle", "marks")
-        self._marks = self._points("marks", ORANGE, 0.03, "diamond")
+        self.nodes: dict[str, LineSegmentsHandle | PointCloudHandle] = {
+            "others": self._lines("others", PALE, 0.0045, OTHERS),
+            "followed": self._lines("followed", BLUE, 0.007, FOLLOWED),
+            "pivots": self._points("pivots", INK, 0.016, "rounded", PIVOTS),
+            "joints": self._points("joints", BLUE, 0.010, "circle", FOLLOWED),
+            "tips": self._points("tips", ORANGE, 0.012, "circle", MARKS),
+            "marks": self._points("marks", ORANGE, 0.014, "diamond", MARKS),
+        }
+        self.nodes.update((f"path_{number}", node) for number, node in enumerate(self._paths))
         self._labels: list[LabelHandle] = []
         self._branch: Branch | None = None
         self._fit: Fit | None = None
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether a mechanism is shown."""
+        return self._root.visible
 
     def hide(self) -> None:
         """Show nothing; what is drawn next may be another mechanism."""
@@ -70,8 +83,7 @@ class Drawing:
 
     def draw(self, picture: Picture) -> None:
         """Show a picture."""
-        box = _box_around(picture)
-        fit = fitted(box, SIZE, self._fit)
+        fit = fitted(_box_around(picture), SIZE, self._fit)
         if fit is not self._fit or picture.branch is not self._branch:
             self._fit = fit
             self._draw_branch(picture.branch)
@@ -80,16 +92,17 @@ class Drawing:
             for index, position in enumerate(picture.positions)
             if index != picture.followed
         ]
-        _set_points(self._pivots, fit(picture.pivots))
-        _set_points(self._others, fit(np.concatenate([NO_LINES, *others])))
+        nodes = self.nodes
+        _set_points(nodes["pivots"], fit(picture.pivots))
+        _set_points(nodes["others"], fit(np.concatenate([NO_LINES, *others])))
         if picture.followed is None:
-            for node in (self._followed, self._joints, self._tips):
-                node.visible = False
+            for name in ("followed", "joints", "tips"):
+                nodes[name].visible = False
         else:
             followed = picture.positions[picture.followed]
-            _set_points(self._followed, fit(followed.lines))
-            _set_points(self._joints, fit(followed.joints))
-            _set_points(self._tips, fit(followed.points))
+            _set_points(nodes["followed"], fit(followed.lines))
+            _set_points(nodes["joints"], fit(followed.joints))
+            _set_points(nodes["tips"], fit(followed.points))
         self._root.visible = True
 
     def _draw_branch(self, branch: Branch | None) -> None:
@@ -99,38 +112,38 @@ class Drawing:
             label.remove()
         self._labels.clear()
         if branch is None or self._fit is None:
-            for node in (*self._paths, self._marks):
+            for node in (*self._paths, self.nodes["marks"]):
                 node.visible = False
             return
-        for index, node in enumerate(self._paths):
-            drawn = index < len(branch.paths)
-            _set_points(node, self._fit(lines_along(branch.paths[index]) if drawn else NO_LINES))
+        paths = [*branch.paths, *[np.empty((1, 2))] * (len(self._paths) - len(branch.paths))]
+        for node, path in zip(self._paths, paths):
+            _set_points(node, self._fit(lines_along(path)))
         places = self._fit(np.array([mark.place for mark in branch.marks]).reshape(-1, 2))
-        _set_points(self._marks, places)
+        _set_points(self.nodes["marks"], places)
         for number, (mark, place) in enumerate(zip(branch.marks, places)):
             label = self._scene.add_label(
                 f"{self._name}/mark_{number}",
-                mark.text,
-                position=(place[0], place[1], LAYERS["marks"]),
+                mark.label,
+                position=(place[0], place[1], MARKS),
                 font_screen_scale=0.8,
                 anchor="bottom-left",
             )
             self._labels.append(label)
 
     def _lines(
-        self, name: str, colour: Colour, thickness: float, layer: str | None = None
+        self, name: str, colour: Colour, thickness: float, layer: float
     ) -> LineSegmentsHandle:
         return self._scene.add_line_segments(
             f"{self._name}/{name}",
             np.zeros((1, 2, 3)),
             colour,
             thickness=thickness,
-            position=(0.0, 0.0, LAYERS[layer or name]),
+            position=(0.0, 0.0, layer),
             visible=False,
         )
 
     def _points(
-        self, name: str, colour: Colour, size: float, shape: Any, layer: str | None = None
+        self, name: str, colour: Colour, size: float, shape: Any, layer: float
     ) -> PointCloudHandle:
         return self._scene.add_point_cloud(
             f"{self._name}/{name}",
@@ -140,7 +153,7 @@ class Drawing:
             point_shape=shape,
             precision="float32",
             point_shading="flat",
-            position=(0.0, 0.0, LAYERS[layer or name]),
+            position=(0.0, 0.0, layer),
             visible=False,
         )
 

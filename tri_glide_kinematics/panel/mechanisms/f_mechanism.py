@@ -18,11 +18,11 @@ from tri_glide_kinematics.panel.mechanisms.picture import (
     Position,
     box_around,
     chain,
+    degrees_text,
 )
 from tri_glide_kinematics.panel.mechanisms.track import Track
 from tri_glide_kinematics.rounding import first_largest
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.wording import number_text
 
 STEPS = 720  # of the crank in a full turn, between the rows of a trace
 LETTERS = "ABC"
@@ -31,13 +31,13 @@ STARTS = 36
 # Branches that turn fully, and those that turn back, are closed by then.
 TURNS = 2
 MARKED = {
-    TraceEvent.TURNING_POINT: "turning point",
-    TraceEvent.BIFURCATION: "bifurcation",
-    TraceEvent.SINGULAR: "singular",
+    TraceEvent.TURNING_POINT: "The cranks turn back",
+    TraceEvent.BIFURCATION: "Branches meet",
+    TraceEvent.SINGULAR: "The way on is not unique",
 }
 TURNS_FULLY = {
     TraceFMechanism.Response.YES: "The cranks turn fully on this branch.",
-    TraceFMechanism.Response.NO: "The cranks turn back on this branch.",
+    TraceFMechanism.Response.NO: "The cranks cannot turn fully on this branch.",
     TraceFMechanism.Response.UNDECIDED: f"The branch does not close within {TURNS} turns.",
 }
 
@@ -135,7 +135,7 @@ class FMechanismQuestions:
             _track(answer),
             paths,
             box_around(*paths, *pins),
-            tuple(_marks(answer)),
+            _marks(answer),
             TURNS_FULLY[answer.turns_fully],
         )
 
@@ -159,7 +159,7 @@ class FMechanismQuestions:
             np.concatenate([*legs, chain(*corners, closed=True)]),
             np.array([*pins, *corners]),
             np.array(corners),
-            f"platform at {number_text(math.degrees(pose.angle), 4)}°",
+            f"platform at {degrees_text(pose.angle)}",
         )
 
 
@@ -181,11 +181,11 @@ def _track(answer: TraceFMechanism.Response) -> Track:
     )
 
 
-def _marks(answer: TraceFMechanism.Response) -> list[Mark]:
-    places: dict[str, Mark] = {}
-    for event in answer.events:
-        if event.kind in MARKED:
-            angle = number_text(math.degrees(math.remainder(event.crank_angle, math.tau)), 4)
-            text = f"{MARKED[event.kind]} {angle}°"
-            places[text] = Mark((event.position.x, event.position.y), text)
-    return list(places.values())
+def _marks(answer: TraceFMechanism.Response) -> tuple[Mark, ...]:
+    marks = (
+        Mark((event.position.x, event.position.y), MARKED[event.kind], event.crank_angle)
+        for event in answer.events
+        if event.kind in MARKED
+    )
+    # A branch that passes a place several times marks it once.
+    return tuple({(mark.kind, mark.label): mark for mark in marks}.values())

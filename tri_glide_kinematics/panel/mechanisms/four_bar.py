@@ -14,14 +14,20 @@ from tri_glide_kinematics.mechanisms.files import MechanismFile
 from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
 from tri_glide_kinematics.panel.mechanisms.dimensions import Dimension, coordinate, length
 from tri_glide_kinematics.panel.mechanisms.picture import Branch as FollowedBranch
-from tri_glide_kinematics.panel.mechanisms.picture import Mark, Position, box_around, chain
+from tri_glide_kinematics.panel.mechanisms.picture import (
+    Mark,
+    Position,
+    box_around,
+    chain,
+    degrees_text,
+)
 from tri_glide_kinematics.panel.mechanisms.track import Track
 from tri_glide_kinematics.vectors import FloatArray, Point
-from tri_glide_kinematics.wording import number_text
 
 STEP = math.radians(0.5)  # of the crank, between two rows of a trace
 BRANCH_NAMES = {FourBarPose.OPEN: "open", FourBarPose.CROSSED: "crossed"}
-# Where the rocker turns back while the crank goes on.
+LIMIT = "The crank gets no farther"
+ROCKER_END = "The rocker turns back"
 ROCKER_ENDS = (FourBarDeadCentre.CRANK_COUPLER_STRETCHED, FourBarDeadCentre.CRANK_COUPLER_FOLDED)
 
 
@@ -121,9 +127,10 @@ class FourBarQuestions:
         if angles.size < 2:
             return None
         full = answer.properties.crank_turns_fully
-        marks = [] if full else [_limit(angles[row], pins[row]) for row in (0, -1)]
+        ends = () if full else (0, -1)
+        marks = [Mark(_pair(pins[row]), LIMIT, float(angles[row])) for row in ends]
         marks += [
-            Mark(_place_at(centre.crank_angle, angles, pins), f"rocker {_degrees(centre)}")
+            Mark(_place_at(centre.crank_angle, angles, pins), ROCKER_END, centre.crank_angle)
             for centre in answer.properties.dead_centres
             if centre.kind in ROCKER_ENDS
             and centre.branch in (request.branch, FourBarPose.BOTH)
@@ -164,8 +171,9 @@ def _position(pose: FourBarPose) -> Position:
     point = (pose.coupler_point.x, pose.coupler_point.y)
     # The coupler is a triangle, of which the point that draws the curve is a corner.
     lines = np.concatenate([chain(*joints), chain(joints[1], point, joints[2])])
-    angle = number_text(math.degrees(pose.transmission_angle), 4)
-    text = f"{BRANCH_NAMES[pose.branch]}, transmission angle {angle}°"
+    text = (
+        f"{BRANCH_NAMES[pose.branch]}, transmission angle {degrees_text(pose.transmission_angle)}"
+    )
     return Position(float(pose.branch), lines, np.array([*joints, point]), np.array([point]), text)
 
 
@@ -185,24 +193,16 @@ def _range_around(crank_angle: float, answer: SolveFourBar.Response) -> tuple[fl
 
 def _place_at(crank_angle: float, angles: FloatArray, pins: FloatArray) -> Point:
     offsets = np.abs(np.remainder(angles - crank_angle + math.pi, math.tau) - math.pi)
-    x, y = pins[int(offsets.argmin())]
-    return float(x), float(y)
+    return _pair(pins[int(offsets.argmin())])
 
 
-def _limit(crank_angle: float, pin: FloatArray) -> Mark:
-    angle = number_text(math.degrees(math.remainder(crank_angle, math.tau)), 4)
-    return Mark((float(pin[0]), float(pin[1])), f"limit of the crank {angle}°")
-
-
-def _degrees(centre: FourBarDeadCentre) -> str:
-    return f"turns at {number_text(math.degrees(centre.crank_angle), 4)}°"
+def _pair(point: FloatArray) -> Point:
+    return float(point[0]), float(point[1])
 
 
 def _words(answer: TraceFourBar.Response) -> str:
     properties = answer.properties
     turns = "turns fully" if properties.crank_turns_fully else "does not turn fully"
-    low, high = (
-        number_text(math.degrees(angle), 4)
-        for angle in (properties.smallest_transmission_angle, properties.largest_transmission_angle)
-    )
+    low = degrees_text(properties.smallest_transmission_angle)
+    high = degrees_text(properties.largest_transmission_angle)
     return f"{properties.grashof_class}: the crank {turns}. Transmission angle {low}° to {high}°."

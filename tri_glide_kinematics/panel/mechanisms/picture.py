@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,16 +10,29 @@ import numpy as np
 
 from tri_glide_kinematics.panel.mechanisms.track import Track
 from tri_glide_kinematics.vectors import FloatArray, Point
+from tri_glide_kinematics.wording import number_text
 
 NO_LINES = np.empty((0, 2, 2))
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A place on a path with what happens there."""
+    """A place on a path where something happens.
+
+    Attributes:
+        place: [m].
+        kind: what happens there, in words.
+        crank_angle: at which it does [rad].
+    """
 
     place: Point
-    text: str
+    kind: str
+    crank_angle: float
+
+    @property
+    def label(self) -> str:
+        """The crank angle in degrees, within half a turn either way."""
+        return degrees_text(math.remainder(self.crank_angle, math.tau))
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +72,16 @@ class Branch:
     marks: tuple[Mark, ...]
     text: str
 
+    @property
+    def events(self) -> str:
+        """What happens at which crank angles, in words."""
+        kinds = dict.fromkeys(mark.kind for mark in self.marks)
+        angles = {
+            kind: dict.fromkeys(mark.label for mark in self.marks if mark.kind == kind)
+            for kind in kinds
+        }
+        return " ".join(f"{kind} at {', '.join(angles[kind])}." for kind in kinds)
+
 
 @dataclass(frozen=True, eq=False)
 class Picture:
@@ -74,6 +98,11 @@ class Picture:
     positions: tuple[Position, ...] = ()
     followed: int | None = None
     branch: Branch | None = None
+
+
+def degrees_text(angle: float) -> str:
+    """Return an angle [rad] as a person reads it."""
+    return f"{number_text(math.degrees(angle), 4, scale=1e3)}°"
 
 
 def chain(*joints: Sequence[float], closed: bool = False) -> FloatArray:

@@ -75,7 +75,8 @@ class Show:
     @property
     def words(self) -> str:
         """What is seen, a paragraph on the branch and one on the position."""
-        paragraphs = [self._branch.text] if self._branch is not None else []
+        branch = self._branch
+        paragraphs = [] if branch is None else [f"{branch.text} {branch.events}".strip()]
         count = len(self._positions)
         if self._followed is not None:
             text = self._positions[self._followed].text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,15 @@ class MechanismsTab:
 
     ``step`` is called from the thread that spins the node, at least ten times a second. It reads
     the sliders; what the page sends is only kept by viser until then.
+
+    Attributes:
+        choice: of a file, or none.
+        crank: angle of the crank [deg].
+        plays: whether it turns by itself.
+        speed: with which it does [deg/s].
+        sliders: of the dimensions of the mechanism on show [mm], [deg].
+        words: what the tab says.
+        drawing: in the scene.
     """
 
     def __init__(
@@ -53,27 +63,28 @@ class MechanismsTab:
         self._requests = requests
         self._files = example_files(folder)
         self._centre = centre
-        self._drawing = Drawing(scene, "/mechanism", centre)
+        self.drawing = Drawing(scene, "/mechanism", centre)
         self._show: Show | None = None
         self._chosen = NONE
         self._dimensions: tuple[Dimension, ...] = ()
-        self._sliders: list[GuiSliderHandle[float]] = []
+        self.sliders: list[GuiSliderHandle[float]] = []
         self._turned_to = 0.0
-        self._presses: list[Callable[[], None]] = []
+        # Filled by viser's threads.
+        self._presses: deque[Callable[[], None]] = deque()
         self._stepped_at = -math.inf
         self._slider_set_at = -math.inf
         self._views: dict[int, tuple[Any, Any]] = {}
 
-        self._choice = gui.add_dropdown("Mechanism", (NONE, *self._files), initial_value=NONE)
-        self._choice.on_update(self._look)
+        self.choice = gui.add_dropdown("Mechanism", (NONE, *self._files), initial_value=NONE)
+        self.choice.on_update(self._look)
         self._controls = gui.add_folder("Crank", visible=False)
         with self._controls:
-            self._crank = gui.add_slider("angle [deg]", -180.0, 180.0, 360.0 / STEPS_PER_TURN, 0.0)
-            self._plays = gui.add_checkbox("turns by itself", False)
-            self._speed = gui.add_slider("speed [deg/s]", 5.0, 180.0, 5.0, 45.0)
+            self.crank = gui.add_slider("angle [deg]", -180.0, 180.0, 360.0 / STEPS_PER_TURN, 0.0)
+            self.plays = gui.add_checkbox("turns by itself", False)
+            self.speed = gui.add_slider("speed [deg/s]", 5.0, 180.0, 5.0, 45.0)
             button = gui.add_button("Follow the next position")
             button.on_click(lambda _: self._presses.append(self._follow_next))
-        self._words = gui.add_markdown("")
+        self.words = gui.add_markdown("")
         self._lengths = gui.add_folder("Dimensions", visible=False)
         with self._lengths:
             button = gui.add_button("As in the file")
@@ -85,24 +96,23 @@ class MechanismsTab:
         Args:
             time: of a steady clock [s].
         """
-        if self._choice.value != self._chosen:
-            self._choose(self._choice.value)
-        presses, self._presses = self._presses, []
+        if self.choice.value != self._chosen:
+            self._choose(self.choice.value)
+        while self._presses:
+            self._presses.popleft()()
         show = self._show
         if show is None:
             return
-        for press in presses:
-            press()
-        show.change([self._read(*pair) for pair in zip(self._dimensions, self._sliders)])
-        if self._plays.value:
+        show.change([self._read(*pair) for pair in zip(self._dimensions, self.sliders)])
+        if self.plays.value:
             self._play(show, time)
-        elif self._crank.value != self._turned_to:
-            self._turned_to = self._crank.value
+        elif self.crank.value != self._turned_to:
+            self._turned_to = self.crank.value
             show.turn(math.radians(self._turned_to))
-        self._crank.disabled = self._plays.value
+        self.crank.disabled = self.plays.value
         if show.step(time):
-            self._drawing.draw(show.picture)
-            self._words.content = _markdown(show)
+            self.drawing.draw(show.picture)
+            self.words.content = _markdown(show)
 
     def _play(self, show: Show, time: float) -> None:
         """Turn the crank on, so often that answers keep up."""
@@ -111,7 +121,7 @@ class MechanismsTab:
             return
         self._stepped_at = time
         if passed < LONGEST_PAUSE:
-            show.advance(math.radians(self._speed.value) * passed)
+            show.advance(math.radians(self.speed.value) * passed)
         if time - self._slider_set_at >= SLIDER_AFTER:
             self._slider_set_at = time
             self._set_crank(show.crank_angle)
@@ -120,26 +130,26 @@ class MechanismsTab:
         """Move the slider, which is no wish to turn."""
         degrees = math.degrees(math.remainder(crank_angle, math.tau))
         step = 360.0 / STEPS_PER_TURN
-        _put(self._crank, round(degrees / step) * step)
-        self._turned_to = self._crank.value
+        _put(self.crank, round(degrees / step) * step)
+        self._turned_to = self.crank.value
 
     def _choose(self, name: str) -> None:
         """Show the mechanism of a file, or none."""
         self._chosen = name
-        self._drawing.hide()
-        self._words.content = ""
-        for slider in self._sliders:
+        self.drawing.hide()
+        self.words.content = ""
+        for slider in self.sliders:
             slider.remove()
-        self._sliders.clear()
+        self.sliders.clear()
         questions = questions_about(self._files[name]) if name in self._files else None
         self._show = Show(questions, self._requests) if questions else None
         self._controls.visible = self._lengths.visible = self._show is not None
-        _put(self._plays, False)
+        _put(self.plays, False)
         if questions is None or self._show is None:
             return
         self._dimensions = questions.dimensions
         with self._lengths:
-            self._sliders.extend(self._add_slider(item) for item in self._dimensions)
+            self.sliders.extend(self._add_slider(item) for item in self._dimensions)
         self._set_crank(self._show.crank_angle)
 
     def _add_slider(self, dimension: Dimension) -> GuiSliderHandle[float]:
@@ -158,7 +168,7 @@ class MechanismsTab:
         return dimension.read(slider.value)
 
     def _reset(self) -> None:
-        for dimension, slider in zip(self._dimensions, self._sliders):
+        for dimension, slider in zip(self._dimensions, self.sliders):
             _put(slider, _tenth(dimension.shown(dimension.value)))
 
     def _follow_next(self) -> None:
