@@ -39,7 +39,9 @@ class Controls:
 
     def ask(self, page: int) -> bool:
         """Take the controls if nobody has them, or ask for them; return whether they are taken."""
-        if self.holder is None and page in self.pages:
+        if page not in self.pages:
+            return False
+        if self.holder is None:
             self.holder = page
             self._forget(page)
         elif self.holder != page and page not in self.asking:
