@@ -174,7 +174,10 @@ class Show:
     def _take_branch(self, wish: Wish, answer: Any) -> None:
         self._refusals["branch"] = answer.message
         self._branch = self._questions.branch(wish.request, answer) if answer.success else None
-        if self._branch is not None:
+        if self._branch is None:
+            # Another position may have one.
+            self._traced = None
+        else:
             start = self._branch.track.place_of(wish.about, 0.0)
             self._place = 0.0 if start is None else start
             self._forward = True

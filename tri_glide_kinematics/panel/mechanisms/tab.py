@@ -83,12 +83,12 @@ class MechanismsTab:
             self.plays = gui.add_checkbox("turns by itself", False)
             self.speed = gui.add_slider("speed [deg/s]", 5.0, 180.0, 5.0, 45.0)
             button = gui.add_button("Follow the next position")
-            button.on_click(lambda _: self._presses.append(self._follow_next))
+            button.on_click(lambda _: self._presses.append(self.follow_next))
         self.words = gui.add_markdown("")
         self._lengths = gui.add_folder("Dimensions", visible=False)
         with self._lengths:
             button = gui.add_button("As in the file")
-            button.on_click(lambda _: self._presses.append(self._reset))
+            button.on_click(lambda _: self._presses.append(self.reset))
 
     def step(self, time: float) -> None:
         """Do what the controls ask for, and draw what has been answered.
@@ -113,6 +113,16 @@ class MechanismsTab:
         if show.step(time):
             self.drawing.draw(show.picture)
             self.words.content = _markdown(show)
+
+    def follow_next(self) -> None:
+        """Follow the next one of the positions at this crank angle."""
+        if self._show is not None:
+            self._show.follow_next()
+
+    def reset(self) -> None:
+        """Give the sliders the numbers of the file."""
+        for dimension, slider in zip(self._dimensions, self.sliders):
+            _put(slider, _tenth(dimension.shown(dimension.value)))
 
     def _play(self, show: Show, time: float) -> None:
         """Turn the crank on, so often that answers keep up."""
@@ -166,14 +176,6 @@ class MechanismsTab:
         if slider.value == _tenth(dimension.shown(dimension.value)):
             return dimension.value
         return dimension.read(slider.value)
-
-    def _reset(self) -> None:
-        for dimension, slider in zip(self._dimensions, self.sliders):
-            _put(slider, _tenth(dimension.shown(dimension.value)))
-
-    def _follow_next(self) -> None:
-        if self._show is not None:
-            self._show.follow_next()
 
     def _look(self, event: GuiEvent[Any]) -> None:
         """Turn the camera of the page where the choice was made to the drawing, or back."""
