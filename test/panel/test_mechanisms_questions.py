@@ -179,14 +179,14 @@ def test_the_keys_of_a_track_are_those_of_the_positions():
 
 
 def test_changed_numbers_are_in_the_requests():
-    questions, values = questions_of("four_bar_textbook")
+    questions, _ = questions_of("four_bar_textbook")
     request = questions.solve_request([0.1 * n for n in range(1, 7)], 2.0)
     linkage = request.linkage
     assert (linkage.crank, linkage.coupler, linkage.rocker, linkage.ground) == pytest.approx(
         (0.1, 0.2, 0.3, 0.4)
     )
     assert (request.coupler_point.x, request.coupler_point.y) == pytest.approx((0.5, 0.6))
-    questions, values = questions_of("f_mechanism_example_2")
+    questions, _ = questions_of("f_mechanism_example_2")
     request = questions.solve_request([0.1 * n for n in range(1, 9)], 2.0)
     assert request.mechanism.crank_lengths == pytest.approx([0.1, 0.2, 0.3])
     assert request.mechanism.rod_lengths == pytest.approx([0.4, 0.5, 0.6])

@@ -68,7 +68,8 @@ class MechanismsTab:
         self._chosen = NONE
         self._dimensions: tuple[Dimension, ...] = ()
         self.sliders: list[GuiSliderHandle[float]] = []
-        self._turned_to = 0.0
+        # Of the crank, where we have put the slider, and where the crank then was [deg].
+        self._slider_at = self._crank_at = 0.0
         # Filled by viser's threads.
         self._presses: deque[Callable[[], None]] = deque()
         self._stepped_at = -math.inf
@@ -106,9 +107,9 @@ class MechanismsTab:
         show.change([self._read(*pair) for pair in zip(self._dimensions, self.sliders)])
         if self.plays.value:
             self._play(show, time)
-        elif self.crank.value != self._turned_to:
-            self._turned_to = self.crank.value
-            show.turn(math.radians(self._turned_to))
+        elif self.crank.value != self._slider_at:
+            show.turn(math.radians(self.crank.value - self._crank_at))
+            self._slider_at = self._crank_at = self.crank.value
         self.crank.disabled = self.plays.value
         if show.step(time):
             self.drawing.draw(show.picture)
@@ -138,10 +139,10 @@ class MechanismsTab:
 
     def _set_crank(self, crank_angle: float) -> None:
         """Move the slider, which is no wish to turn."""
-        degrees = math.degrees(math.remainder(crank_angle, math.tau))
+        self._crank_at = math.degrees(math.remainder(crank_angle, math.tau))
         step = 360.0 / STEPS_PER_TURN
-        _put(self.crank, round(degrees / step) * step)
-        self._turned_to = self.crank.value
+        self._slider_at = round(self._crank_at / step) * step
+        _put(self.crank, self._slider_at)
 
     def _choose(self, name: str) -> None:
         """Show the mechanism of a file, or none."""
