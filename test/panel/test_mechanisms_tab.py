@@ -3,97 +3,37 @@
 from __future__ import annotations
 
 import math
-import os
 import time
-from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 import pytest
+from mechanisms_rig import NAP, Rig, joined_domain, mechanism_nodes, page_server
 
-from testing.client import Probe
-from testing.domain import own_context, own_domain, set_transport
-from testing.processes import launched
 from tri_glide_interfaces.srv import SolveFMechanism
-from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests
-from tri_glide_kinematics.panel.mechanisms.tab import NONE, MechanismsTab
-from tri_glide_kinematics.ros.transport import COMPUTER
-
-viser = pytest.importorskip("viser")
+from tri_glide_kinematics.panel.mechanisms.tab import NONE
 
 pytestmark = pytest.mark.nodes
-
-CONFIG = Path(__file__).parents[2] / "config"
-NAP = 0.01  # s
-
-
-class Rig:
-    """A tab on a page server of its own, stepped by the one who spins the node."""
-
-    def __init__(self, probe, server):
-        self.probe = probe
-        self.server = server
-        self.requests = MechanismRequests(probe.node)
-        self.tab = MechanismsTab(server.gui, server.scene, self.requests, CONFIG)
-
-    def wait_for(self, condition, what, timeout=20.0):
-        def stepped():
-            self.tab.step(time.monotonic())
-            return condition()
-
-        self.probe.wait_for(stepped, what, timeout, NAP)
-
-    def choose(self, name):
-        """Have a mechanism drawn as it is in its file."""
-        self.tab.choice.value = NONE
-        self.tab.step(time.monotonic())
-        self.tab.choice.value = name
-        self.wait_for(
-            lambda: self.tab.drawing.is_seen and self.tab.drawing.nodes["path_0"].visible,
-            f"{name} and its branch to be drawn",
-        )
-
-    def turn(self, degrees):
-        self.tab.crank.value = degrees
-
-    def points(self, name):
-        return np.array(self.tab.drawing.nodes[name].points, dtype=np.float64)
-
-    def is_visible(self, name):
-        return self.tab.drawing.nodes[name].visible
 
 
 @pytest.fixture(scope="module")
 def context():
-    with own_domain(), pytest.MonkeyPatch.context() as patch:
-        set_transport(patch, COMPUTER)
-        with own_context() as context:
-            yield context
+    with joined_domain() as context:
+        yield context
 
 
 @pytest.fixture(scope="module")
 def nodes(context, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("nodes")
-    with launched(folder, f"/mechanisms_{os.getpid()}") as launcher:
-        launcher.start("mechanism_node")
-        yield launcher
-
-
-@contextmanager
-def page_server():
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    try:
-        yield server
-    finally:
-        server.stop()
+    with mechanism_nodes(tmp_path_factory.mktemp("nodes")) as running:
+        yield running
 
 
 @pytest.fixture(scope="module")
 def rig(context, nodes):
-    probe = Probe(context, f"/mechanisms_{os.getpid()}", "panel")
+    _, namespace = nodes
     with page_server() as server:
-        yield Rig(probe, server)
-    probe.close()
+        rig = Rig(context, namespace, server)
+        yield rig
+        rig.close()
 
 
 def segment_lengths(lines):
@@ -235,16 +175,16 @@ def test_of_many_wishes_the_newest_is_answered_and_few_are_sent(rig):
 
 
 def test_without_the_node_the_tab_says_so_and_goes_on_when_it_comes(context, nodes):
-    namespace = f"/late_{os.getpid()}"
-    probe = Probe(context, namespace, "panel")
+    launcher, namespace = nodes
+    later = f"{namespace}_later"
     with page_server() as server:
-        rig = Rig(probe, server)
+        rig = Rig(context, later, server)
         rig.tab.choice.value = "four_bar_textbook"
         rig.wait_for(lambda: "mechanism_node is not running" in rig.tab.words.content, "the words")
-        nodes.start("mechanism_node", namespace=namespace)
+        launcher.start("mechanism_node", namespace=later)
         rig.wait_for(lambda: rig.is_visible("path_0"), "the mechanism")
         assert "not running" not in rig.tab.words.content
-    probe.close()
+        rig.close()
 
 
 def test_the_crank_turns_with_the_speed_that_is_asked_for(rig):

@@ -24,7 +24,7 @@ PLOT_HEIGHT = 120
 AXIS_WIDTH, AXIS_HEIGHT = 56, 26
 MARGIN = 0.06  # of the range between the limits, beyond them
 SLIDER_COLOURS = ("#0072b2", "#e69f00", "#009e73")
-LIMIT_COLOUR = "#d55e00"
+LIMIT_COLOUR = "#a00000"
 
 
 @dataclass(frozen=True)

@@ -201,11 +201,11 @@ def _view_of(centre: Vector3, fov: float, aspect: float) -> tuple[Vector3, Vecto
         aspect: width of its picture by its height.
     """
     x, y, z = centre
-    narrow = min(1.0, aspect)
-    distance = VIEW_MARGIN * SIZE / (2.0 * math.tan(0.5 * fov) * narrow)
-    # On a wide page the controls cover a part of its right side; on a narrow one, of its foot.
-    right, down = (0.2 * SIZE, 0.0) if aspect > 1.0 else (0.0, 0.4 * SIZE)
-    return (x + right, y - distance, z - down), (x + right, y, z - down)
+    height = VIEW_MARGIN * SIZE / min(1.0, aspect)
+    # Where the page is narrow, the controls cover its lower part.
+    down = 0.28 * height if aspect < 1.0 else 0.0
+    distance = height / (2.0 * math.tan(0.5 * fov))
+    return (x, y - distance, z - down), (x, y, z - down)
 
 
 def _move(client: ClientHandle, position: Any, look_at: Any) -> None:
