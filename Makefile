@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo test test-processors lint soak bench clean
+.PHONY: help env demo panel test test-processors lint soak bench clean
 
 IN_ENV := source ./env.sh &&
 
@@ -14,6 +14,9 @@ env: ## everything that running and testing need (.venv, install/)
 
 demo: env ## drive a simulated tri-glide through real nodes; writes out/demo.png
 	@$(IN_ENV) exec install/tri_glide_kinematics/lib/tri_glide_kinematics/demo --output out
+
+panel: env ## a simulated tri-glide, and the page in the browser that shows and drives it; Ctrl-C ends it
+	@$(IN_ENV) mkdir -p out && exec install/tri_glide_kinematics/lib/tri_glide_kinematics/panel --points out/taught_points.yaml
 
 test: env ## all tests: mathematics and motion on all cores, nodes as real processes, then what is timed
 	@$(IN_ENV) python -m pytest -n auto -m "not nodes and not alone" \

@@ -139,11 +139,14 @@ class Page:
             TimeoutError: if it is not in time.
         """
         end = time.monotonic() + timeout
-        while not (value := self.evaluate(expression)):
+        while True:
+            # While a page is opened, none is there.
+            with suppress(BrowserError):
+                if value := self.evaluate(expression):
+                    return value
             if time.monotonic() > end:
                 raise TimeoutError(f"waited {timeout:g} s in vain for {what}")
             spin()
-        return value
 
     def middle_of(self, element: str) -> tuple[float, float]:
         """Return where the middle of an element is, which an expression names, once it is there."""

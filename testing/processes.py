@@ -13,7 +13,7 @@ from typing import Any
 
 from tri_glide_kinematics.ros.processes import NodeProcesses, default_parameter_file
 
-TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
+TIMEOUT = 15.0  # s, for what takes a fraction of this unless the computer is very busy
 ROOT = Path(__file__).resolve().parents[1]
 
 

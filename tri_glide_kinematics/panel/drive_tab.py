@@ -10,10 +10,11 @@ import viser
 from tri_glide_kinematics.panel.desk import Desk, Event
 from tri_glide_kinematics.panel.hold import RENEWALS
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
+from tri_glide_kinematics.panel.markup import note
 from tri_glide_kinematics.vectors import Vector3
 
 HOLD = "hold"
-STEPS = {"0.1 mm": 1e-4, "1 mm": 1e-3, "10 mm": 1e-2}
+STEPS = {"0.1": 1e-4, "1": 1e-3, "10": 1e-2}
 
 # As they lie in the pad, row by row; None leaves a place empty.
 PAD: tuple[tuple[str, Vector3] | None, ...] = (
@@ -60,7 +61,7 @@ class DriveTab:
         self._scale.on_update(
             desk.on(lambda value: link.set_speed_scale(0.01 * value), self._show_again)
         )
-        self._mode = gui.add_button_group("Jog", (HOLD, *STEPS))
+        self._mode = gui.add_button_group("Jog [mm]", (HOLD, *STEPS))
         self._speed = gui.add_slider(
             "Jog [mm/s]", min=SLOWEST_JOG, max=FASTEST_JOG, step=1.0, initial_value=USUAL_JOG
         )
@@ -125,7 +126,8 @@ class DriveTab:
                 continue
             uuid = next(buttons)._impl.uuid
             cells.append(f'<button type="button" data-{kind}="{uuid}">{entry[0]}</button>')
-        return f'<div class="tri-glide-pad">{"".join(cells)}</div>'
+        words = "moves while it is held" if mode == HOLD else f"each press moves by {mode} mm"
+        return f'<div class="tri-glide-pad">{"".join(cells)}</div>{note(words)}'
 
 
 def _in_metres(place: tuple[float, float, float]) -> Vector3:

@@ -16,6 +16,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import SetBool, Trigger
 
+from tri_glide_kinematics.control.goals import GoalCode
 from tri_glide_kinematics.driving.goals import GoalSender, SentGoal
 from tri_glide_kinematics.motion.paths.flat_path import FlatPath
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
@@ -24,6 +25,8 @@ from tri_glide_kinematics.vectors import Vector3
 
 # A twist that is lost is renewed by the next one.
 LATEST_ONLY = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+# How a goal may end without having been replaced, or stopped by the operator.
+WORTH_TELLING = (GoalCode.REFUSED, GoalCode.NOT_REACHED)
 AT_REST = (0.0, 0.0, 0.0)
 TABLE = {parameter.name: parameter for parameter in IK_NODE}
 
@@ -120,7 +123,7 @@ class MachineLink:
         """The newest goal that was sent and has not ended."""
         if self._goal is not None and self._goal.result is not None:
             goal, self._goal = self._goal, None
-            if not goal.has_succeeded:
+            if goal.result.code in WORTH_TELLING:
                 self._on_refusal(goal.result.text)
         return self._goal
 

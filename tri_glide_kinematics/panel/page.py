@@ -22,7 +22,7 @@ from tri_glide_kinematics.panel.errors import PortTakenError
 from tri_glide_kinematics.panel.hold import RENEWALS
 
 # After so long without a word from us, the page says so [ms].
-SILENCE = 2500
+SILENCE = 3000
 POLICY_VIOLATION = 1008
 
 Log = Callable[[str], object]

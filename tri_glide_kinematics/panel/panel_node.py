@@ -17,12 +17,17 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.panel.curves.limits import CurveLimits
+from tri_glide_kinematics.panel.curves.plots import Curves
 from tri_glide_kinematics.panel.desk import Desk
 from tri_glide_kinematics.panel.drive_tab import DriveTab
 from tri_glide_kinematics.panel.feeds import Feed, Feeds
+from tri_glide_kinematics.panel.go_to_handle import GoToHandle
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
 from tri_glide_kinematics.panel.machine_link import MachineLink
 from tri_glide_kinematics.panel.markup import note
+from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests
+from tri_glide_kinematics.panel.mechanisms.tab import MechanismsTab
 from tri_glide_kinematics.panel.numbers import numbers_table
 from tri_glide_kinematics.panel.page import Page, Strip, is_loopback
 from tri_glide_kinematics.panel.pages_bar import PagesBar, pages_text
@@ -32,6 +37,8 @@ from tri_glide_kinematics.panel.status_words import WARNING
 from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.parameters import PANEL_NODE
+from tri_glide_kinematics.ros.processes import default_parameter_file
+from tri_glide_kinematics.ros.slider_measurements import StampedReading
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.outline import edge_rings
 
@@ -39,9 +46,12 @@ FRAMES = 30.0  # 1/s
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 NUMBERS_PERIOD = 0.2  # s
 TRACE_PERIOD = 0.2  # s
-STRIP_PERIOD = 1.0  # s after which a page is told again what it knows
+STRIP_PERIOD = 0.5  # s after which a page is told again what it knows
 # Of a frame, what may be spent on the shape of the workspace [s].
 PIECE = 0.004
+
+# Of the commands that come in a frame, the curves show each of so many.
+CURVE_STEP = 5
 
 # The trace: its points, and how far the platform moves from one to the next [m].
 TRACE_POINTS = 1500
@@ -78,6 +88,8 @@ class PanelNode(Node):
         self._trace: deque[Vector3] = deque(maxlen=TRACE_POINTS)
         self._is_traced = True
         self._step_target: Vector3 | None = None
+        self._curves: Curves | None = None
+        self._handle: GoToHandle | None = None
         self._told: dict[int, tuple[Strip, float]] = {}
         self._due = dict.fromkeys(("numbers", "trace"), 0.0)
         link = MachineLink(self, lambda reason: self._desk.refuse(reason))
@@ -108,6 +120,12 @@ class PanelNode(Node):
             PointsTab(gui, desk, points_file, self._measured_position, self._follow)
         with tabs.add_tab("Numbers"):
             self._numbers = gui.add_html(note("no machine yet"))
+        self._curves_tab = tabs.add_tab("Curves")
+        with tabs.add_tab("Mechanisms"):
+            # Its files lie beside the parameters.
+            folder = default_parameter_file().parent
+            requests = MechanismRequests(self)
+            self._mechanisms = MechanismsTab(gui, self._server.scene, requests, folder)
         gui.main_panel.dock_right()
         self._server.on_client_connect(desk.opened)
         self._server.on_client_connect(self._greet)
@@ -132,7 +150,16 @@ class PanelNode(Node):
         self._server.initial_camera.position, self._server.initial_camera.look_at = view_of(facts)
         if self._scene is not None:
             self._scene.remove()
+        if self._handle is not None:
+            self._handle.remove()
         self._scene = Scene(self._server.scene, facts)
+        size = 0.35 * max(facts.machine.geometry.arm_lengths)
+        self._handle = GoToHandle(self._server, self._desk, size, self._move_to)
+        with self._curves_tab:
+            if self._curves is None:
+                self._curves = Curves(self._server.gui, _curve_limits(facts))
+            else:
+                self._curves.set_limits(_curve_limits(facts))
         self._shaping = edge_rings(facts.workspace)
 
     def _on_parameters(self, event: ParameterEvent) -> None:
@@ -153,6 +180,8 @@ class PanelNode(Node):
         """Fulfil what is wished, and show where everything is."""
         self._desk.fulfil()
         clients = self._server.get_clients()
+        if clients:
+            self._mechanisms.step(time.monotonic())
         self._look_for_refusals()
         self._tell(clients)
         facts, scene = self._facts, self._scene
@@ -168,6 +197,9 @@ class PanelNode(Node):
                     drawn.move(pose)
             scene.show_target(self._feeds.target)
             self._drive.show(facts, commanded.position if commanded else None)
+            if self._handle is not None:
+                self._handle.follow(self._resting_place(commanded))
+            self._draw_curves()
             if measured is not None:
                 self._draw_trace(scene, measured.position)
                 self._draw_numbers(facts, measured)
@@ -189,6 +221,26 @@ class PanelNode(Node):
         if not self._is_traced and self._is_due("trace", TRACE_PERIOD):
             self._is_traced = True
             scene.show_lines("trace", np.array(self._trace))
+
+    def _draw_curves(self) -> None:
+        now = time.monotonic()
+        readings = self._feeds.commanded.readings
+        if self._curves is None or not readings:
+            return
+        newest = _seconds(readings[-1])
+        for reading in (*list(readings)[:-1:CURVE_STEP], readings[-1]):
+            if reading.velocities is not None:
+                # By their own stamps, so that what is late by itself makes no step.
+                moment = now - (newest - _seconds(reading))
+                self._curves.add(moment, reading.heights, reading.velocities)
+        readings.clear()
+        self._curves.draw(now)
+
+    def _resting_place(self, commanded: Pose | None) -> Vector3 | None:
+        """Return where the platform rests, or is on its way to."""
+        if self._feeds.status.state == "idle" and commanded is not None:
+            return commanded.position
+        return self._feeds.target
 
     def _draw_numbers(self, facts: MachineFacts, pose: Pose) -> None:
         if self._is_due("numbers", NUMBERS_PERIOD):
@@ -214,6 +266,8 @@ class PanelNode(Node):
         return True
 
     def _look_for_refusals(self) -> None:
+        # A goal that is looked at tells how it has ended.
+        _ = self._desk.link.goal
         status = self._feeds.status
         if status.refused > self._refused:
             self._desk.refuse(status.last_refusal)
@@ -272,3 +326,11 @@ class PanelNode(Node):
     def _follow(self, points: list[Vector3], tolerance: float, speed: float) -> None:
         self._step_target = None
         self._desk.link.follow(points, tolerance, speed)
+
+
+def _curve_limits(facts: MachineFacts) -> CurveLimits:
+    return CurveLimits(*facts.travel, facts.limits.velocity, facts.limits.acceleration)
+
+
+def _seconds(reading: StampedReading) -> float:
+    return reading.seconds + 1e-9 * reading.nanoseconds

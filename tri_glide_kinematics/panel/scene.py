@@ -237,7 +237,7 @@ def view_of(facts: MachineFacts) -> tuple[Vector3, Vector3]:
     lower, upper = facts.travel
     middle = 0.5 * (min(lower) - 0.8 * max(geometry.arm_lengths) + max(upper))
     size = max(upper) - min(lower) + max(geometry.arm_lengths)
-    return (0.75 * size, -1.0 * size, middle + 0.35 * size), (0.0, 0.0, middle)
+    return (0.55 * size, -0.75 * size, middle + 0.25 * size), (0.0, 0.0, middle)
 
 
 def _is_near(first: Pose, second: Pose) -> bool:
