@@ -75,7 +75,7 @@ class Screen:
         end = time.monotonic() + timeout
         while not condition(pixels := self.pixels()):
             assert time.monotonic() < end, f"waited {timeout:g} s in vain for {what}"
-            self.spin()
+            self.spin_for(0.2)
         return pixels
 
     def choose(self, name):

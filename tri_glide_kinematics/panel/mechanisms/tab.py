@@ -72,7 +72,7 @@ class MechanismsTab:
         self._slider_at = self._crank_at = 0.0
         # Filled by viser's threads.
         self._presses: deque[Callable[[], None]] = deque()
-        self._stepped_at = -math.inf
+        self._advanced_at = -math.inf
         self._slider_set_at = -math.inf
         self._views: dict[int, tuple[Any, Any]] = {}
 
@@ -105,12 +105,12 @@ class MechanismsTab:
         if show is None:
             return
         show.change([self._read(*pair) for pair in zip(self._dimensions, self.sliders)])
-        if self.plays.value:
+        self.crank.disabled = plays = self.plays.value
+        if plays:
             self._play(show, time)
-        elif self.crank.value != self._slider_at:
-            show.turn(math.radians(self.crank.value - self._crank_at))
-            self._slider_at = self._crank_at = self.crank.value
-        self.crank.disabled = self.plays.value
+        else:
+            self._advanced_at = time
+            self._turn(show, self.crank.value)
         if show.step(time):
             self.drawing.draw(show.picture)
             self.words.content = _markdown(show)
@@ -127,15 +127,20 @@ class MechanismsTab:
 
     def _play(self, show: Show, time: float) -> None:
         """Turn the crank on, so often that answers keep up."""
-        passed = time - self._stepped_at
+        passed = time - self._advanced_at
         if passed < 1.0 / SHOWN_PER_SECOND:
             return
-        self._stepped_at = time
-        if passed < LONGEST_PAUSE:
-            show.advance(math.radians(self.speed.value) * passed)
+        self._advanced_at = time
+        show.advance(math.radians(self.speed.value) * min(passed, LONGEST_PAUSE))
         if time - self._slider_set_at >= SLIDER_AFTER:
             self._slider_set_at = time
             self._set_crank(show.crank_angle)
+
+    def _turn(self, show: Show, angle: float) -> None:
+        """Turn the crank to where the slider stands [deg]."""
+        if angle != self._slider_at:
+            show.turn(math.radians(angle - self._crank_at))
+            self._slider_at = self._crank_at = angle
 
     def _set_crank(self, crank_angle: float) -> None:
         """Move the slider, which is no wish to turn."""
