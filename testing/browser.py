@@ -41,6 +41,8 @@ OPTIONS = (
 )
 TIMEOUT = 30.0  # s
 DESKTOP, PHONE = (1280, 720), (390, 844)
+# Drawn by the processor in a third of the time.
+SMALL = (800, 500)
 
 Pixels = NDArray[np.uint8]
 
@@ -60,11 +62,15 @@ class Page:
     def __init__(self, address: str, target: str) -> None:
         """Connect to a tab by the ``address`` of its debugger."""
         self.target = target
-        self._socket = connect(address, max_size=None, open_timeout=TIMEOUT)
+        self._socket = connect(address, max_size=None, open_timeout=TIMEOUT, ping_interval=None)
         self._number = 0
         self._events: list[dict[str, Any]] = []
         for domain in ("Page", "Runtime", "Network"):
             self.call(f"{domain}.enable")
+        # Workers ask for things, too: each waits until we listen.
+        self.call(
+            "Target.setAutoAttach", autoAttach=True, waitForDebuggerOnStart=True, flatten=True
+        )
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
         """Call a method of the protocol and return its result.
@@ -81,10 +87,12 @@ class Page:
                     raise BrowserError(f"{method}: {answer['error']}")
                 return dict(answer["result"])
 
-    def send(self, method: str, **parameters: Any) -> int:
-        """Call a method without waiting for what comes of it."""
+    def send(self, method: str, session: str | None = None, **parameters: Any) -> int:
+        """Call a method of the page, or of a worker's ``session``, and do not wait for it."""
         self._number += 1
-        call = {"id": self._number, "method": method, "params": parameters}
+        call: dict[str, Any] = {"id": self._number, "method": method, "params": parameters}
+        if session is not None:
+            call["sessionId"] = session
         self._socket.send(json.dumps(call))
         return self._number
 
@@ -94,6 +102,10 @@ class Page:
         message: dict[str, Any] = json.loads(self._socket.recv(timeout))
         if "method" in message:
             self._events.append(message)
+        if message.get("method") == "Target.attachedToTarget":
+            session = message["params"]["sessionId"]
+            for method in ("Network.enable", "Runtime.runIfWaitingForDebugger"):
+                self.send(method, session)
         return message
 
     def events(self, method: str) -> list[dict[str, Any]]:
@@ -151,10 +163,11 @@ class Page:
     def middle_of(self, element: str) -> tuple[float, float]:
         """Return where the middle of an element is, which an expression names, once it is there."""
         place = self.wait_for(
-            f"(() => {{ const e = {element}; if (!e) return null; "
-            " e.scrollIntoView?.({block: 'nearest'});"
-            " const r = e.getBoundingClientRect();"
-            " return r.width > 0 && [r.x + r.width / 2, r.y + r.height / 2]; })()",
+            f"(() => {{ const e = {element}; if (!e) return null;"
+            " e.scrollIntoView?.({block: 'nearest'}); const r = e.getBoundingClientRect();"
+            " const x = r.x + r.width / 2, y = r.y + r.height / 2;"
+            # What lies above it would be pressed in its place.
+            " return e.contains(document.elementFromPoint(x, y)) && [x, y]; })()",
             element,
         )
         return float(place[0]), float(place[1])

@@ -14,7 +14,7 @@ import numpy as np
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 
-from testing.browser import DESKTOP, Page
+from testing.browser import SMALL, Page
 from testing.client import Client
 from testing.machine import JOINTS, Machine
 from testing.processes import TIMEOUT, Launcher, RunningNode
@@ -51,7 +51,8 @@ def field(label: str, number: int = 0) -> str:
         "(() => { const label = [...document.querySelectorAll('label, .mantine-Text-root')]"
         f".find((e) => e.textContent.trim() === {json.dumps(label)} && e.offsetParent);"
         " let row = label; while (row && !row.querySelector('input')) row = row.parentElement;"
-        f" return row && row.querySelectorAll('input')[{number}]; }})()"
+        " return row && [...row.querySelectorAll('input')].filter((e) => e.offsetParent)"
+        f"[{number}]; }})()"
     )
 
 
@@ -82,7 +83,7 @@ class Panel:
         assert found
         self.address = found.group(1)
 
-    def open(self, page: Page, size: tuple[int, int] = DESKTOP) -> Page:
+    def open(self, page: Page, size: tuple[int, int] = SMALL) -> Page:
         """Open the panel in a ``page`` and wait until it shows the machine."""
         page.open(self.address, size)
         self.wait_for_state(page, "idle")
