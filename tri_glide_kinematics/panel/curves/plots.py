@@ -24,7 +24,7 @@ PLOT_HEIGHT = 120
 AXIS_WIDTH, AXIS_HEIGHT = 56, 26
 MARGIN = 0.06  # of the range between the limits, beyond them
 SLIDER_COLOURS = ("#0072b2", "#e69f00", "#009e73")
-LIMIT_COLOUR = "#d55e00"
+LIMIT_COLOUR = "#a00000"
 
 
 @dataclass(frozen=True)
@@ -55,6 +55,9 @@ class Curves:
     """Heights, velocities and accelerations of the last 10 s.
 
     All calls come from one thread.
+
+    Attributes:
+        plots: of heights, velocities and accelerations.
     """
 
     def __init__(self, gui: GuiApi, limits: CurveLimits) -> None:
@@ -64,7 +67,7 @@ class Curves:
         self._limits = limits
         self._drawn_at: float | None = None
         gui.add_html(_LEGEND)
-        self._plots = [self._add(plot) for plot in _PLOTS]
+        self.plots = [self._add(plot) for plot in _PLOTS]
 
     def set_limits(self, limits: CurveLimits) -> None:
         """Draw other limits from now on; called where the container is open again."""
@@ -72,9 +75,9 @@ class Curves:
             return
         self._limits = limits
         for index, plot in enumerate(_PLOTS):
-            order = self._plots[index].order
-            self._plots[index].remove()
-            self._plots[index] = self._add(plot, order)
+            order = self.plots[index].order
+            self.plots[index].remove()
+            self.plots[index] = self._add(plot, order)
 
     def add(
         self,
@@ -92,7 +95,7 @@ class Curves:
             return
         self._drawn_at = time
         self._history.advance(time)
-        for plot, handle in zip(_PLOTS, self._plots):
+        for plot, handle in zip(_PLOTS, self.plots):
             handle.data = self._columns(plot)
 
     def _columns(self, plot: _Plot) -> tuple[FloatArray, ...]:

@@ -205,4 +205,5 @@ def _words(answer: TraceFourBar.Response) -> str:
     turns = "turns fully" if properties.crank_turns_fully else "does not turn fully"
     low = degrees_text(properties.smallest_transmission_angle)
     high = degrees_text(properties.largest_transmission_angle)
-    return f"{properties.grashof_class}: the crank {turns}. Transmission angle {low}° to {high}°."
+    name = properties.grashof_class.capitalize()
+    return f"{name}: the crank {turns}. Transmission angle {low} to {high}."

@@ -31,8 +31,13 @@ class Mark:
 
     @property
     def label(self) -> str:
-        """The crank angle in degrees, within half a turn either way."""
-        return degrees_text(math.remainder(self.crank_angle, math.tau))
+        """The crank angle as it stands beside the mark."""
+        return degrees_text(self.within_a_turn)
+
+    @property
+    def within_a_turn(self) -> float:
+        """The crank angle without full turns [rad]."""
+        return math.remainder(self.crank_angle, math.tau)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,10 +80,10 @@ class Branch:
     @property
     def events(self) -> str:
         """What happens at which crank angles, in words."""
+        marks = sorted(self.marks, key=lambda mark: mark.within_a_turn)
         kinds = dict.fromkeys(mark.kind for mark in self.marks)
         angles = {
-            kind: dict.fromkeys(mark.label for mark in self.marks if mark.kind == kind)
-            for kind in kinds
+            kind: dict.fromkeys(mark.label for mark in marks if mark.kind == kind) for kind in kinds
         }
         return " ".join(f"{kind} at {', '.join(angles[kind])}." for kind in kinds)
 

@@ -37,7 +37,7 @@ class Show:
     come from one thread.
 
     Attributes:
-        crank_angle: that was asked for last [rad].
+        crank_angle: that was asked for last; full turns do not matter [rad].
     """
 
     def __init__(self, questions: Questions, requests: MechanismRequests) -> None:
@@ -91,14 +91,10 @@ class Show:
             self._values = tuple(values)
             self._ask()
 
-    def turn(self, crank_angle: float) -> None:
-        """Turn the crank to an angle [rad], on the branch if that comes there."""
-        self.crank_angle = crank_angle
-        if self._branch is not None:
-            place = self._branch.track.place_of(crank_angle, self._place)
-            if place is not None:
-                self._place, self._key = place, self._branch.track.key(place)
-            self._on_branch = place is not None
+    def turn(self, by: float) -> None:
+        """Turn the crank by an angle [rad], and with it the followed position as far as it goes."""
+        self.crank_angle += by
+        self._find_place()
         self._ask()
 
     def advance(self, way: float) -> None:
@@ -174,8 +170,24 @@ class Show:
     def _take_branch(self, wish: Wish, answer: Any) -> None:
         self._refusals["branch"] = answer.message
         self._branch = self._questions.branch(wish.request, answer) if answer.success else None
-        if self._branch is not None:
-            start = self._branch.track.place_of(wish.about, 0.0)
-            self._place = 0.0 if start is None else start
-            self._forward = True
-            self.turn(self.crank_angle)
+        if self._branch is None:
+            # Another position may have one.
+            self._traced = None
+            return
+        track = self._branch.track
+        self._place = track.place_of(wish.about) or 0.0
+        self._forward = True
+        # What the crank has turned by since then, it turns on the branch.
+        self.crank_angle += track.crank_angle(self._place) - wish.about
+        self.turn(0.0)
+
+    def _find_place(self) -> None:
+        """Go along the branch to the present crank angle, or stay where it cannot go on."""
+        if self._branch is None:
+            return
+        track = self._branch.track
+        place = track.turned(self._place, self.crank_angle - track.crank_angle(self._place))
+        self._on_branch = place is not None
+        if place is not None:
+            self._place, self._key = place, track.key(place)
+            self.crank_angle = track.crank_angle(place)

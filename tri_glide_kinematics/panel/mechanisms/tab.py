@@ -68,10 +68,11 @@ class MechanismsTab:
         self._chosen = NONE
         self._dimensions: tuple[Dimension, ...] = ()
         self.sliders: list[GuiSliderHandle[float]] = []
-        self._turned_to = 0.0
+        # Of the crank, where we have put the slider, and where the crank then was [deg].
+        self._slider_at = self._crank_at = 0.0
         # Filled by viser's threads.
         self._presses: deque[Callable[[], None]] = deque()
-        self._stepped_at = -math.inf
+        self._advanced_at = -math.inf
         self._slider_set_at = -math.inf
         self._views: dict[int, tuple[Any, Any]] = {}
 
@@ -83,12 +84,12 @@ class MechanismsTab:
             self.plays = gui.add_checkbox("turns by itself", False)
             self.speed = gui.add_slider("speed [deg/s]", 5.0, 180.0, 5.0, 45.0)
             button = gui.add_button("Follow the next position")
-            button.on_click(lambda _: self._presses.append(self._follow_next))
+            button.on_click(lambda _: self._presses.append(self.follow_next))
         self.words = gui.add_markdown("")
         self._lengths = gui.add_folder("Dimensions", visible=False)
         with self._lengths:
             button = gui.add_button("As in the file")
-            button.on_click(lambda _: self._presses.append(self._reset))
+            button.on_click(lambda _: self._presses.append(self.reset))
 
     def step(self, time: float) -> None:
         """Do what the controls ask for, and draw what has been answered.
@@ -104,34 +105,49 @@ class MechanismsTab:
         if show is None:
             return
         show.change([self._read(*pair) for pair in zip(self._dimensions, self.sliders)])
-        if self.plays.value:
+        self.crank.disabled = plays = self.plays.value
+        if plays:
             self._play(show, time)
-        elif self.crank.value != self._turned_to:
-            self._turned_to = self.crank.value
-            show.turn(math.radians(self._turned_to))
-        self.crank.disabled = self.plays.value
+        else:
+            self._advanced_at = time
+            self._turn(show, self.crank.value)
         if show.step(time):
             self.drawing.draw(show.picture)
             self.words.content = _markdown(show)
 
+    def follow_next(self) -> None:
+        """Follow the next one of the positions at this crank angle."""
+        if self._show is not None:
+            self._show.follow_next()
+
+    def reset(self) -> None:
+        """Give the sliders the numbers of the file."""
+        for dimension, slider in zip(self._dimensions, self.sliders):
+            _put(slider, _tenth(dimension.shown(dimension.value)))
+
     def _play(self, show: Show, time: float) -> None:
         """Turn the crank on, so often that answers keep up."""
-        passed = time - self._stepped_at
+        passed = time - self._advanced_at
         if passed < 1.0 / SHOWN_PER_SECOND:
             return
-        self._stepped_at = time
-        if passed < LONGEST_PAUSE:
-            show.advance(math.radians(self.speed.value) * passed)
+        self._advanced_at = time
+        show.advance(math.radians(self.speed.value) * min(passed, LONGEST_PAUSE))
         if time - self._slider_set_at >= SLIDER_AFTER:
             self._slider_set_at = time
             self._set_crank(show.crank_angle)
 
+    def _turn(self, show: Show, angle: float) -> None:
+        """Turn the crank to where the slider stands [deg]."""
+        if angle != self._slider_at:
+            show.turn(math.radians(angle - self._crank_at))
+            self._slider_at = self._crank_at = angle
+
     def _set_crank(self, crank_angle: float) -> None:
         """Move the slider, which is no wish to turn."""
-        degrees = math.degrees(math.remainder(crank_angle, math.tau))
+        self._crank_at = math.degrees(math.remainder(crank_angle, math.tau))
         step = 360.0 / STEPS_PER_TURN
-        _put(self.crank, round(degrees / step) * step)
-        self._turned_to = self.crank.value
+        self._slider_at = round(self._crank_at / step) * step
+        _put(self.crank, self._slider_at)
 
     def _choose(self, name: str) -> None:
         """Show the mechanism of a file, or none."""
@@ -167,14 +183,6 @@ class MechanismsTab:
             return dimension.value
         return dimension.read(slider.value)
 
-    def _reset(self) -> None:
-        for dimension, slider in zip(self._dimensions, self.sliders):
-            _put(slider, _tenth(dimension.shown(dimension.value)))
-
-    def _follow_next(self) -> None:
-        if self._show is not None:
-            self._show.follow_next()
-
     def _look(self, event: GuiEvent[Any]) -> None:
         """Turn the camera of the page where the choice was made to the drawing, or back."""
         client = event.client
@@ -198,11 +206,11 @@ def _view_of(centre: Vector3, fov: float, aspect: float) -> tuple[Vector3, Vecto
         aspect: width of its picture by its height.
     """
     x, y, z = centre
-    narrow = min(1.0, aspect)
-    distance = VIEW_MARGIN * SIZE / (2.0 * math.tan(0.5 * fov) * narrow)
-    # On a wide page the controls cover a part of its right side; on a narrow one, of its foot.
-    right, down = (0.2 * SIZE, 0.0) if aspect > 1.0 else (0.0, 0.4 * SIZE)
-    return (x + right, y - distance, z - down), (x + right, y, z - down)
+    height = VIEW_MARGIN * SIZE / min(1.0, aspect)
+    # Where the page is narrow, the controls cover its lower part.
+    down = 0.28 * height if aspect < 1.0 else 0.0
+    distance = height / (2.0 * math.tan(0.5 * fov))
+    return (x, y - distance, z - down), (x, y, z - down)
 
 
 def _move(client: ClientHandle, position: Any, look_at: Any) -> None:
