@@ -46,9 +46,9 @@ def test_limits_are_scaled_with_the_speed() -> None:
 
 
 def test_a_place_outside_is_told() -> None:
-    heights = (0.9, 0.9, 0.5)
+    heights = (0.95, 0.95, 0.95)
     pose = Pose(heights, FACTS.machine.forward(heights))
-    assert "nearest edge" in numbers_table(FACTS, pose, None, "")
+    assert "0.0 mm" in numbers_table(FACTS, pose, None, "")
 
 
 def test_what_comes_from_elsewhere_is_text() -> None:

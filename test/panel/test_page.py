@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
-import msgspec
 import pytest
 import viser
 from websockets.exceptions import ConnectionClosed
@@ -17,6 +16,8 @@ from tri_glide_kinematics.panel.page import Page, is_loopback, is_own_page
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 TIMEOUT = 20.0  # s
+# {"type": "ShareUrlRequest"} in MessagePack.
+SHARE_REQUEST = b"\x81\xa4type\xafShareUrlRequest"
 
 
 @pytest.fixture
@@ -45,7 +46,7 @@ def wait_for(condition: Callable[[], object]) -> None:
 
 def test_a_request_to_share_is_refused(page: Page, log: list[str]) -> None:
     with connected(page, page.address) as socket:
-        socket.send(msgspec.msgpack.encode({"type": "ShareUrlRequest"}))
+        socket.send(SHARE_REQUEST)
         wait_for(lambda: log)
     assert "refused to share" in log[0]
     assert page.server._share_tunnel is None

@@ -32,6 +32,7 @@ from tri_glide_kinematics.ros.patient_services import PatientServices
 from tri_glide_kinematics.ros.processes import default_parameter_file
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
+POINTS_FILE = "taught_points.yaml"
 FRAMES = 30.0  # 1/s
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 PATIENCE = 5.0  # s after which it is asked again
@@ -69,7 +70,7 @@ class PanelNode(Node):
         self._desk = Desk(MachineLink(self, lambda reason: self._desk.refuse(reason)))
         self._link = self._desk.link
         self._feeds = Feeds(self, self._link.server, self._on_lines)
-        self._build(Path(values["points_file"]))
+        self._build(Path(values["points_file"] or POINTS_FILE))
         self.create_subscription(ParameterEvent, "/parameter_events", self._on_parameters, 100)
         self.create_timer(LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.cycle = Cycle(self._feeds.urgent, 1.0 / FRAMES, self._frame, end=self._server.stop)
