@@ -60,7 +60,7 @@ def numbers_table(
         velocities: of the sliders, as they are commanded; None if they are not known [m/s].
         late_cycles: of ``ik_node``, as it tells them.
     """
-    rows = [("position x, y, z", _millimetres(pose.position, 2), "")]
+    rows = [(axis, f"{1000.0 * part:.2f} mm", "") for axis, part in zip("xyz", pose.position)]
     lower, upper = facts.travel
     scaled = [facts.speed_scale * limit for limit in facts.limits.velocity]
     for index, name in enumerate(facts.joints):
@@ -83,13 +83,9 @@ def numbers_table(
         rows.append(("condition number", f"{condition:.2f}", used))
         edge = edge_distance(facts, pose.position)
         distance = f"{1000.0 * edge.distance:.1f} mm"
-        rows.append(("nearest edge", distance, f"towards {edge.direction}"))
+        rows.append(("edge", distance, edge.direction))
     except KinematicsError as error:
         rows.append(("workspace", "outside", str(error)))
     rows.append(("speed scale", f"{100.0 * facts.speed_scale:.0f} %", ""))
     rows.append(("late cycles", late_cycles, ""))
     return table(rows)
-
-
-def _millimetres(position: Vector3, digits: int) -> str:
-    return ", ".join(f"{1000.0 * part:.{digits}f}" for part in position) + " mm"

@@ -154,9 +154,9 @@ class Scene:
                 f"/{name}", NO_LINES, color, thickness=width, thickness_units="screen"
             )
             for name, color, width in (
-                ("programmed", PROGRAMMED, 2.0),
-                ("driven", DRIVEN, 3.0),
-                ("trace", TRACE, 2.0),
+                ("programmed", PROGRAMMED, 1.0),
+                ("driven", DRIVEN, 1.5),
+                ("trace", TRACE, 4.0),
             )
         }
         self._target = scene.add_icosphere(
@@ -237,7 +237,7 @@ def view_of(facts: MachineFacts) -> tuple[Vector3, Vector3]:
     lower, upper = facts.travel
     middle = 0.5 * (min(lower) - 0.8 * max(geometry.arm_lengths) + max(upper))
     size = max(upper) - min(lower) + max(geometry.arm_lengths)
-    return (0.55 * size, -0.75 * size, middle + 0.25 * size), (0.0, 0.0, middle)
+    return (0.15 * size, -0.85 * size, middle + 0.3 * size), (0.0, 0.0, middle)
 
 
 def _is_near(first: Pose, second: Pose) -> bool:
