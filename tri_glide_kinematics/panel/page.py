@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
 from dataclasses import asdict, dataclass
 from importlib.resources import files
+from io import StringIO
 from ipaddress import ip_address
 from typing import Any
 from urllib.parse import urlsplit
@@ -63,7 +65,9 @@ class Page:
             PortTakenError: if the port is in use.
         """
         self._log = log
-        self.server = server = viser.ViserServer(host=host, port=port, verbose=False)
+        # viser prints a frame with addresses, of which one is not for people.
+        with redirect_stdout(StringIO()):
+            self.server = server = viser.ViserServer(host=host, port=port, verbose=False)
         # viser looks for another port by itself: the page would not be where it is looked for.
         if port and server.get_port() != port:
             server.stop()
