@@ -25,7 +25,7 @@ setup(
     extras_require={
         "figures": ["matplotlib", "pillow", "pyyaml", "tqdm"],
         "panel": ["pyyaml", "viser"],
-        "test": ["catkin_pkg", "hypothesis", "pytest"],
+        "test": ["catkin_pkg", "hypothesis", "pytest", "websockets"],
     },
     zip_safe=False,
 )

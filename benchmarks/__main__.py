@@ -22,7 +22,7 @@ FIGURES = (
     "start",
     "transport",
 )
-TABLES = ("tracking", "paths", "streams")
+TABLES = ("tracking", "paths", "streams", "panel")
 GROWTH = "growth"
 NAMES = (*FIGURES, *TABLES, GROWTH)
 

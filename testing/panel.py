@@ -98,7 +98,10 @@ class Panel:
     def wait_for_state(self, page: Page, state: str) -> None:
         """Wait until a ``page`` shows a state."""
         text = f"{STRIP}?.querySelector('.state').textContent === {json.dumps(state)}"
-        page.wait_for(text, f"{state} on the page", spin=self.spin)
+        try:
+            page.wait_for(text, f"{state} on the page", spin=self.spin)
+        except TimeoutError as error:
+            raise TimeoutError(f"{error}: {page.evaluate(f'{STRIP}.innerText')!r}") from error
 
     def wait_for_words(self, page: Page, part: str, kind: str) -> None:
         """Wait until words of a kind on a ``page`` have a ``part``: refusal, reason or pages."""

@@ -90,8 +90,7 @@ def stop_on_the_way(panel: Panel, page: Page) -> None:
     panel.client.send_pose((0.0, 0.0, 0.4))
     panel.wait_for_motion()
     page.click(STOP)
-    panel.machine.wait_for_state("idle")
-    assert "stop was asked for" in panel.machine.reason
+    panel.client.wait_for(lambda: panel.machine.reason == "at rest: stop was asked for", "the stop")
     assert panel.position[2] < 0.39
     panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
 

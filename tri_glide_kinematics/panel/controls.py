@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 class Controls:
     """Who has the controls, and who asks for them.
 
-    The first page has them until it gives them up or vanishes. After that, a page has to take
-    them: nobody who only looks on is made the operator by the end of another page.
+    The first page has them until it gives them up or vanishes. Then the page that asks gets them.
+    If none does, a page has to take them: nobody who only looks on is made the operator.
 
     Attributes:
         holder: number of the page that has them, None if nobody does.
@@ -24,22 +24,24 @@ class Controls:
 
     def opened(self, page: int) -> None:
         """Note that a ``page`` is there; alone, it gets the controls."""
-        if page not in self.pages:
-            self.pages.append(page)
+        if page in self.pages:
+            return
+        self.pages.append(page)
         if len(self.pages) == 1:
             self.holder = page
 
     def closed(self, page: int) -> None:
-        """Note that a ``page`` has vanished, and the controls with it if it had them."""
+        """Note that a ``page`` has vanished: if it had the controls, whoever asks gets them."""
         self._forget(page)
         if page in self.pages:
             self.pages.remove(page)
-        if self.holder == page:
-            self.holder = None
+        self.give(page)
 
     def ask(self, page: int) -> bool:
         """Take the controls if nobody has them, or ask for them; return whether they are taken."""
-        if self.holder is None and page in self.pages:
+        if page not in self.pages:
+            return False
+        if self.holder is None:
             self.holder = page
             self._forget(page)
         elif self.holder != page and page not in self.asking:

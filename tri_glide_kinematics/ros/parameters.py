@@ -337,8 +337,8 @@ PANEL_NODE = (
     Parameter("port", 8080, "port on which the page is served; 0 for any", "", 0, 65535, told=True),
     Parameter(
         "points_file",
-        "taught_points.yaml",
-        "file in which taught points are saved, for `drive`",
+        "",
+        "file in which taught points are saved, for `drive`; empty for taught_points.yaml here",
     ),
     *SYSTEM,
 )
