@@ -40,9 +40,10 @@ def test_the_first_place_at_a_crank_angle_whatever_the_full_turns(swinging, turn
                 offset = math.remainder(track.crank_angle(found) - angle, math.tau)
                 assert offset == pytest.approx(0.0, abs=1e-9)
                 assert found <= place + 1e-6
-    assert limited.place_of(math.radians(41.0)) is None
-    assert limited.place_of(math.radians(160.0)) is None
-    assert swinging.place_of(math.radians(-90.0)) is None
+    # Never there: the nearest.
+    assert limited.place_of(math.radians(41.0)) == 60.0
+    assert limited.place_of(math.radians(-150.0)) == 0.0
+    assert swinging.place_of(math.radians(91.0)) == 90.0
 
 
 def test_turning_stays_on_the_same_side_of_a_turning_point(swinging):

@@ -25,8 +25,6 @@ class Questions(Protocol):
         dimensions: what a person may change; ``values`` below are theirs, in [m] and [rad].
         crank_angle: to start from [rad].
         key: of the position to start from.
-        solve_service: type of the service that gives all positions at a crank angle.
-        trace_service: type of the service that follows a branch.
     """
 
     dimensions: tuple[Dimension, ...]
@@ -34,24 +32,32 @@ class Questions(Protocol):
     key: float
 
     @property
-    def solve_service(self) -> Any: ...  # noqa: D102
+    def solve_service(self) -> Any:
+        """Type of the service that gives all positions at a crank angle."""
 
     @property
-    def trace_service(self) -> Any: ...  # noqa: D102
+    def trace_service(self) -> Any:
+        """Type of the service that follows a branch."""
 
-    def pivots(self, values: Sequence[float]) -> FloatArray: ...  # noqa: D102
+    def pivots(self, values: Sequence[float]) -> FloatArray:
+        """Return the joints that do not move. Shape (k, 2) [m]."""
 
-    def solve_request(self, values: Sequence[float], crank_angle: float) -> Any: ...  # noqa: D102
+    def solve_request(self, values: Sequence[float], crank_angle: float) -> Any:
+        """Ask for all positions at a crank angle [rad]."""
 
-    def positions(self, answer: Any) -> tuple[Position, ...]: ...  # noqa: D102
+    def positions(self, answer: Any) -> tuple[Position, ...]:
+        """Return the positions of an answer."""
 
-    def distance(self, key: float, other: float) -> float: ...  # noqa: D102
+    def distance(self, key: float, other: float) -> float:
+        """Return how far apart two positions at one crank angle are."""
 
-    def trace_request(  # noqa: D102
+    def trace_request(
         self, values: Sequence[float], crank_angle: float, key: float, answer: Any
-    ) -> Any: ...
+    ) -> Any:
+        """Ask for the branch of the position ``key`` that was answered at a crank angle [rad]."""
 
-    def branch(self, request: Any, answer: Any) -> Branch | None: ...  # noqa: D102
+    def branch(self, request: Any, answer: Any) -> Branch | None:
+        """Return the branch of an answer, or none if it is a single position."""
 
 
 def questions_about(file: MechanismFile) -> Questions | None:

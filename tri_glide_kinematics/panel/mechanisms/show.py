@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -175,11 +176,11 @@ class Show:
             self._traced = None
             return
         track = self._branch.track
-        self._place = track.place_of(wish.about) or 0.0
+        self._place = track.place_of(wish.about)
         self._forward = True
-        # What the crank has turned by since then, it turns on the branch.
-        self.crank_angle += track.crank_angle(self._place) - wish.about
-        self.turn(0.0)
+        # From there it goes on to where the crank is by now, in the full turns of the track.
+        turns = round((track.crank_angle(self._place) - wish.about) / math.tau)
+        self.turn(turns * math.tau)
 
     def _find_place(self) -> None:
         """Go along the branch to the present crank angle, or stay where it cannot go on."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tri_glide_kinematics.rounding import first_smallest
 from tri_glide_kinematics.vectors import FloatArray
 
 
@@ -37,15 +38,18 @@ class Track:
         """Return the key at a place."""
         return self._between(self.keys, place)
 
-    def place_of(self, crank_angle: float) -> float | None:
-        """Return the first place at a crank angle [rad], whatever its full turns, or none."""
+    def place_of(self, crank_angle: float) -> float:
+        """Return the first place at a crank angle [rad], whatever its full turns.
+
+        If the branch never comes there, it is the nearest row.
+        """
         offsets = np.remainder(self.crank_angles - crank_angle + math.pi, math.tau) - math.pi
         before, after = offsets[:-1], offsets[1:]
         # Opposite signs half a turn away from the angle are no passage.
         passes = (before * after <= 0.0) & (np.abs(before) + np.abs(after) < math.pi)
         rows = np.flatnonzero(passes)
         if not rows.size:
-            return None
+            return float(first_smallest(np.abs(offsets)))
         row = int(rows[0])
         way = abs(before[row]) + abs(after[row])
         return row + float(abs(before[row]) / way if way > 0.0 else 0.0)
