@@ -32,6 +32,8 @@ PIECE = 0.004
 
 # Of the commands that come in a frame, the curves show each of so many.
 CURVE_STEP = 5
+# Readings that are later than this are of another clock [s].
+LARGEST_LAG = 1.0
 
 # The trace: its points, and how far the platform moves from one to the next [m].
 TRACE_POINTS = 1500
@@ -67,6 +69,8 @@ class LiveView:
         self._handle: GoToHandle | None = None
         self._curves: Curves | None = None
         self._shaping: Any = None
+        self._clock_offset = 0.0
+        self._curves_at = 0.0
         self._trace: deque[Vector3] = deque(maxlen=TRACE_POINTS)
         self._is_traced = True
         self._due = {"numbers": 0.0, "trace": 0.0}
@@ -123,17 +127,27 @@ class LiveView:
         self._shape(scene)
 
     def _draw_curves(self, readings: deque[StampedReading]) -> None:
-        if self._curves is None or not readings:
+        if self._curves is None:
             return
         now = time.monotonic()
-        newest = _seconds(readings[-1])
-        for reading in (*list(readings)[:-1:CURVE_STEP], readings[-1]):
-            if reading.velocities is not None:
-                # By their own stamps, so that what is late by itself makes no step.
-                moment = now - (newest - _seconds(reading))
+        for reading in (*list(readings)[:-1:CURVE_STEP], *list(readings)[-1:]):
+            moment = self._moment_of(reading, now)
+            if reading.velocities is not None and moment > self._curves_at:
+                self._curves_at = moment
                 self._curves.add(moment, reading.heights, reading.velocities)
         readings.clear()
-        self._curves.draw(now)
+        # In silence they go on, too.
+        if now - self._curves_at > LARGEST_LAG:
+            self._curves_at = now
+        self._curves.draw(self._curves_at)
+
+    def _moment_of(self, reading: StampedReading, now: float) -> float:
+        """Return when a reading was, by its own stamp: what is late by itself makes no step."""
+        seconds = reading.seconds + 1e-9 * reading.nanoseconds
+        # A clock that is set begins anew.
+        if not -LARGEST_LAG <= seconds + self._clock_offset - now <= 0.0:
+            self._clock_offset = now - seconds
+        return seconds + self._clock_offset
 
     def _draw_trace(self, scene: Scene, position: Vector3) -> None:
         if not self._trace or math.dist(self._trace[-1], position) > TRACE_STEP:
@@ -176,7 +190,3 @@ def pose_of(feed: Feed, facts: MachineFacts) -> Pose | None:
         return Pose(reading.heights, facts.machine.forward(reading.heights))
     except KinematicsError:
         return None
-
-
-def _seconds(reading: StampedReading) -> float:
-    return reading.seconds + 1e-9 * reading.nanoseconds
