@@ -38,7 +38,7 @@ CPU_TIME = 15.0  # s
 CYCLES_TIME = 20.0  # s
 LOW, HIGH = (0.0, 0.0, 0.2), (0.0, 0.0, 0.42)
 # Slow enough for a long stretch at one speed.
-SLOW = 0.1
+SLOW = 0.06
 PLATFORM = "window.__viserMutable?.nodeRefFromName?.['/measured/platform']?.position?.z"
 FRAME_COUNT = "window.__viserTestpoints.rendererInfo.render.frame"
 
@@ -121,7 +121,9 @@ def _stop(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
     panel.client.set_parameters("ik_node", {"speed_scale": SLOW})
     delays = []
     goals = (HIGH, LOW)
-    for number in range(STOPS):
+    for number in range(2 * STOPS):
+        if len(delays) == STOPS:
+            break
         _cruise(panel, goals[number % 2], commands)
         place = page.middle_of(STOP)
         page.mouse("mouseMoved", place, buttons=0)
@@ -130,13 +132,16 @@ def _stop(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
         page.mouse("mousePressed", place)
         page.release(place)
         panel.client.wait_for(lambda: commands and not any(commands[-1].velocity), "rest")
-        delays.append(_braked(commands, begin) - begin)
+        braked = _braked(commands, begin)
+        # On a busy computer, the machine may have arrived before the press.
+        if braked is not None:
+            delays.append(braked - begin)
         panel.client.wait_for(lambda: panel.machine.state == "idle", "idle")
     panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
     milliseconds = 1000.0 * np.array(delays)
     text = (
         f"{median(milliseconds):.1f} ms (5 to 95 %: {np.percentile(milliseconds, 5):.1f} to "
-        f"{np.percentile(milliseconds, 95):.1f} ms, {STOPS} times)"
+        f"{np.percentile(milliseconds, 95):.1f} ms, {len(delays)} times)"
     )
     yield "from the press on Stop to the first braking setpoint, median", text, "50 ms"
 
@@ -154,11 +159,11 @@ def _cruise(panel: Panel, goal: Vector3, commands: list[JointState]) -> None:
     )
 
 
-def _braked(commands: list[JointState], begin: float) -> float:
+def _braked(commands: list[JointState], begin: float) -> float | None:
     """Return the stamp of the first command after ``begin`` that is slower than the first [s]."""
     stamps = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in commands]
     later = [(s, abs(m.velocity[0])) for s, m in zip(stamps, commands) if s >= begin]
-    return next(stamp for stamp, speed in later if speed < later[0][1] * (1.0 - 1e-4))
+    return next((stamp for stamp, speed in later if speed < later[0][1] * (1.0 - 1e-4)), None)
 
 
 def _cpu(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
