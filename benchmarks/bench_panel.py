@@ -119,7 +119,7 @@ def _stop(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
     """Press Stop on the way, again and again: by the stamps, which are of one clock."""
     commands = panel.client.record(JointState, "joint_commands")
     panel.client.set_parameters("ik_node", {"speed_scale": SLOW})
-    delays = []
+    delays: list[float] = []
     goals = (HIGH, LOW)
     for number in range(2 * STOPS):
         if len(delays) == STOPS:
