@@ -179,6 +179,6 @@ def test_on_a_phone_the_drawing_lies_above_the_controls(screen):
     screen.open(PHONE)
     screen.choose("four_bar_textbook")
     pixels = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 500, "the drawing")
-    rows, columns = places(pixels[:420], BLUE).T
-    assert len(rows) > 300
+    rows, columns = places(pixels[:480], BLUE).T
+    assert len(rows) > 300 and rows.min() > 190
     assert 20 < columns.min() and columns.max() < 385
