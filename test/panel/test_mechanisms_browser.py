@@ -160,7 +160,6 @@ def test_a_crank_that_turns_by_itself_is_seen_to_turn(screen):
 def test_curves_are_drawn_and_go_on(screen):
     canvas = "document.querySelector('.uplot canvas')"
     screen.wait_for(canvas, "a plot")
-    screen.page.middle_of(canvas)
     # As data, as the canvas lies partly below the window.
     drawn = f"{canvas}.toDataURL()"
     before = screen.page.evaluate(drawn)
