@@ -135,5 +135,7 @@ class Curves:
             axes=(Axis(size=AXIS_HEIGHT), Axis(size=AXIS_WIDTH)),
             legend={"show": False},
             height=PLOT_HEIGHT,
+            # Room for the uppermost and the last number.
+            padding=(8, 24, 0, 0),
             order=order,
         )

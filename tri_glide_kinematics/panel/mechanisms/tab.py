@@ -19,7 +19,8 @@ from tri_glide_kinematics.vectors import Vector3
 
 NONE = "none"
 CENTRE: Vector3 = (1.1, 0.0, 0.45)  # m, of the drawing: beside the machine, at half its height
-VIEW_MARGIN = 1.4  # what the camera sees, in drawings
+VIEW_MARGIN = 1.6  # what the camera sees, in drawings
+NARROW = 0.7  # width by height of a page that has its controls below the scene
 STEPS_PER_TURN = 720  # of the slider of the crank
 SHOWN_PER_SECOND = 20.0  # positions that are asked for while the crank turns by itself
 SLIDER_AFTER = 0.1  # s between two places of the slider while the crank turns by itself
@@ -207,8 +208,8 @@ def _view_of(centre: Vector3, fov: float, aspect: float) -> tuple[Vector3, Vecto
     """
     x, y, z = centre
     height = VIEW_MARGIN * SIZE / min(1.0, aspect)
-    # Where the page is narrow, the controls cover its lower part.
-    down = 0.28 * height if aspect < 1.0 else 0.0
+    # Where the page is narrow, the controls cover its lower half, and Stop what is above.
+    down = 0.1 * height if aspect < NARROW else 0.0
     distance = height / (2.0 * math.tan(0.5 * fov))
     return (x, y - distance, z - down), (x, y, z - down)
 
