@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo calibration-demo test test-processors lint soak bench clean
+.PHONY: help env demo panel calibration-demo test test-processors lint soak bench clean
 
 IN_ENV := source ./env.sh &&
 
@@ -18,7 +18,11 @@ demo: env ## drive a simulated tri-glide through real nodes; writes out/demo.png
 calibration-demo: env ## probe, measure and calibrate a simulated machine that is wrong; writes out/calibration_demo.png
 	@$(IN_ENV) exec install/tri_glide_kinematics/lib/tri_glide_kinematics/calibration_demo --output out
 
+panel: env ## a simulated tri-glide, and the page in the browser that shows and drives it; Ctrl-C ends it
+	@$(IN_ENV) mkdir -p out && exec install/tri_glide_kinematics/lib/tri_glide_kinematics/panel --points out/taught_points.yaml
+
 test: env ## all tests: mathematics and motion on all cores, nodes as real processes, then what is timed
+	@scripts/find_browser.sh >/dev/null || echo "test: no browser is installed: the panel's tests in a browser are left out"
 	@$(IN_ENV) python -m pytest -n auto -m "not nodes and not alone" \
 		&& python -m pytest -n 2 --dist worksteal -m "nodes and not alone" && exec python -m pytest -m alone
 

@@ -10,7 +10,7 @@ setup(
     description="Kinematics, motion and ROS 2 nodes for tri-glide delta robots",
     license="Apache-2.0",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={PACKAGE: ["py.typed"]},
+    package_data={PACKAGE: ["py.typed"], f"{PACKAGE}.panel": ["page.css", "page.js"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -24,7 +24,8 @@ setup(
     install_requires=["numpy", "ruckig", "scipy"],
     extras_require={
         "figures": ["matplotlib", "pillow", "pyyaml", "tqdm"],
-        "test": ["catkin_pkg", "hypothesis", "pytest"],
+        "panel": ["pyyaml", "viser"],
+        "test": ["catkin_pkg", "hypothesis", "pytest", "websockets"],
     },
     zip_safe=False,
 )

@@ -89,7 +89,7 @@ make_venv_beside_jazzy() {
     python3 -m venv --system-site-packages .venv >/dev/null 2>&1 ||
         fail "python3 cannot make a venv (on Debian and Ubuntu: sudo apt install python3-venv)"
     for module in numpy ruckig matplotlib tqdm yaml pytest xdist hypothesis scipy domain_coordinator \
-        ruff mypy importlinter; do
+        viser websockets ruff mypy importlinter; do
         .venv/bin/python -c "import $module" >/dev/null 2>&1 || missing+=("$module")
     done
     missing=("${missing[@]/#yaml/PyYAML}")

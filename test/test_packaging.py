@@ -24,12 +24,13 @@ ROSDEP_KEYS = {
     "numpy": "python3-numpy",
     "pytest": "python3-pytest",
     "scipy": "python3-scipy",
+    "websockets": "python3-websockets",
     "yaml": "python3-yaml",
 }
 PIP_NAMES = {"PIL": "pillow", "mpl_toolkits": "matplotlib", "yaml": "pyyaml"}
 
-# There is no rosdep key for ruckig's Python module; numba makes things faster where it is found.
-WITHOUT_KEY = {"ruckig", "numba"}
+# There is no rosdep key for these; numba makes things faster where it is found.
+WITHOUT_KEY = {"ruckig", "viser", "numba"}
 
 
 def imported(*folders: str) -> set[str]:

@@ -432,11 +432,28 @@ CALIBRATION_NODE = (
     *SYSTEM,
 )
 
+PANEL_NODE = (
+    Parameter(
+        "host",
+        "127.0.0.1",
+        "address on which the page is served; any but a loopback one lets others drive",
+        told=True,
+    ),
+    Parameter("port", 8080, "port on which the page is served; 0 for any", "", 0, 65535, told=True),
+    Parameter(
+        "points_file",
+        "",
+        "file in which taught points are saved, for `drive`; empty for taught_points.yaml here",
+    ),
+    *SYSTEM,
+)
+
 NODES = {
     "ik_node": IK_NODE,
     "fk_node": FK_NODE,
     "simulator_node": SIMULATOR_NODE,
     "calibration_node": CALIBRATION_NODE,
+    "panel_node": PANEL_NODE,
 }
 
 

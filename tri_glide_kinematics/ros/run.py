@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-PIP_NAMES = frozenset(("numpy", "ruckig"))
+PIP_NAMES = frozenset(("numpy", "ruckig", "viser"))
 
 
 class FatalError(Exception):

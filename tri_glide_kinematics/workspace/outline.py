@@ -38,9 +38,24 @@ def outline(workspace: Workspace) -> Interruptible[FloatArray]:
         Both ends of all lines, one after the other. Shape (2 n, 3) [m]; no line if there is no
         place inside.
     """
+    rings = yield from edge_rings(workspace)
+    if not len(rings):
+        return np.empty((0, 3))
+    lines = [np.stack((ring, np.roll(ring, -1, axis=0)), axis=1) for ring in rings]
+    some = np.linspace(0, rings.shape[1], MERIDIANS, endpoint=False).astype(int)
+    lines += [np.stack((lower[some], upper[some]), axis=1) for lower, upper in pairwise(rings)]
+    return np.concatenate(lines).reshape(-1, 3)
+
+
+def edge_rings(workspace: Workspace) -> Interruptible[FloatArray]:
+    """Return the edge of a ``workspace`` as rings, the lowest first, interruptibly.
+
+    Returns:
+        Shape (levels, n, 3) [m]; no ring if there is no place inside.
+    """
     middle = yield from _middle(workspace)
     if middle is None:
-        return np.empty((0, 3))
+        return np.empty((0, 0, 3))
     x, y, z = middle
     bottom = z - (yield from workspace.exit_search(middle, DOWN, FARTHEST))
     top = z + (yield from workspace.exit_search(middle, UP, FARTHEST))
@@ -58,10 +73,7 @@ def outline(workspace: Workspace) -> Interruptible[FloatArray]:
             ring.append(np.array(start) + distance * np.array(direction))
             yield
         rings.append(np.array(ring))
-    lines = [np.stack((ring, np.roll(ring, -1, axis=0)), axis=1) for ring in rings]
-    some = np.linspace(0, len(directions), MERIDIANS, endpoint=False).astype(int)
-    lines += [np.stack((lower[some], upper[some]), axis=1) for lower, upper in pairwise(rings)]
-    return np.concatenate(lines).reshape(-1, 3)
+    return np.array(rings)
 
 
 def _directions(workspace: Workspace, x: float, y: float) -> list[float]:

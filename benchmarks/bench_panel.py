@@ -1,0 +1,234 @@
+"""The panel in a real browser: start, Stop, processor time, and what it costs the machine."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from statistics import median
+from urllib.error import URLError
+from urllib.parse import urlsplit
+from urllib.request import urlopen
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import JointState
+
+from benchmarks.processor_time import processor_time
+from benchmarks.table import aligned
+from testing.browser import DESKTOP, Browser, Page, browser, find_browser
+from testing.client import Client
+from testing.domain import own_context, own_domain, set_transport
+from testing.panel import STOP, STRIP, Panel
+from testing.processes import TIMEOUT, launched
+from tri_glide_kinematics.ros.processes import executable
+from tri_glide_kinematics.ros.transport import COMPUTER
+from tri_glide_kinematics.vectors import Vector3
+
+HEAD = ("what", "measured", "to reach")
+STOPS = 25
+CPU_TIME = 15.0  # s
+CYCLES_TIME = 20.0  # s
+LOW, HIGH = (0.0, 0.0, 0.2), (0.0, 0.0, 0.42)
+# Slow enough for a long stretch at one speed.
+SLOW = 0.06
+PLATFORM = "window.__viserMutable?.nodeRefFromName?.['/measured/platform']?.position?.z"
+FRAME_COUNT = "window.__viserTestpoints.rendererInfo.render.frame"
+
+
+def run() -> bool:
+    """Measure all, and print a table; return whether that could be done."""
+    if find_browser() is None:
+        print("panel: not measured, as no browser is installed")
+        return False
+    rows: list[tuple[str, str, str]] = []
+    with own_domain(), pytest.MonkeyPatch.context() as patch:
+        set_transport(patch, COMPUTER)
+        with browser() as running:
+            rows.append(_start(running))
+        with own_context() as context, tempfile.TemporaryDirectory() as folder:
+            client = Client(context, "/bench_panel")
+            with launched(Path(folder), "/bench_panel") as launcher, browser() as running:
+                panel = Panel(client, launcher, Path(folder))
+                without = _late_part(panel)
+                page = panel.open(running.page(), DESKTOP)
+                rows += _stop(panel, page)
+                rows += _cpu(panel, page)
+                late = _late_part(panel)
+                rows.append(
+                    (
+                        "late cycles of ik_node: with a page, without one",
+                        f"{100.0 * late:.2f} %, {100.0 * without:.2f} %",
+                        "at most 0.5 points more",
+                    )
+                )
+                rows.append(_requests(panel, page))
+            client.close()
+    print(f"\n{aligned([HEAD, *rows])}", flush=True)
+    return True
+
+
+def _start(running: Browser) -> tuple[str, str, str]:
+    """Start all as ``make panel`` does, and wait until the page shows the machine in motion."""
+    begin = time.monotonic()
+    process = subprocess.Popen(
+        [str(executable("panel")), "--port", "0"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        assert process.stdout
+        lines = iter(process.stdout.readline, "")
+        address = next(m.group(1) for line in lines if (m := re.search(r"page: (\S+)", line)))
+        printed = time.monotonic() - begin
+        _wait_for_server(address)
+        page = running.page()
+        page.open(address, DESKTOP)
+        place = page.wait_for(PLATFORM, "the machine", TIMEOUT)
+        shown = time.monotonic() - begin
+        page.press("document.querySelectorAll('.tri-glide-pad button')[1]")
+        page.wait_for(f"Math.abs({PLATFORM} - {place}) > 1e-3", "the machine in motion", TIMEOUT)
+        moving = time.monotonic() - begin
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGINT)
+        process.wait(TIMEOUT)
+    text = f"{moving:.1f} s (address {printed:.1f} s, drawn {shown:.1f} s)"
+    return "from make panel until the page shows a moving machine", text, "10 s"
+
+
+def _wait_for_server(address: str) -> None:
+    end = time.monotonic() + TIMEOUT
+    while True:
+        with suppress(URLError, OSError), urlopen(address, timeout=TIMEOUT):
+            return
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def _stop(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
+    """Press Stop on the way, again and again: by the stamps, which are of one clock."""
+    commands = panel.client.record(JointState, "joint_commands")
+    panel.client.set_parameters("ik_node", {"speed_scale": SLOW})
+    delays: list[float] = []
+    goals = (HIGH, LOW)
+    for number in range(2 * STOPS):
+        if len(delays) == STOPS:
+            break
+        _cruise(panel, goals[number % 2], commands)
+        place = page.middle_of(STOP)
+        page.mouse("mouseMoved", place, buttons=0)
+        commands.clear()
+        begin = time.time()
+        page.mouse("mousePressed", place)
+        page.release(place)
+        panel.client.wait_for(lambda: commands and not any(commands[-1].velocity), "rest")
+        braked = _braked(commands, begin)
+        # On a busy computer, the machine may have arrived before the press.
+        if braked is not None:
+            delays.append(braked - begin)
+        panel.client.wait_for(lambda: panel.machine.state == "idle", "idle")
+    panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
+    milliseconds = 1000.0 * np.array(delays)
+    text = (
+        f"{median(milliseconds):.1f} ms (5 to 95 %: {np.percentile(milliseconds, 5):.1f} to "
+        f"{np.percentile(milliseconds, 95):.1f} ms, {len(delays)} times)"
+    )
+    yield "from the press on Stop to the first braking setpoint, median", text, "50 ms"
+
+
+def _cruise(panel: Panel, goal: Vector3, commands: list[JointState]) -> None:
+    """Send the machine away and wait until its speed has been the same for a while."""
+    panel.client.send_pose(goal)
+    panel.client.wait_for(
+        lambda: (
+            len(commands) > 200
+            and any(commands[-1].velocity)
+            and np.ptp([m.velocity[0] for m in commands[-100:]]) < 1e-6
+        ),
+        "a steady speed",
+    )
+
+
+def _braked(commands: list[JointState], begin: float) -> float | None:
+    """Return the stamp of the first command after ``begin`` that is slower than the first [s]."""
+    stamps = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in commands]
+    later = [(s, abs(m.velocity[0])) for s, m in zip(stamps, commands) if s >= begin]
+    return next((stamp for stamp, speed in later if speed < later[0][1] * (1.0 - 1e-4)), None)
+
+
+def _cpu(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
+    """Measure the panel's processor time with a page, in motion and at rest."""
+    for what, is_moving in (("a machine in motion", True), ("a machine at rest", False)):
+        with _keeping_on(panel, is_moving=is_moving):
+            panel.client.spin_for(1.0)
+            frames, used = page.evaluate(FRAME_COUNT), processor_time(panel.node.pid)
+            begin = time.monotonic()
+            _wander(panel, CPU_TIME, is_moving=is_moving)
+            passed = time.monotonic() - begin
+            part = 1e-9 * (processor_time(panel.node.pid) - used) / passed
+            drawn = (page.evaluate(FRAME_COUNT) - frames) / passed
+        text = f"{100.0 * part:.1f} % of a core (the browser drew {drawn:.0f} frames a second)"
+        yield f"processor time of panel_node with one page, {what}", text, "10 %"
+
+
+@contextmanager
+def _keeping_on(panel: Panel, *, is_moving: bool) -> Iterator[None]:
+    panel.client.set_parameters("ik_node", {"speed_scale": SLOW})
+    if is_moving:
+        panel.client.send_pose(HIGH)
+    try:
+        yield
+    finally:
+        panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
+
+
+def _wander(panel: Panel, duration: float, *, is_moving: bool) -> None:
+    """Let a time pass, with the machine going up and down if it is to move."""
+    end = time.monotonic() + duration
+    goals = (LOW, HIGH)
+    number = 0
+    while (left := end - time.monotonic()) > 0.0:
+        if is_moving and panel.machine.state == "idle":
+            panel.client.send_pose(goals[number % 2])
+            number += 1
+        panel.client.spin_for(min(0.1, left))
+
+
+def _late_part(panel: Panel) -> float:
+    """Return which part of the cycles of ik_node is late while the machine moves."""
+    reports = panel.client.record(DiagnosticArray, "/diagnostics")
+    with _keeping_on(panel, is_moving=True):
+        _wander(panel, CYCLES_TIME, is_moving=True)
+    name = f"{panel.client.namespace}/ik_node"[1:]
+    counts = [
+        int(entry.value)
+        for report in reports
+        for status in report.status
+        if status.name == name
+        for entry in status.values
+        if entry.key == "late cycles in the last second"
+    ]
+    return sum(counts) / (500.0 * max(len(counts), 1))
+
+
+def _requests(panel: Panel, page: Page) -> tuple[str, str, str]:
+    """Return which hosts the page has asked for anything, by the browser's own log."""
+    assert page.evaluate(f"!!{STRIP}")
+    hosts = {
+        urlsplit(address.removeprefix("blob:")).netloc
+        for address in page.requests()
+        if not address.startswith("data:")
+    }
+    others = hosts - {urlsplit(panel.address).netloc}
+    text = ", ".join(sorted(others)) or f"none (to its own: {len(page.requests())} requests)"
+    return "requests of the page to other hosts", text, "none"

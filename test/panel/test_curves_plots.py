@@ -1,0 +1,88 @@
+"""Curves on a real page server: what is sent to be drawn, how often, and what it costs."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from tri_glide_kinematics.errors import NotFiniteError, WrongShapeError
+from tri_glide_kinematics.panel.curves.limits import CurveLimits
+from tri_glide_kinematics.panel.curves.plots import Curves
+
+viser = pytest.importorskip("viser")
+
+LIMITS = CurveLimits((0.3, 0.3, 0.3), (0.9, 0.9, 0.9), (1.0, 1.0, 1.0), (10.0, 10.0, 10.0))
+
+
+@pytest.fixture(scope="module")
+def server():
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def curves(server):
+    with server.gui.add_folder("curves"):
+        return Curves(server.gui, LIMITS)
+
+
+def test_curves_and_limits_are_drawn_in_their_units(curves):
+    curves.add(5.0, (0.4, 0.5, 0.6), (0.1, -0.2, 0.3), (1.0, 2.0, -3.0))
+    curves.draw(5.0)
+    newest = [[column[-1] for column in plot.data] for plot in curves.plots]
+    assert newest[0] == pytest.approx([0.0, 400.0, 500.0, 600.0, 300.0, 900.0])
+    assert newest[1] == pytest.approx([0.0, 100.0, -200.0, 300.0, -1000.0, 1000.0])
+    assert newest[2] == pytest.approx([0.0, 1.0, 2.0, -3.0, -10.0, 10.0])
+    for plot in curves.plots:
+        assert len(plot.series) == len(plot.data)
+        low, high = plot.scales["y"]["range"]
+        assert all(low < np.nanmin(column) for column in plot.data[1:])
+        assert all(np.nanmax(column) < high for column in plot.data[1:])
+
+
+def test_a_few_times_a_second_and_on_without_samples(curves):
+    curves.add(100.0, (0.4, 0.5, 0.6), (0.0, 0.0, 0.0))
+    changes, before = 0, None
+    for step in range(300):
+        curves.draw(100.0 + step / 100.0)
+        newest = np.flatnonzero(np.isfinite(curves.plots[0].data[1]))[-1]
+        changes += newest != before
+        before = newest
+    assert 10 <= changes <= 13
+
+
+def test_each_limit_has_a_line_and_new_limits_take_their_place(curves):
+    order = [plot.order for plot in curves.plots]
+    curves.set_limits(CurveLimits((0.3, 0.2, 0.3), (0.9,) * 3, (1.0, 2.0, 3.0), (5.0,) * 3))
+    heights, velocities, accelerations = (
+        [column[0] for column in plot.data[4:]] for plot in curves.plots
+    )
+    assert heights == pytest.approx([200.0, 300.0, 900.0])
+    assert velocities == pytest.approx([-3000.0, -2000.0, -1000.0, 1000.0, 2000.0, 3000.0])
+    assert accelerations == pytest.approx([-5.0, 5.0])
+    assert [plot.order for plot in curves.plots] == order
+    plots = list(curves.plots)
+    curves.set_limits(CurveLimits((0.3, 0.2, 0.3), (0.9,) * 3, (1.0, 2.0, 3.0), (5.0,) * 3))
+    assert curves.plots == plots
+
+
+def test_limits_are_three_finite_numbers():
+    with pytest.raises(WrongShapeError, match="velocities"):
+        CurveLimits((0.3,) * 3, (0.9,) * 3, (1.0, 1.0), (10.0,) * 3)
+    with pytest.raises(NotFiniteError, match="accelerations"):
+        CurveLimits((0.3,) * 3, (0.9,) * 3, (1.0,) * 3, (10.0, float("nan"), 10.0))
+
+
+@pytest.mark.alone
+def test_curves_cost_less_than_two_hundredths_of_a_core(curves):
+    seconds, rate = 30, 30
+    spent = time.process_time()
+    for step in range(seconds * rate):
+        now = 1000.0 + step / rate
+        curves.add(now, (0.4, 0.5, 0.6), (np.sin(now), 0.2, 0.3))
+        curves.draw(now)
+    spent = time.process_time() - spent
+    assert spent / seconds <= 0.02

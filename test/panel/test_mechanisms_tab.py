@@ -1,0 +1,206 @@
+"""The mechanisms tab on a real page server, asking a real mechanism_node."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+from mechanisms_rig import NAP, Rig, joined_domain, mechanism_nodes, page_server
+
+from tri_glide_interfaces.srv import SolveFMechanism
+from tri_glide_kinematics.panel.mechanisms.tab import NONE
+
+pytestmark = pytest.mark.nodes
+
+
+@pytest.fixture(scope="module")
+def context():
+    with joined_domain() as context:
+        yield context
+
+
+@pytest.fixture(scope="module")
+def nodes(context, tmp_path_factory):
+    with mechanism_nodes(tmp_path_factory.mktemp("nodes")) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def rig(context, nodes):
+    _, namespace = nodes
+    with page_server() as server:
+        rig = Rig(context, namespace, server)
+        yield rig
+        rig.close()
+
+
+def segment_lengths(lines):
+    return np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
+
+
+def test_all_positions_are_drawn_and_the_followed_one_by_itself(rig):
+    rig.choose("f_mechanism_example_2")
+    rig.turn(146.0)
+    rig.wait_for(lambda: "of 4" in rig.tab.words.content, "four positions")
+    # Three legs of two links and three sides each.
+    assert rig.points("followed").shape == (9, 2, 3)
+    assert rig.points("others").shape == (27, 2, 3)
+    # To one scale.
+    lengths = segment_lengths(rig.points("followed"))[:6]
+    assert lengths / lengths[0] * 0.019 == pytest.approx(
+        [0.019, 0.035, 0.014, 0.034, 0.016, 0.054], rel=1e-4
+    )
+    assert np.ptp(rig.points("path_2")[:, 0], axis=0).max() <= 0.85
+
+
+def test_the_followed_position_turns_on_its_branch(rig):
+    rig.choose("f_mechanism_example_2")
+    rig.turn(140.0)
+    rig.wait_for(lambda: "of 4" in rig.tab.words.content, "four positions")
+    assert "The cranks turn fully" in rig.tab.words.content
+    assert not rig.is_visible("marks")
+    rig.tab.follow_next()
+    rig.tab.follow_next()
+    rig.wait_for(lambda: "Position 2 of 4" in rig.tab.words.content, "the second position")
+    rig.wait_for(lambda: rig.is_visible("marks"), "turning points")
+    words = rig.tab.words.content
+    assert "The cranks turn back at" in words
+    assert "169.6°" in words and "135°" in words
+    assert len(rig.points("marks")) == 4
+    # Beyond its turning points the branch has no position; others have.
+    rig.turn(172.0)
+    rig.wait_for(lambda: "does not come to" in rig.tab.words.content, "the end of the branch")
+    assert not rig.is_visible("followed")
+    assert rig.is_visible("others")
+    rig.turn(150.0)
+    rig.wait_for(lambda: rig.is_visible("followed"), "the branch again")
+    tips = rig.points("tips")
+    way = np.linalg.norm(rig.points("path_0")[:, 0] - tips[0], axis=1)
+    assert way.min() < 0.01
+
+
+def test_playing_goes_through_turning_points_and_back(rig):
+    rig.choose("four_bar_sheet")
+    rig.tab.speed.value = 180.0
+    rig.tab.plays.value = True
+    seen = set()
+
+    def watched():
+        seen.add(rig.tab.crank.value)
+        return max(seen) - min(seen) > 80.0
+
+    rig.wait_for(watched, "the crank at both of its limits")
+    assert 29.0 <= min(seen) and max(seen) <= 120.0
+    # The slider shows the angle and is not to be dragged meanwhile.
+    assert rig.tab.crank.disabled
+    assert "crossed" in rig.tab.words.content
+    rig.tab.plays.value = False
+    rig.wait_for(lambda: not rig.tab.crank.disabled, "the slider")
+
+
+def test_a_length_changes_the_drawing_and_comes_back_to_that_of_the_file(rig):
+    rig.choose("four_bar_textbook")
+    before = rig.points("followed")
+    path = rig.points("path_0")
+    assert "Crank-rocker" in rig.tab.words.content
+    rig.tab.sliders[0].value = 22.5
+    rig.wait_for(
+        lambda: (
+            len(rig.points("path_0")) != len(path) or not np.allclose(rig.points("path_0"), path)
+        ),
+        "another coupler curve",
+    )
+    lengths = segment_lengths(rig.points("followed"))
+    assert lengths[0] / lengths[1] == pytest.approx(22.5 / 70.0, rel=1e-4)
+    rig.tab.reset()
+    rig.wait_for(
+        lambda: (
+            rig.points("followed").shape == before.shape
+            and np.allclose(rig.points("followed"), before, atol=1e-6)
+        ),
+        "the drawing of the file",
+    )
+
+
+def test_what_cannot_be_assembled_is_said_in_words_and_the_last_drawing_goes(rig):
+    rig.choose("four_bar_textbook")
+    rig.tab.sliders[2].value = 220.0
+    rig.wait_for(lambda: "rocker = 0.22 m must be shorter" in rig.tab.words.content, "the reason")
+    assert not rig.is_visible("followed")
+    rig.tab.reset()
+    rig.wait_for(lambda: rig.is_visible("followed"), "the linkage")
+    assert "must be" not in rig.tab.words.content
+
+
+def test_beyond_a_limit_the_reason_is_told_and_the_branch_stays(rig):
+    rig.choose("four_bar_sheet")
+    rig.turn(0.0)
+    rig.wait_for(lambda: "crank_angle = 0 rad is beyond" in rig.tab.words.content, "the reason")
+    assert not rig.is_visible("followed") and not rig.is_visible("others")
+    assert rig.is_visible("path_0") and rig.is_visible("marks")
+    rig.turn(60.0)
+    rig.wait_for(lambda: rig.is_visible("followed"), "the linkage")
+    assert "crossed" in rig.tab.words.content
+
+
+def test_none_takes_everything_away(rig):
+    rig.choose("four_bar_textbook")
+    rig.tab.choice.value = NONE
+    rig.wait_for(lambda: not rig.tab.drawing.is_seen, "an empty scene")
+    assert rig.tab.words.content == ""
+    assert rig.tab.sliders == []
+
+
+def test_of_many_wishes_the_newest_is_answered_and_few_are_sent(rig):
+    newest = rig.requests.newest_of(SolveFMechanism)
+    answers = []
+    for number in range(200):
+        newest.ask(SolveFMechanism.Request(crank_angle=float(number)), number)
+        answers.append(newest.take(time.monotonic()))
+    while_asking = [answer for answer in answers if answer is not None]
+    # Nothing was waited for: the first was sent, and no other before its answer.
+    assert len(while_asking) <= 2
+
+    def last():
+        answer = newest.take(time.monotonic())
+        answers.append(answer)
+        return answer is not None and answer[0].about == 199
+
+    rig.probe.wait_for(last, "the answer to the newest", longest_nap=NAP)
+    answered = [answer[0].about for answer in answers if answer is not None]
+    assert answered == sorted(answered)
+    assert len(answered) < 10
+
+
+def test_without_the_node_the_tab_says_so_and_goes_on_when_it_comes(context, nodes):
+    launcher, namespace = nodes
+    later = f"{namespace}_later"
+    with page_server() as server:
+        rig = Rig(context, later, server)
+        rig.tab.choice.value = "four_bar_textbook"
+        rig.wait_for(lambda: "mechanism_node is not running" in rig.tab.words.content, "the words")
+        launcher.start("mechanism_node", namespace=later)
+        rig.wait_for(lambda: rig.is_visible("path_0"), "the mechanism")
+        assert "not running" not in rig.tab.words.content
+        rig.close()
+
+
+def test_the_crank_turns_with_the_speed_that_is_asked_for(rig):
+    rig.choose("four_bar_textbook")
+    rig.tab.speed.value = 90.0
+    rig.tab.plays.value = True
+    angles = []
+
+    def turned():
+        angle = math.radians(rig.tab.crank.value)
+        if not angles or angle != angles[-1][1]:
+            angles.append((time.monotonic(), angle))
+        return len(angles) > 1 and angles[-1][0] - angles[1][0] > 1.5
+
+    rig.wait_for(turned, "the crank to turn")
+    rig.tab.plays.value = False
+    times, turns = np.array(angles[1:]).T
+    speed = np.ptp(np.unwrap(turns)) / np.ptp(times)
+    assert math.degrees(speed) == pytest.approx(90.0, rel=0.2)

@@ -1,0 +1,161 @@
+"""A machine, its panel and a browser that shows it, and what is needed to press its buttons."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+
+from testing.browser import SMALL, Page, Pixels
+from testing.client import Client
+from testing.machine import JOINTS, Machine
+from testing.processes import TIMEOUT, Launcher, RunningNode
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+# Only the newest: a browser that draws by the processor leaves little time for anything else.
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+KINEMATICS = TriGlide(DEFAULT_GEOMETRY)
+
+STOP = "document.querySelector('#tri-glide-stop')"
+STRIP = "document.querySelector('#tri-glide-strip')"
+
+
+def button(text: str) -> str:
+    """Return an expression for a button of the panel."""
+    return _found("button", text)
+
+
+def tab(text: str) -> str:
+    """Return an expression for a tab of the panel."""
+    return _found("[role=tab]", text)
+
+
+def pad(text: str) -> str:
+    """Return an expression for a button of the pad, such as X+."""
+    return _found(".tri-glide-pad button", text)
+
+
+def field(label: str, number: int = 0) -> str:
+    """Return an expression for a field of the panel, by its label and its place beside it."""
+    return (
+        "(() => { const label = [...document.querySelectorAll('label, .mantine-Text-root')]"
+        f".find((e) => e.textContent.trim() === {json.dumps(label)} && e.offsetParent);"
+        " let row = label; while (row && !row.querySelector('input')) row = row.parentElement;"
+        " return row && [...row.querySelectorAll('input')].filter((e) => e.offsetParent)"
+        f"[{number}]; }})()"
+    )
+
+
+def _found(selector: str, text: str) -> str:
+    return (
+        f"[...document.querySelectorAll({json.dumps(selector)})]"
+        f".find((e) => e.textContent.trim() === {json.dumps(text)} && e.offsetParent)"
+    )
+
+
+class Panel:
+    """A machine with a panel, seen by a client on the topics and by pages in a browser."""
+
+    def __init__(self, client: Client, launcher: Launcher, folder: Path) -> None:
+        """Start simulator, ik_node and panel_node; points are saved in ``folder``."""
+        self.client = client
+        self.machine = Machine(client, launcher, listen=False)
+        self.points_file = folder / "points.yaml"
+        self._commands = client.record(JointState, "joint_commands", NEWEST, keep=1)
+        self.machine.start_simulator()
+        self.machine.start_ik()
+        self.node: RunningNode = launcher.start(
+            "panel_node", arguments=("-p", "port:=0", "-p", f"points_file:={self.points_file}")
+        )
+        self.machine.wait_for_state("idle")
+        client.wait_for(lambda: "the page: " in self.node.output, "the panel")
+        found = re.search(r"the page: (\S+)", self.node.output)
+        assert found
+        self.address = found.group(1)
+
+    def open(self, page: Page, size: tuple[int, int] = SMALL) -> Page:
+        """Open the panel in a ``page`` and wait until it shows the machine."""
+        page.open(self.address, size)
+        self.wait_for_state(page, "idle")
+        names = "Object.keys(window.__viserSceneTree.getState())"
+        page.wait_for(f"{names}.includes('/measured/platform')", "the machine", spin=self.spin)
+        return page
+
+    def spin(self) -> None:
+        """Let a moment pass."""
+        self.client.spin_for(0.02)
+
+    def wait_for_state(self, page: Page, state: str) -> None:
+        """Wait until a ``page`` shows a state."""
+        text = f"{STRIP}?.querySelector('.state').textContent === {json.dumps(state)}"
+        try:
+            page.wait_for(text, f"{state} on the page", spin=self.spin)
+        except TimeoutError as error:
+            raise TimeoutError(f"{error}: {page.evaluate(f'{STRIP}.innerText')!r}") from error
+
+    def wait_for_words(self, page: Page, part: str, kind: str) -> None:
+        """Wait until words of a kind on a ``page`` have a ``part``: refusal, reason or pages."""
+        text = f"{STRIP}?.querySelector('.{kind}').textContent.includes({json.dumps(part)})"
+        page.wait_for(text, f"{part!r} on the page", spin=self.spin)
+
+    def wait_until_at(self, position: Sequence[float]) -> None:
+        """Wait until the platform is commanded to rest at a ``position`` [m]."""
+        self.client.wait_for(
+            lambda: self.is_at_rest and math.dist(self.position, position) < 2e-5,
+            f"rest at {position}",
+        )
+
+    @property
+    def position(self) -> Vector3:
+        """Where the platform is commanded to be [m]."""
+        command = self.newest
+        return KINEMATICS.forward(tuple(command.position[command.name.index(n)] for n in JOINTS))
+
+    @property
+    def newest(self) -> Any:
+        """The newest command."""
+        self.client.wait_for(lambda: self._commands, "a command")
+        return self._commands[-1]
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether the newest command is at rest."""
+        return not any(self.newest.velocity)
+
+    def rest_after(self, begin: float) -> float:
+        """Return how long after ``begin`` of time.monotonic() the machine rests [s]."""
+        end = time.monotonic() + TIMEOUT
+        while True:
+            self._commands.clear()
+            if self.is_at_rest:
+                return time.monotonic() - begin
+            assert time.monotonic() < end
+
+    def wait_for_motion(self) -> None:
+        """Wait until the machine is commanded to move."""
+        self.client.wait_for(lambda: not self.is_at_rest, "motion", longest_nap=0.01)
+
+
+def difference(first: Pixels, second: Pixels) -> int:
+    """Return in how many squares of 10 pixels two pictures differ clearly.
+
+    viser draws with fewer pixels where drawing is slow, so single ones say nothing.
+    """
+    return int((np.abs(_squares(first) - _squares(second)).max(axis=2) > 12.0).sum())
+
+
+def _squares(picture: Pixels) -> FloatArray:
+    """Return the mean colours of squares. Shape (height / 10, width / 10, 3)."""
+    height, width = (10 * (size // 10) for size in picture.shape[:2])
+    cut: FloatArray = picture[:height, :width].astype(np.float64)
+    return cut.reshape(height // 10, 10, width // 10, 10, 3).mean(axis=(1, 3))

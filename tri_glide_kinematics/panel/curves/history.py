@@ -1,0 +1,85 @@
+"""The last seconds of the sliders' motion in bins of equal length, whatever the rate of samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from tri_glide_kinematics.vectors import FloatArray
+
+SPAN = 10.0  # s
+BIN = 0.05  # s
+SLIDERS = 3
+HEIGHTS, VELOCITIES, ACCELERATIONS = QUANTITIES = range(3)
+LONGEST_STEP = 0.5  # s between two velocities that still make an acceleration
+
+
+class History:
+    """A ring of bins.
+
+    A bin holds the newest height, and of velocities and accelerations that which is farthest from
+    zero: what comes near a limit for a moment is never lost. A bin without a sample holds NaN.
+    """
+
+    def __init__(self) -> None:
+        """Start without samples."""
+        self._count = round(SPAN / BIN)
+        self._bins = np.full((len(QUANTITIES), SLIDERS, self._count), math.nan)
+        self._newest: int | None = None
+        self._last: tuple[float, FloatArray] | None = None
+        self.ages = (np.arange(self._count) - (self._count - 1)) * BIN
+
+    def add(
+        self,
+        time: float,
+        heights: Sequence[float],
+        velocities: Sequence[float],
+        accelerations: Sequence[float] | None = None,
+    ) -> None:
+        """Take in a sample; a time that goes back starts the history anew.
+
+        Args:
+            time: of a steady clock [s].
+            heights: Shape (3,) [m].
+            velocities: Shape (3,) [m/s].
+            accelerations: Shape (3,) [m/s^2]; without them, their mean since the last sample.
+        """
+        self.advance(time)
+        velocity = np.array(velocities, dtype=np.float64)
+        if accelerations is None:
+            acceleration = self._mean_acceleration(time, velocity)
+        else:
+            acceleration = np.array(accelerations, dtype=np.float64)
+        self._last = time, velocity
+        place = math.floor(time / BIN) % self._count
+        self._bins[HEIGHTS, :, place] = heights
+        for quantity, new in ((VELOCITIES, velocity), (ACCELERATIONS, acceleration)):
+            bins = self._bins[quantity, :, place]
+            keep = np.isnan(new) | (np.abs(bins) >= np.abs(new))
+            self._bins[quantity, :, place] = np.where(keep, bins, new)
+
+    def advance(self, time: float) -> None:
+        """Let the bins up to ``time`` [s] be the newest ones, empty if nothing came in them."""
+        bin_now = math.floor(time / BIN)
+        if self._newest is None or bin_now < self._newest:
+            self._bins[:] = math.nan
+            self._last = None
+        else:
+            passed = min(bin_now - self._newest, self._count)
+            self._bins[:, :, (bin_now - np.arange(passed)) % self._count] = math.nan
+        self._newest = bin_now
+
+    def values(self, quantity: int) -> FloatArray:
+        """Return one quantity of all sliders, oldest first. Shape (3, n)."""
+        if self._newest is None:
+            return self._bins[quantity].copy()
+        return np.roll(self._bins[quantity], -(self._newest + 1), axis=1)
+
+    def _mean_acceleration(self, time: float, velocity: FloatArray) -> FloatArray:
+        if self._last is not None:
+            before, last_velocity = self._last
+            if 0.0 < time - before <= LONGEST_STEP:
+                return (velocity - last_velocity) / (time - before)
+        return np.full(SLIDERS, math.nan)

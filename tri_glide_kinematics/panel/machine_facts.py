@@ -1,0 +1,76 @@
+"""What the running ``ik_node`` says of its machine, by its parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.ros.from_parameters import limits_of, machine_of, workspace_limits_of
+from tri_glide_kinematics.ros.parameter_table import Values
+from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+# What is asked for.
+NAMES = tuple(parameter.name for parameter in IK_NODE)
+
+
+@dataclass(frozen=True, eq=False)
+class MachineFacts:
+    """A machine as its ``ik_node`` knows it.
+
+    Attributes:
+        values: of the parameters of ``ik_node``.
+    """
+
+    values: Values
+
+    @cached_property
+    def machine(self) -> TriGlide:
+        """Its kinematics."""
+        return machine_of(self.values)
+
+    @cached_property
+    def workspace(self) -> Workspace:
+        """Where it may be."""
+        return Workspace(self.machine, workspace_limits_of(self.values))
+
+    @cached_property
+    def limits(self) -> SliderLimits:
+        """Of its sliders, before they are scaled."""
+        return limits_of(self.values)
+
+    @property
+    def travel(self) -> tuple[Vector3, Vector3]:
+        """Lower and upper heights, each of shape (3,) [m]."""
+        return self.values["lower_heights"], self.values["upper_heights"]
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the sliders."""
+        return tuple(self.values["joint_names"])
+
+    @property
+    def base_frame(self) -> str:
+        """Frame of all places."""
+        return str(self.values["base_frame"])
+
+    @property
+    def speed_scale(self) -> float:
+        """Factor by which the velocity limits are reduced."""
+        return float(self.values["speed_scale"])
+
+    def with_changes(self, changes: Values) -> MachineFacts:
+        """Return the facts after some parameters have changed."""
+        return MachineFacts({**self.values, **changes})
+
+    def is_same_machine(self, other: MachineFacts) -> bool:
+        """Tell whether the other one looks alike."""
+        return all(
+            self.values[name] == other.values[name] for name in NAMES if name not in LIVE_NAMES
+        )
+
+
+LIVE_NAMES = frozenset(parameter.name for parameter in IK_NODE if parameter.live)

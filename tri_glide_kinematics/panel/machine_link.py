@@ -1,0 +1,159 @@
+"""The way from the panel to the machine: what is sent to ``ik_node``.
+
+``stop`` and ``jog`` are called by the thread that hears the page, and wait for nobody. All else is
+called where the node spins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from geometry_msgs.msg import TwistStamped
+from rclpy.node import Node
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_srvs.srv import SetBool, Trigger
+
+from tri_glide_kinematics.control.goals import GoalCode
+from tri_glide_kinematics.driving.goals import GoalSender, SentGoal
+from tri_glide_kinematics.motion.paths.flat_path import FlatPath
+from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
+from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.vectors import Vector3
+
+# A twist that is lost is renewed by the next one.
+LATEST_ONLY = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+# How a goal may end without having been replaced, or stopped by the operator.
+WORTH_TELLING = (GoalCode.REFUSED, GoalCode.NOT_REACHED)
+AT_REST = (0.0, 0.0, 0.0)
+TABLE = {parameter.name: parameter for parameter in IK_NODE}
+
+Say = Callable[[str], object]
+
+
+class MachineLink:
+    """Clients and publishers of the panel, all made at its start: a new client is slow.
+
+    Attributes:
+        server: full name of ``ik_node``.
+    """
+
+    def __init__(self, node: Node, on_refusal: Say) -> None:
+        """Send as a part of ``node``; ``on_refusal`` gets what is not done, and why."""
+        self._on_refusal = on_refusal
+        self._twist = TwistStamped()
+        self._twists = node.create_publisher(TwistStamped, "target_twist", LATEST_ONLY)
+        self._triggers = {
+            name: node.create_client(Trigger, f"ik_node/{name}")
+            for name in ("stop", "pause", "resume")
+        }
+        self._enable = node.create_client(SetBool, "ik_node/enable")
+        self._parameters = AsyncParameterClient(node, "ik_node")
+        self._goals = GoalSender(node)
+        self.server = self._goals.server
+        self._goal: SentGoal | None = None
+        self._wanted_scale: float | None = None
+        self._is_setting = False
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether there is an ``ik_node`` that can be stopped."""
+        return bool(self._triggers["stop"].service_is_ready())
+
+    def stop(self) -> None:
+        """Ask for a stop, from any thread."""
+        self._triggers["stop"].call_async(Trigger.Request())
+
+    def jog(self, velocity: Vector3 = AT_REST) -> None:
+        """Send a twist [m/s], from any thread."""
+        linear = self._twist.twist.linear
+        linear.x, linear.y, linear.z = velocity
+        self._twists.publish(self._twist)
+
+    def trigger(self, name: str) -> None:
+        """Ask for ``pause`` or ``resume``."""
+        self._call(name, self._triggers[name], Trigger.Request())
+
+    def enable(self, data: bool) -> None:
+        """Enable or disable the machine."""
+        self._call("enable" if data else "disable", self._enable, SetBool.Request(data=data))
+
+    def move_to(self, position: Vector3) -> SentGoal:
+        """Go to a position [m]."""
+        return self._sent(self._goals.move_to(position))
+
+    def follow(self, points: Sequence[Vector3], tolerance: float, speed: float) -> SentGoal:
+        """Go through some points [m], at their corners within a ``tolerance`` [m].
+
+        Raises:
+            KinematicsError: if this is no path.
+        """
+        path = FlatPath.of(
+            [0] * len(points),
+            [number for point in points for number in point],
+            [],
+            [speed],
+            tolerance,
+        )
+        return self._sent(self._goals.follow(path))
+
+    def set_speed_scale(self, scale: float) -> None:
+        """Set by how much velocities are reduced; of several wishes the newest is sent."""
+        self._wanted_scale = scale
+        if not self._is_setting:
+            self._send_scale()
+
+    def ask_for_facts(self, on_answer: Callable[[MachineFacts], None]) -> None:
+        """Ask ``ik_node`` for its parameters."""
+
+        def take(future: Any) -> None:
+            values = map(parameter_value_to_python, future.result().values)
+            found = {
+                name: TABLE[name].checked(tuple(value) if TABLE[name].is_array else value)
+                for name, value in zip(NAMES, values)
+            }
+            on_answer(MachineFacts(found))
+
+        self._parameters.get_parameters(list(NAMES)).add_done_callback(take)
+
+    @property
+    def goal(self) -> SentGoal | None:
+        """The newest goal that was sent and has not ended."""
+        if self._goal is not None and self._goal.result is not None:
+            goal, self._goal = self._goal, None
+            if goal.result.code in WORTH_TELLING:
+                self._on_refusal(goal.result.text)
+        return self._goal
+
+    def _sent(self, goal: SentGoal) -> SentGoal:
+        self._goal = goal
+        return goal
+
+    def _call(self, what: str, client: Any, request: Any) -> None:
+        if not client.service_is_ready():
+            self._on_refusal(f"{what}: nobody answers as {self.server}")
+            return
+
+        def take(future: Any) -> None:
+            if not future.result().success:
+                self._on_refusal(f"{what}: {future.result().message}")
+
+        client.call_async(request).add_done_callback(take)
+
+    def _send_scale(self) -> None:
+        scale, self._wanted_scale = self._wanted_scale, None
+        if scale is None or not self._parameters.services_are_ready():
+            self._is_setting = False
+            return
+        self._is_setting = True
+
+        def take(future: Any) -> None:
+            result = future.result().result
+            if not result.successful:
+                self._on_refusal(f"speed scale: {result.reason}")
+            self._send_scale()
+
+        parameter = Parameter("speed_scale", value=scale)
+        self._parameters.set_parameters_atomically([parameter]).add_done_callback(take)

@@ -1,0 +1,32 @@
+"""Pieces of the page as HTML; ``page.css`` says how they look."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+
+
+def note(text: str) -> str:
+    """Return a text of its own."""
+    return f'<div class="tri-glide-note">{escape(text)}</div>'
+
+
+def table(rows: Iterable[Iterable[str]]) -> str:
+    """Return a table; cells that begin with a tag are taken as they are."""
+    return _table("".join(f"<td>{_cell(cell)}</td>" for cell in row) for row in rows)
+
+
+def bar(part: float, *, is_much: bool = False) -> str:
+    """Return a bar that is filled to a ``part`` of its length."""
+    width = 100.0 * min(max(part, 0.0), 1.0)
+    kind = ' class="much"' if is_much else ""
+    return f'<div class="bar"><i{kind} style="width:{width:.0f}%"></i></div>'
+
+
+def _cell(text: str) -> str:
+    return text if text.startswith("<div") else escape(text)
+
+
+def _table(rows: Iterable[str]) -> str:
+    cells = "".join(f"<tr>{row}</tr>" for row in rows)
+    return f'<table class="tri-glide-numbers">{cells}</table>'

@@ -1,0 +1,172 @@
+"""Draws a mechanism on an upright plane of the scene."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from viser import LabelHandle, LineSegmentsHandle, PointCloudHandle, SceneApi
+
+from tri_glide_kinematics.panel.mechanisms.fitting import Fit, fitted
+from tri_glide_kinematics.panel.mechanisms.picture import (
+    NO_LINES,
+    Branch,
+    Picture,
+    box_around,
+    lines_along,
+)
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+SIZE = 0.7  # m
+# The plane of the mechanism is that of x and z in the scene: a quarter turn about x.
+UPRIGHT = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
+
+Colour = tuple[int, int, int]
+INK: Colour = (60, 60, 60)
+PALE: Colour = (150, 168, 186)
+BLUE: Colour = (0, 114, 178)
+ORANGE: Colour = (213, 94, 0)
+GREEN: Colour = (0, 158, 115)
+PURPLE: Colour = (204, 121, 167)
+PATH_COLOURS = (ORANGE, GREEN, PURPLE)
+
+# Nearer to the viewer lies what is more important.
+OTHERS, PIVOTS, PATHS, FOLLOWED, MARKS = 0.0, 0.004, 0.006, 0.010, 0.014
+
+
+class Drawing:
+    """The nodes of the scene that show one mechanism; they are made once and change their points.
+
+    All calls come from one thread.
+
+    Attributes:
+        nodes: lines and points by their names: ``others`` for all positions but the ``followed``
+            one, with its ``joints`` and the ``tips`` that draw ``path_0`` and so on; ``pivots``;
+            ``marks`` on the paths.
+    """
+
+    def __init__(self, scene: SceneApi, name: str, centre: Vector3) -> None:
+        """Add the nodes below ``name``, unseen; ``centre`` is that of the drawing [m]."""
+        self._scene = scene
+        self._name = name
+        self._root = scene.add_frame(
+            name, show_axes=False, wxyz=UPRIGHT, position=centre, visible=False
+        )
+        self._paths = [
+            self._lines(f"path_{number}", colour, 0.0025, PATHS)
+            for number, colour in enumerate(PATH_COLOURS)
+        ]
+        self.nodes: dict[str, LineSegmentsHandle | PointCloudHandle] = {
+            "others": self._lines("others", PALE, 0.0045, OTHERS),
+            "followed": self._lines("followed", BLUE, 0.007, FOLLOWED),
+            "pivots": self._points("pivots", INK, 0.016, "rounded", PIVOTS),
+            "joints": self._points("joints", BLUE, 0.010, "circle", FOLLOWED),
+            "tips": self._points("tips", ORANGE, 0.012, "circle", MARKS),
+            "marks": self._points("marks", ORANGE, 0.014, "diamond", MARKS),
+        }
+        self.nodes.update((f"path_{number}", node) for number, node in enumerate(self._paths))
+        self._labels: list[LabelHandle] = []
+        self._branch: Branch | None = None
+        self._fit: Fit | None = None
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether a mechanism is shown."""
+        return self._root.visible
+
+    def hide(self) -> None:
+        """Show nothing; what is drawn next may be another mechanism."""
+        self._root.visible = False
+        self._draw_branch(None)
+        self._fit = None
+
+    def draw(self, picture: Picture) -> None:
+        """Show a picture."""
+        fit = fitted(_box_around(picture), SIZE, self._fit)
+        if fit is not self._fit or picture.branch is not self._branch:
+            self._fit = fit
+            self._draw_branch(picture.branch)
+        others = [
+            position.lines
+            for index, position in enumerate(picture.positions)
+            if index != picture.followed
+        ]
+        nodes = self.nodes
+        _set_points(nodes["pivots"], fit(picture.pivots))
+        _set_points(nodes["others"], fit(np.concatenate([NO_LINES, *others])))
+        if picture.followed is None:
+            for name in ("followed", "joints", "tips"):
+                nodes[name].visible = False
+        else:
+            followed = picture.positions[picture.followed]
+            _set_points(nodes["followed"], fit(followed.lines))
+            _set_points(nodes["joints"], fit(followed.joints))
+            _set_points(nodes["tips"], fit(followed.points))
+        self._root.visible = True
+
+    def _draw_branch(self, branch: Branch | None) -> None:
+        """Draw paths and marks, which stay while the crank turns."""
+        self._branch = branch
+        for label in self._labels:
+            label.remove()
+        self._labels.clear()
+        if branch is None or self._fit is None:
+            for node in (*self._paths, self.nodes["marks"]):
+                node.visible = False
+            return
+        paths = [*branch.paths, *[np.empty((1, 2))] * (len(self._paths) - len(branch.paths))]
+        for node, path in zip(self._paths, paths):
+            _set_points(node, self._fit(lines_along(path)))
+        places = self._fit(np.array([mark.place for mark in branch.marks]).reshape(-1, 2))
+        _set_points(self.nodes["marks"], places)
+        for number, (mark, place) in enumerate(zip(branch.marks, places)):
+            label = self._scene.add_label(
+                f"{self._name}/mark_{number}",
+                mark.label,
+                position=(place[0], place[1], MARKS),
+                font_screen_scale=0.8,
+                anchor="bottom-left",
+            )
+            self._labels.append(label)
+
+    def _lines(
+        self, name: str, colour: Colour, thickness: float, layer: float
+    ) -> LineSegmentsHandle:
+        return self._scene.add_line_segments(
+            f"{self._name}/{name}",
+            np.zeros((1, 2, 3)),
+            colour,
+            thickness=thickness,
+            position=(0.0, 0.0, layer),
+            visible=False,
+        )
+
+    def _points(
+        self, name: str, colour: Colour, size: float, shape: Any, layer: float
+    ) -> PointCloudHandle:
+        return self._scene.add_point_cloud(
+            f"{self._name}/{name}",
+            np.zeros((1, 3)),
+            colour,
+            point_size=size,
+            point_shape=shape,
+            precision="float32",
+            point_shading="flat",
+            position=(0.0, 0.0, layer),
+            visible=False,
+        )
+
+
+def _set_points(node: LineSegmentsHandle | PointCloudHandle, points: FloatArray) -> None:
+    """Give a node its points. A node without points is hidden instead."""
+    if len(points):
+        node.points = points.astype(np.float32)
+    node.visible = len(points) > 0
+
+
+def _box_around(picture: Picture) -> FloatArray:
+    groups = [picture.pivots, *(position.lines for position in picture.positions)]
+    if picture.branch is not None:
+        groups.append(picture.branch.extent)
+    return box_around(*groups)

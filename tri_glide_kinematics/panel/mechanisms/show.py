@@ -1,0 +1,194 @@
+"""One mechanism on show: asked anew when a number changes, and turned along a branch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from tri_glide_kinematics.panel.mechanisms.picture import Branch, Picture, Position
+from tri_glide_kinematics.panel.mechanisms.questions import Questions
+from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests, Wish
+from tri_glide_kinematics.rounding import first_smallest
+
+Values = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What positions were asked for.
+
+    Attributes:
+        values: of the dimensions [m], [rad].
+        crank_angle: [rad].
+        key: of the position that is on the followed branch; None if none is.
+    """
+
+    values: Values
+    crank_angle: float
+    key: float | None
+
+
+class Show:
+    """Keeps the answers about one mechanism, and which of its branches is followed.
+
+    Each change asks for all positions at the present crank angle. When they have come, and the
+    followed branch is not known for these dimensions, it is asked for from one of them. All calls
+    come from one thread.
+
+    Attributes:
+        crank_angle: that was asked for last; full turns do not matter [rad].
+    """
+
+    def __init__(self, questions: Questions, requests: MechanismRequests) -> None:
+        """Ask for the positions of the mechanism as it is in its file."""
+        self._questions = questions
+        self._solve = requests.newest_of(questions.solve_service)
+        self._trace = requests.newest_of(questions.trace_service)
+        self._refusals = {"positions": "", "branch": ""}
+        self._values: Values = tuple(item.value for item in questions.dimensions)
+        self._answer: Any = None
+        self._positions: tuple[Position, ...] = ()
+        self._followed: int | None = None
+        self._traced: Values | None = None
+        self._branch: Branch | None = None
+        self._key = questions.key
+        self._place = 0.0
+        self._on_branch = True
+        self._forward = True
+        self.crank_angle = questions.crank_angle
+        self._solved = _Asked(self._values, self.crank_angle, self._key)
+        self._ask()
+
+    @property
+    def picture(self) -> Picture:
+        """As it is drawn now."""
+        pivots = self._questions.pivots(self._solved.values)
+        return Picture(pivots, self._positions, self._followed, self._branch)
+
+    @property
+    def problem(self) -> str:
+        """Why there is no answer, in words, or nothing."""
+        refusals = self._refusals.values()
+        return self._solve.problem or self._trace.problem or next(filter(None, refusals), "")
+
+    @property
+    def words(self) -> str:
+        """What is seen, a paragraph on the branch and one on the position."""
+        branch = self._branch
+        paragraphs = [] if branch is None else [f"{branch.text} {branch.events}".strip()]
+        count = len(self._positions)
+        if self._followed is not None:
+            text = self._positions[self._followed].text
+            paragraphs.append(f"Position {self._followed + 1} of {count}: {text}.")
+        elif count:
+            paragraphs.append("The followed branch does not come to this crank angle.")
+        return "\n\n".join(paragraphs)
+
+    def change(self, values: Sequence[float]) -> None:
+        """Take other dimensions [m], [rad]."""
+        if tuple(values) != self._values:
+            self._values = tuple(values)
+            self._ask()
+
+    def turn(self, by: float) -> None:
+        """Turn the crank by an angle [rad], and with it the followed position as far as it goes."""
+        self.crank_angle += by
+        self._find_place()
+        self._ask()
+
+    def advance(self, way: float) -> None:
+        """Turn the crank on by ``way`` [rad] along the branch, back where the crank must."""
+        if self._branch is None:
+            return
+        track = self._branch.track
+        self._place, self._forward = track.advanced(self._place, way, self._forward)
+        self._key = track.key(self._place)
+        self.crank_angle = track.crank_angle(self._place)
+        self._on_branch = True
+        self._ask()
+
+    def follow_next(self) -> None:
+        """Follow the next one of the positions at this crank angle."""
+        if self._positions:
+            before = -1 if self._followed is None else self._followed
+            self._followed = (before + 1) % len(self._positions)
+            self._key = self._positions[self._followed].key
+            self._branch, self._on_branch = None, True
+            self._ask_branch()
+
+    def step(self, time: float) -> bool:
+        """Take in what has been answered, and send what waits.
+
+        Args:
+            time: of a steady clock [s].
+
+        Returns:
+            Whether there is something new to be seen.
+        """
+        problem = self.problem
+        solved, traced = self._solve.take(time), self._trace.take(time)
+        if solved is not None:
+            self._take_positions(*solved)
+        if traced is not None:
+            self._take_branch(*traced)
+        return solved is not None or traced is not None or problem != self.problem
+
+    def _ask(self) -> None:
+        request = self._questions.solve_request(self._values, self.crank_angle)
+        key = self._key if self._on_branch else None
+        self._solve.ask(request, _Asked(self._values, self.crank_angle, key))
+
+    def _take_positions(self, wish: Wish, answer: Any) -> None:
+        asked: _Asked = wish.about
+        self._solved, self._answer = asked, answer
+        self._refusals["positions"] = answer.message
+        self._positions = self._questions.positions(answer)
+        self._followed = None
+        if not self._positions:
+            if asked.values != self._traced:
+                # Nothing is known of the branches of a mechanism of these dimensions.
+                self._branch, self._traced, self._on_branch = None, None, True
+                self._refusals["branch"] = ""
+            return
+        if asked.key is not None or asked.values != self._traced:
+            key = self._key if asked.key is None else asked.key
+            distances = [self._questions.distance(key, item.key) for item in self._positions]
+            self._followed = first_smallest(distances)
+        if asked.values != self._traced:
+            self._ask_branch()
+
+    def _ask_branch(self) -> None:
+        """Ask for the branch of the followed position."""
+        assert self._followed is not None
+        asked = self._solved
+        key = self._positions[self._followed].key
+        request = self._questions.trace_request(asked.values, asked.crank_angle, key, self._answer)
+        self._traced = asked.values
+        self._trace.ask(request, asked.crank_angle)
+
+    def _take_branch(self, wish: Wish, answer: Any) -> None:
+        self._refusals["branch"] = answer.message
+        self._branch = self._questions.branch(wish.request, answer) if answer.success else None
+        if self._branch is None:
+            # Another position may have one.
+            self._traced = None
+            return
+        track = self._branch.track
+        self._place = track.place_of(wish.about)
+        self._forward = True
+        # From there it goes on to where the crank is by now, in the full turns of the track.
+        turns = round((track.crank_angle(self._place) - wish.about) / math.tau)
+        self.turn(turns * math.tau)
+
+    def _find_place(self) -> None:
+        """Go along the branch to the present crank angle, or stay where it cannot go on."""
+        if self._branch is None:
+            return
+        track = self._branch.track
+        place = track.turned(self._place, self.crank_angle - track.crank_angle(self._place))
+        self._on_branch = place is not None
+        if place is not None:
+            self._place, self._key = place, track.key(place)
+            self.crank_angle = track.crank_angle(place)

@@ -1,0 +1,203 @@
+"""Serves a page on this machine that shows the tri-glide live, and an operator's panel."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+
+import viser
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
+
+from tri_glide_kinematics.panel.desk import Desk
+from tri_glide_kinematics.panel.drive_tab import DriveTab
+from tri_glide_kinematics.panel.feeds import Feed, Feeds
+from tri_glide_kinematics.panel.live_view import LiveView, pose_of
+from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
+from tri_glide_kinematics.panel.machine_link import MachineLink
+from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests
+from tri_glide_kinematics.panel.mechanisms.tab import MechanismsTab
+from tri_glide_kinematics.panel.page import Page, Strip, is_loopback
+from tri_glide_kinematics.panel.pages_bar import PagesBar, pages_text
+from tri_glide_kinematics.panel.points_tab import PointsTab
+from tri_glide_kinematics.panel.status_words import WARNING
+from tri_glide_kinematics.ros.cycle_loop import Cycle
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
+from tri_glide_kinematics.ros.parameters import PANEL_NODE
+from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.processes import default_parameter_file
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+POINTS_FILE = "taught_points.yaml"
+FRAMES = 30.0  # 1/s
+LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
+PATIENCE = 5.0  # s after which it is asked again
+STRIP_PERIOD = 0.5  # s after which a page is told again what it knows
+
+
+class PanelNode(Node):
+    """Draws what it hears 30 times a second, and passes on what the operator wants.
+
+    Attributes:
+        cycle: what it does again and again.
+    """
+
+    def __init__(self) -> None:
+        """Open the page.
+
+        Raises:
+            KinematicsError: if it cannot be opened, or a parameter has a value that has no meaning.
+        """
+        super().__init__("panel_node")
+        values = LiveParameters(self, PANEL_NODE).values
+        host = values["host"]
+        self._page = Page(host, values["port"], self.get_logger().warning)
+        self._server = self._page.server
+        if not is_loopback(host):
+            self.get_logger().error(
+                f"host {host}: everybody who can reach this computer can move the machine, without "
+                "a password and unencrypted; 127.0.0.1 is for this computer alone"
+            )
+        self._facts: MachineFacts | None = None
+        self._asked_at = -math.inf
+        self._step_target: Vector3 | None = None
+        self._told: dict[int, tuple[Strip, float]] = {}
+        self._refused = 0
+        self._desk = Desk(MachineLink(self, lambda reason: self._desk.refuse(reason)))
+        self._link = self._desk.link
+        self._feeds = Feeds(self, self._link.server, self._on_lines)
+        self._build(Path(values["points_file"] or POINTS_FILE))
+        self.create_subscription(ParameterEvent, "/parameter_events", self._on_parameters, 100)
+        self.create_timer(LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.cycle = Cycle(self._feeds.urgent, 1.0 / FRAMES, self._frame, end=self._server.stop)
+        PatientServices(self)
+        self.get_logger().info(f"the page: {self._page.address}")
+
+    def _build(self, points_file: Path) -> None:
+        """Make all of the page that does not depend on the machine."""
+        server, gui, desk = self._server, self._server.gui, self._desk
+        gui.set_panel_label("tri-glide")
+        stop = gui.add_button("Stop", visible=False)
+        stop.on_click(desk.stop)
+        release = gui.add_button("Release", visible=False)
+        release.on_click(desk.release)
+        self._page.put_above(stop, release)
+        PagesBar(gui, desk)
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Drive"):
+            self._drive = DriveTab(gui, desk, self._move_to, self._move_by)
+        with tabs.add_tab("Points"):
+            PointsTab(gui, desk, points_file, self._measured_position, self._follow)
+        self._view = LiveView(server, tabs, desk, self._move_to)
+        with tabs.add_tab("Mechanisms"):
+            # Its files lie beside the parameters.
+            folder = default_parameter_file().parent
+            self._mechanisms = MechanismsTab(gui, server.scene, MechanismRequests(self), folder)
+        gui.main_panel.dock_right()
+        server.on_client_connect(desk.opened)
+        server.on_client_connect(self._greet)
+        server.on_client_disconnect(desk.closed)
+
+    async def _greet(self, client: viser.ClientHandle) -> None:
+        self._page.greet(client)
+
+    def _look(self) -> None:
+        """Ask for the machine when it appears, and forget it when it is gone."""
+        if not self._link.is_ready:
+            self._facts, self._asked_at = None, -math.inf
+        elif self._facts is None and time.monotonic() - self._asked_at > PATIENCE:
+            self._asked_at = time.monotonic()
+            self._link.ask_for_facts(self._take_facts)
+
+    def _take_facts(self, facts: MachineFacts) -> None:
+        self._facts = facts
+        for feed in (self._feeds.measured, self._feeds.commanded):
+            feed.look_for(facts.joints)
+        self._view.show_machine(facts)
+
+    def _on_parameters(self, event: ParameterEvent) -> None:
+        if self._facts is None or event.node != self._link.server:
+            return
+        changed = {
+            each.name: parameter_value_to_python(each.value)
+            for each in event.changed_parameters
+            if each.name in NAMES
+        }
+        self._facts = self._facts.with_changes(changed)
+        self._view.show_machine(self._facts)
+
+    def _on_lines(self, name: str, points: FloatArray) -> None:
+        self._view.show_lines(name, points)
+
+    def _frame(self) -> None:
+        """Fulfil what is wished, and show where everything is."""
+        self._desk.fulfil()
+        self._look_for_refusals()
+        clients = self._server.get_clients()
+        if not clients:
+            return
+        self._mechanisms.step(time.monotonic())
+        self._tell(clients)
+        if self._facts is not None:
+            self._drive.show(self._facts, self._position(self._feeds.commanded))
+            self._view.draw(self._facts, self._feeds)
+
+    def _look_for_refusals(self) -> None:
+        # A goal that is looked at tells how it has ended.
+        _ = self._link.goal
+        status = self._feeds.status
+        if status.refused > self._refused:
+            self._desk.refuse(status.last_refusal)
+        self._refused = status.refused
+
+    def _tell(self, clients: dict[int, viser.ClientHandle]) -> None:
+        """Tell each page what stands above it, if that is new or was told a while ago."""
+        now = time.monotonic()
+        for number, client in clients.items():
+            strip = self._strip(number)
+            told, at = self._told.get(number, (None, 0.0))
+            if strip != told or now - at > STRIP_PERIOD:
+                self._told[number] = strip, now
+                self._page.show(client, strip)
+        for number in self._told.keys() - clients.keys():
+            del self._told[number]
+
+    def _strip(self, page: int) -> Strip:
+        pages, refusal = pages_text(self._desk.controls, page), self._desk.refusal
+        if self._facts is None:
+            reason = f"nobody answers as {self._link.server}"
+            return Strip(WARNING, "no machine", reason, refusal, pages, "not heard")
+        status = self._feeds.status
+        return Strip(
+            status.color, status.state, status.reason, refusal, pages, "ramps to rest (Esc)"
+        )
+
+    def _position(self, feed: Feed) -> Vector3 | None:
+        pose = pose_of(feed, self._facts) if self._facts is not None else None
+        return pose.position if pose is not None else None
+
+    def _measured_position(self) -> Vector3 | None:
+        return self._position(self._feeds.measured)
+
+    def _move_to(self, position: Vector3) -> None:
+        self._step_target = None
+        self._link.move_to(position)
+
+    def _move_by(self, step: Vector3) -> None:
+        """Go on by a step, from where the last one leads to if it is not there yet."""
+        start = self._step_target if self._link.goal is not None else None
+        start = start or self._position(self._feeds.commanded)
+        if start is None:
+            self._desk.refuse("no step: it is not known where the platform is")
+            return
+        x, y, z = start
+        self._step_target = target = (x + step[0], y + step[1], z + step[2])
+        self._link.move_to(target)
+
+    def _follow(self, points: list[Vector3], tolerance: float, speed: float) -> None:
+        self._step_target = None
+        self._link.follow(points, tolerance, speed)
