@@ -115,7 +115,7 @@ def with_priors(count: int, rng: np.random.Generator) -> Iterator[Row]:
 
 def without_priors(count: int, rng: np.random.Generator) -> Iterator[Row]:
     """Touches alone, of a known plate and of an unknown one."""
-    for name, plate in (("known", Plate()), ("unknown", Plate("bed", None, None))):
+    for name, plate in (("a known", Plate()), ("an unknown", Plate("bed", None, None))):
         named, better, sizes = 0, 0, []
         for _ in range(count):
             machine = WrongMachine.random(rng)
@@ -130,7 +130,7 @@ def without_priors(count: int, rng: np.random.Generator) -> Iterator[Row]:
             sizes.append((before, after))
         before, after = 1e6 * np.median(sizes, axis=0)
         yield Row(
-            f"touches of a {name} plate alone, no priors: free directions and scale named",
+            f"touches of {name} plate alone, no priors: free directions and scale named",
             f"{100.0 * named / count:.1f} %",
             "100 %",
             named == count,

@@ -120,8 +120,8 @@ def test_the_volume_that_is_promised_is_the_one_that_is_reached():
     proposals = result.next_points(4)
     more = [one.measurement for one in proposals]
     again = calibrate(GEOMETRY, positions=[*positions, *more], priors=wide)
-    if not again.unidentified and not result.unidentified:
-        assert volume(again) / volume(result) == pytest.approx(proposals[-1].volume, rel=0.05)
+    assert again.unidentified == result.unidentified == ()
+    assert volume(again) / volume(result) == pytest.approx(proposals[-1].volume, rel=0.05)
 
 
 def test_what_cannot_be_proposed_is_refused(start):

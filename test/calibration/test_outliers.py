@@ -59,6 +59,21 @@ def test_one_wrong_touch_is_named_and_does_no_harm(wrong):
     np.testing.assert_allclose(result.machine.vector, reference.machine.vector, atol=1e-9)
 
 
+@pytest.mark.parametrize("priors", [WRONG_BY, None])
+@pytest.mark.parametrize("plate", [Plate(), Plate("bed", None, None)])
+@pytest.mark.parametrize("error", [5e-3, 5e-2])
+def test_what_is_far_off_leads_nothing_astray(priors, plate, error):
+    rng = np.random.default_rng(6)
+    machine = WrongMachine.random(rng)
+    touches = [Touch(one.heights, plate, TOUCH) for one in machine.touches(rng)]
+    touches[7] = lifted(touches[7], error)
+    result = calibrate(GEOMETRY, touches, (), machine.one_distance(rng), priors)
+    assert result.outliers == ("touch 8",)
+    less = [one for one in touches if one is not touches[7]]
+    residuals = [one.size for one in result.residuals if not one.is_outlier]
+    assert len(residuals) == len(less) + 1 and np.nanmax(residuals) < 6.0
+
+
 def test_several_wrong_measurements_of_all_kinds_are_named():
     rng = np.random.default_rng(3)
     machine = WrongMachine.random(rng)

@@ -18,13 +18,14 @@ NOTHING = 0.3
 def named_directions(machine: FloatArray) -> dict[str, FloatArray]:
     """Return directions with a meaning, each of shape (12,).
 
-    Scale, size and length come with the height offsets that hold the platform where it is in the
-    middle; tilting with the anchors that a tilted machine has at that height.
+    Scale and size come with the height offsets that hold the platform where it is in the middle;
+    tilting is about the mean of the carriages then.
     """
     anchors, lengths = machine[:6].reshape(3, 2), machine[6:9]
     arms = anchors - anchors.mean(axis=0)
     squares = np.square(arms).sum(axis=1)
     rises = np.sqrt(np.maximum(np.square(lengths) - squares, 1e-12))
+    higher = rises - rises.mean()
     none, ones = np.zeros(3), np.ones(3)
     first, last = np.array([1.0, -1.0, 0.0]), np.array([0.0, 1.0, -1.0])
     level = np.zeros((3, 2))
@@ -39,11 +40,10 @@ def named_directions(machine: FloatArray) -> dict[str, FloatArray]:
         "shifting along y": direction(along_y, none, none),
         "turning about z": direction(across, none, none),
         "shifting along z (all height offsets together)": direction(level, none, ones),
-        "tilting about x": direction(-along_y * rises[:, None], none, arms[:, 1]),
-        "tilting about y": direction(-along_x * rises[:, None], none, arms[:, 0]),
+        "tilting about x": direction(-along_y * higher[:, None], none, arms[:, 1]),
+        "tilting about y": direction(-along_x * higher[:, None], none, arms[:, 0]),
         "the common scale of anchors and arms": direction(arms, lengths, rises),
         "the size of the anchors' triangle": direction(arms, none, -squares / rises),
-        "the common length of the arms": direction(level, ones, lengths / rises),
         "stretching the anchors' triangle along y and not along x": direction(
             arms * (-1.0, 1.0),
             none,

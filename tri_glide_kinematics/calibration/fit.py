@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtr, chdtrc
 
 from tri_glide_kinematics.calibration.data_checks import (
     check_count,
@@ -42,7 +43,7 @@ from tri_glide_kinematics.calibration.result import (
     covariance_of,
     unidentified_of,
 )
-from tri_glide_kinematics.calibration.solving import Solution, solve
+from tri_glide_kinematics.calibration.solving import Solution, solve, solve_at_once
 from tri_glide_kinematics.calibration.starting import starting_state
 from tri_glide_kinematics.calibration.unknowns import State, Unknowns
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
@@ -92,14 +93,17 @@ def calibrate(
     check_spread(model, start, Region.of(nominal))
     knowledge = Knowledge.of(assumed.vector, priors)
 
-    def fit(some: MeasurementModel) -> Solution | None:
+    def fit(some: MeasurementModel, roughly: bool = False) -> Solution | None:
         try:
             check_count(some)
         except TooFewMeasurementsError:
             return None
-        return solve(some, starting_state(some, knowledge.mean), knowledge, judging=True)
+        begin = starting_state(some, knowledge.mean)
+        if roughly:
+            return solve_at_once(some, begin, knowledge)
+        return solve(some, begin, knowledge, judging=True)
 
-    found = robust_fit(model, fit)
+    found = robust_fit(model, fit, partial(fit, roughly=True))
     kept = model.without(found.outliers)
     solution = solve(kept, starting_state(kept, knowledge.mean), knowledge)
     residuals = _residuals(model, found, solution)
@@ -176,12 +180,12 @@ def _warnings(found: RobustFit, residuals: Sequence[Residual]) -> tuple[str, ...
         value, spread = number_text(squares, 3), number_text(float(np.sqrt(2.0 * freedom)), 2)
         factor = number_text(float(np.sqrt(squares / freedom)), 2)
         expected = f"chi-squared is {value}, expected {freedom} ± {spread}"
-        if chi2.sf(squares, freedom) < FALSE_ALARM:
+        if chdtrc(freedom, squares) < FALSE_ALARM:
             warnings.append(
                 f"{expected}: the residuals are {factor} times as large as the stated standard "
                 "deviations allow, and so is the true uncertainty"
             )
-        elif chi2.cdf(squares, freedom) < FALSE_ALARM:
+        elif chdtr(freedom, squares) < FALSE_ALARM:
             warnings.append(
                 f"{expected}: the residuals are only {factor} times as large as the stated "
                 "standard deviations; the measurements seem to be better than stated"

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc, chdtri
 
 from tri_glide_kinematics.calibration.model import MeasurementModel
 from tri_glide_kinematics.calibration.solving import Solution, design_of
@@ -21,6 +21,10 @@ LARGEST_PART = 0.25
 UNCHECKED = 1e-6
 # Measurements that disagree nearly as much as the worst might be the wrong ones as well.
 AS_LIKELY = 0.9
+# Linear equations about the nominal machine are wrong by up to so many standard deviations.
+FAR_OFF = 10.0
+
+Fit = Callable[[MeasurementModel], Solution | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,41 +101,24 @@ def disagreement(model: MeasurementModel, solution: Solution, index: int) -> Dis
     return Disagreement(squared, len(part), error)
 
 
-def robust_fit(
-    model: MeasurementModel, fit: Callable[[MeasurementModel], Solution | None]
-) -> RobustFit:
+def robust_fit(model: MeasurementModel, fit: Fit, roughly: Fit) -> RobustFit:
     """Fit without the measurements that disagree with the others.
 
-    The worst one is left out until the rest agrees, or a quarter is left out. Then each comes back
-    that agrees with the rest after all, by the noise that the rest shows: measurements that are all
-    worse than stated are no outliers.
+    The worst one is left out until the rest agrees, or a quarter is left out: first those that are
+    far off, which a rough fit tells without being led astray. Then each comes back that agrees with
+    the rest after all, by the noise that the rest shows: measurements that are all worse than
+    stated are no outliers.
 
     Args:
         model: of all measurements.
         fit: returns the fit of some; None if they are not enough.
+        roughly: the same, by linear equations.
     """
-    count = len(model.measurements)
-    bound = chi2.isf(FALSE_ALARM / count, [1, 1, 2, 3])
-    dropped: list[int] = []
     doubts: dict[int, tuple[int, ...]] = {}
-    solution = fit(model)
-    assert solution is not None
-    while len(dropped) < int(LARGEST_PART * count):
-        kept = [i for i in range(count) if i not in dropped]
-        parts = [one.part_of(bound) for one in leave_one_out(model.without(dropped), solution)]
-        if max(parts) <= 1.0 and _agrees(solution):
-            break
-        worst = first_largest(parts)
-        following = fit(model.without([*dropped, kept[worst]]))
-        if following is None:
-            break
-        doubts[kept[worst]] = tuple(
-            kept[i]
-            for i, part in enumerate(parts)
-            if i != worst and part > max(1.0, AS_LIKELY**2 * parts[worst])
-        )
-        dropped.append(kept[worst])
-        solution = following
+    dropped: list[int] = []
+    _leave_out(model, roughly, FAR_OFF, dropped, doubts)
+    solution = _leave_out(model, fit, 1.0, dropped, doubts)
+    bound = _bounds(len(model.measurements))
     while dropped:
         noise = max(1.0, solution.chi_squared / max(solution.degrees_of_freedom, 1))
         parts = [disagreement(model, solution, i).part_of(bound) / noise for i in dropped]
@@ -145,7 +132,52 @@ def robust_fit(
     return RobustFit(solution, frozenset(dropped), doubts)
 
 
-def _agrees(solution: Solution) -> bool:
-    """Return whether the residuals are as large as stated."""
+def _leave_out(
+    model: MeasurementModel,
+    fit: Fit,
+    factor: float,
+    dropped: list[int],
+    doubts: dict[int, tuple[int, ...]],
+) -> Solution:
+    """Add the worst measurements to those that are ``dropped``, and return the fit of the rest.
+
+    Args:
+        model: of all measurements.
+        fit: of some.
+        factor: by which the noise may be larger than stated.
+        dropped: indices, in the order in which they were left out.
+        doubts: as in ``RobustFit``.
+    """
+    count = len(model.measurements)
+    bound = _bounds(count) * factor * factor
+    solution = fit(model.without(dropped))
+    assert solution is not None
+    while len(dropped) < int(LARGEST_PART * count):
+        kept = [i for i in range(count) if i not in dropped]
+        parts = [one.part_of(bound) for one in leave_one_out(model.without(dropped), solution)]
+        if max(parts) <= 1.0 and _agrees(solution, factor):
+            break
+        worst = first_largest(parts)
+        following = fit(model.without([*dropped, kept[worst]]))
+        if following is None:
+            break
+        doubts[kept[worst]] = tuple(
+            kept[i]
+            for i, part in enumerate(parts)
+            if i != worst and part > max(1.0, AS_LIKELY**2 * parts[worst])
+        )
+        dropped.append(kept[worst])
+        solution = following
+    return solution
+
+
+def _bounds(count: int) -> FloatArray:
+    """Return the largest squares of good measurements, by their degrees of freedom (1 to 3)."""
+    return np.asarray(chdtri([1, 1, 2, 3], FALSE_ALARM / count))
+
+
+def _agrees(solution: Solution, factor: float) -> bool:
+    """Return whether the residuals are as large as stated, or larger by a factor."""
     freedom = solution.degrees_of_freedom
-    return freedom <= 0 or bool(chi2.sf(solution.chi_squared, freedom) > FALSE_ALARM)
+    squares = solution.chi_squared / (factor * factor)
+    return freedom <= 0 or bool(chdtrc(freedom, squares) > FALSE_ALARM)

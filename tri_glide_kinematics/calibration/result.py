@@ -193,18 +193,19 @@ def _position_rows(machine: MachineParameters, positions: ArrayLike, aligned: bo
 
 
 def covariance_of(solution: Solution, knowledge: Knowledge) -> FloatArray:
-    """Return the covariance of the twelve parameters. Shape (12, 12) [m^2].
+    """Return the covariance of the twelve parameters, at the machine that was found.
 
     What was not fitted is as uncertain as before: by the priors. Without them, it is left out.
+
+    Returns:
+        Shape (12, 12) [m^2].
     """
+    spectrum = knowledge.spectrum(solution.matrix)
     fitted = solution.basis.shape[1]
-    inverse = np.linalg.inv(np.linalg.qr(solution.design, mode="r"))
-    spread = solution.basis @ inverse[:fitted]
-    covariance = spread @ spread.T
-    if knowledge.is_prior:
-        others = knowledge.scale @ solution.spectrum.directions[:, fitted:]
-        covariance = covariance + others @ others.T
-    return np.asarray(covariance)
+    unknown = np.full(MACHINE - fitted, 1.0 if knowledge.is_prior else 0.0)
+    deviations = np.concatenate((spectrum.deviations[:fitted], unknown))
+    spread = knowledge.scale @ spectrum.directions * deviations
+    return np.asarray(spread @ spread.T)
 
 
 def unidentified_of(solution: Solution, knowledge: Knowledge) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -74,41 +74,66 @@ def solve(
     Raises:
         NoConvergenceError: if the fit does not come to rest.
     """
-    residuals, matrix = model.equations(start)
-    spectrum = knowledge.spectrum(matrix)
-    fitted_count = spectrum.judged if judging else spectrum.determined
-    directions = spectrum.directions[:, :fitted_count]
-    basis = knowledge.scale @ directions
-
-    def prior(state: State) -> FloatArray:
-        if not knowledge.is_prior:
-            return np.empty(0)
-        change = np.linalg.solve(knowledge.scale, state.machine - knowledge.mean)
-        return np.asarray(directions.T @ change)
-
-    state, distance = start, prior(start)
+    here = _at_start(model, start, knowledge, judging)
     size = np.inf
     for _ in range(STEPS):
-        design = design_of(matrix, basis, len(distance))
-        right = -np.concatenate((residuals, distance))
-        fitted = np.linalg.lstsq(design, right, rcond=None)[0]
-        size = float(np.linalg.norm(design @ fitted))
+        fitted = _step(here)
+        size = float(np.linalg.norm(here.design @ fitted))
         if size < REST:
-            return Solution(state, residuals, matrix, spectrum, basis, distance)
-        step = np.concatenate((basis @ fitted[: basis.shape[1]], fitted[basis.shape[1] :]))
-        cost = float(right @ right)
+            return here
         for halving in range(HALVINGS):
-            following = model.unknowns.moved(state, step / 2.0**halving)
-            new_residuals, new_matrix = model.equations(following)
-            new_distance = prior(following)
-            new_cost = float(new_residuals @ new_residuals + new_distance @ new_distance)
+            following = _moved(here, model, fitted / 2.0**halving)
             # A machine that does not reach gives NaN, which is not below either.
-            if new_cost <= cost * (1.0 + 1e-12) + REST * REST:
+            if following.chi_squared <= here.chi_squared * (1.0 + 1e-12) + REST * REST:
                 break
         else:
             break
-        state, residuals, matrix, distance = following, new_residuals, new_matrix, new_distance
+        here = following
     raise NoConvergenceError(STEPS, size)
+
+
+def solve_at_once(model: MeasurementModel, start: State, knowledge: Knowledge) -> Solution:
+    """Return the solution of the linear equations at the start, which no data can lead astray.
+
+    The state is that of the start: only the residuals and their derivatives mean something.
+    """
+    here = _at_start(model, start, knowledge, judging=True)
+    fitted = _step(here)
+    change = here.design @ fitted
+    count = len(here.residuals)
+    coordinates = here.prior + change[count:]
+    return replace(here, residuals=here.residuals + change[:count], prior=coordinates)
+
+
+def _at_start(
+    model: MeasurementModel, start: State, knowledge: Knowledge, judging: bool
+) -> Solution:
+    """Return what is known before the first step."""
+    residuals, matrix = model.equations(start)
+    spectrum = knowledge.spectrum(matrix)
+    count = spectrum.judged if judging else spectrum.determined
+    basis = knowledge.scale @ spectrum.directions[:, :count]
+    # The start is the mean of the priors.
+    prior = np.zeros(count if knowledge.is_prior else 0)
+    return Solution(start, residuals, matrix, spectrum, basis, prior)
+
+
+def _step(here: Solution) -> FloatArray:
+    """Return the change of what is fitted that the linear equations ask for."""
+    right = -np.concatenate((here.residuals, here.prior))
+    return np.asarray(np.linalg.lstsq(here.design, right, rcond=None)[0])
+
+
+def _moved(here: Solution, model: MeasurementModel, fitted: FloatArray) -> Solution:
+    """Return the solution after a step; residuals of NaN where the machine does not reach."""
+    count = here.basis.shape[1]
+    step = np.concatenate((here.basis @ fitted[:count], fitted[count:]))
+    state = model.unknowns.moved(here.state, step)
+    residuals, matrix = model.equations(state)
+    if not np.isfinite(matrix).all():
+        residuals = np.full_like(residuals, np.nan)
+    prior = here.prior + fitted[: len(here.prior)]
+    return replace(here, state=state, residuals=residuals, matrix=matrix, prior=prior)
 
 
 def design_of(matrix: FloatArray, basis: FloatArray, priors: int = 0) -> FloatArray:

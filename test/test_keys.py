@@ -1,0 +1,43 @@
+"""Keys of YAML files: what they say, and what is wrong with them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from tri_glide_kinematics.keys import FileError, Keys, load_yaml
+
+
+class OtherError(FileError):
+    """As a room has its own."""
+
+
+class OtherKeys(Keys):
+    """Keys whose mistakes are another error."""
+
+    error_class = OtherError
+
+
+def test_units_of_lengths():
+    assert Keys("file", "", {}).unit() == 1.0
+    assert Keys("file", "", {"unit": "mm"}).unit() == 0.001
+    with pytest.raises(FileError, match="file: unit: is 'cm', must be one of m, mm"):
+        Keys("file", "", {"unit": "cm"}).unit()
+
+
+@pytest.mark.parametrize("value", [[1, 2, 3], [1], "1, 2", [1, math.nan], [1, True], None])
+def test_so_many_finite_numbers(value):
+    keys = Keys("file", "touch 1", {})
+    assert keys.numbers("tilt", [1, "2e-3"], 2) == (1.0, 0.002)
+    with pytest.raises(FileError, match=r"file: touch 1, tilt.*: is .*, must be a"):
+        keys.numbers("tilt", value, 2)
+
+
+def test_mistakes_are_the_error_of_the_room(tmp_path):
+    with pytest.raises(OtherError):
+        OtherKeys("file", "", 3)
+    with pytest.raises(OtherError):
+        OtherKeys("file", "", {"a": "b"}).number("a")
+    with pytest.raises(OtherError, match="cannot be read"):
+        load_yaml(tmp_path / "none.yaml", OtherError)
