@@ -48,9 +48,9 @@ class Feed:
         self._time = 0.0
         self.subscription = node.create_subscription(JointState, topic, self._take, qos, raw=True)
 
-    def look_for(self, joints: tuple[str, ...]) -> None:
-        """Read these joints from now on."""
-        self._reader = SliderMeasurements(joints)
+    def look_for(self, joints: tuple[str, ...], height_offsets: Vector3) -> None:
+        """Read these joints from now on, and add to their heights what makes them true ones [m]."""
+        self._reader = SliderMeasurements(joints, height_offsets)
         self._newest = None
 
     @property

@@ -6,7 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.ros.from_parameters import limits_of, machine_of, workspace_limits_of
+from tri_glide_kinematics.ros.from_parameters import (
+    limits_of,
+    machine_of,
+    true_travel_of,
+    workspace_limits_of,
+)
 from tri_glide_kinematics.ros.parameter_table import Values
 from tri_glide_kinematics.ros.parameters import IK_NODE
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
@@ -44,8 +49,8 @@ class MachineFacts:
 
     @property
     def travel(self) -> tuple[Vector3, Vector3]:
-        """Lower and upper heights, each of shape (3,) [m]."""
-        return self.values["lower_heights"], self.values["upper_heights"]
+        """True heights of the lower and of the upper ends, each of shape (3,) [m]."""
+        return true_travel_of(self.values)
 
     @property
     def joints(self) -> tuple[str, ...]:

@@ -116,7 +116,7 @@ class PanelNode(Node):
     def _take_facts(self, facts: MachineFacts) -> None:
         self._facts = facts
         for feed in (self._feeds.measured, self._feeds.commanded):
-            feed.look_for(facts.joints)
+            feed.look_for(facts.joints, facts.values["height_offsets"])
         self._view.show_machine(facts)
 
     def _on_parameters(self, event: ParameterEvent) -> None:
