@@ -13,7 +13,9 @@ from typing import Any
 
 from tri_glide_kinematics.ros.processes import NodeProcesses, default_parameter_file
 
-TIMEOUT = 15.0  # s, for what takes a fraction of this unless the computer is very busy
+# So many characters of what a node has written are shown if something goes wrong with it.
+LAST_WORDS = 2000
+TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -115,6 +117,11 @@ def launched(folder: Path, namespace: str) -> Iterator[Launcher]:
     launcher = Launcher(namespace, folder)
     try:
         yield launcher
+    except BaseException:
+        for node in launcher.started:
+            state = "runs" if node.is_running else f"has ended: {node.process.returncode}"
+            print(f"{node.name} {state}\n{node.output[-LAST_WORDS:]}")
+        raise
     finally:
         launcher.stop()
     for node in launcher.started:
