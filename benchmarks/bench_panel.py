@@ -118,6 +118,8 @@ def _wait_for_server(address: str) -> None:
 def _stop(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
     """Press Stop on the way, again and again: by the stamps, which are of one clock."""
     commands = panel.client.record(JointState, "joint_commands")
+    panel.client.send_pose(LOW)
+    panel.wait_until_at(LOW)
     panel.client.set_parameters("ik_node", {"speed_scale": SLOW})
     delays: list[float] = []
     goals = (HIGH, LOW)
