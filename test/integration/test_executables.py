@@ -20,7 +20,8 @@ from tri_glide_kinematics.ros.processes import executable
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signals_end_every_node_in_silence(client, nodes, number):
-    started = [nodes.start(name) for name in NODES]
+    # A panel may be running on the usual port.
+    started = [nodes.start(name, {"port": 0} if name == "panel_node" else {}) for name in NODES]
     for name in NODES:
         client.wait_for(
             lambda name=name: (
@@ -66,6 +67,7 @@ def test_signals_end_every_node_in_silence(client, nodes, number):
         ("fk_node", ["-p", "joint_names:=[a, b, a]"], "three different names"),
         ("simulator_node", ["-p", "initial_heights:=[0.6, 0.6, 1.0]"], "initial_heights[2] = 1 m"),
         ("simulator_node", ["-r", "nonsense"], "nonsense"),
+        ("panel_node", ["-p", "port:=70000"], "port = 70000 must be at most 65535"),
     ],
 )
 def test_bad_parameters_get_one_line(ros_domain, name, arguments, reason):

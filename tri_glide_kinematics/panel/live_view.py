@@ -25,7 +25,8 @@ from tri_glide_kinematics.ros.slider_measurements import StampedReading
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.outline import edge_rings
 
-NUMBERS_PERIOD = 0.2  # s
+# The edge is looked for in six directions, which takes some milliseconds [s].
+NUMBERS_PERIOD = 0.5
 TRACE_PERIOD = 0.2  # s
 # Of a frame, what may be spent on the shape of the workspace [s].
 PIECE = 0.004
