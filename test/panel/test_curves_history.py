@@ -69,6 +69,17 @@ def test_a_time_without_samples_is_empty_and_the_rest_moves_on():
     assert np.isnan(history.values(HEIGHTS)).all()
 
 
+def test_a_sample_that_is_late_gets_its_own_place():
+    history = History()
+    history.add(20.01, SOMEWHERE, AT_REST)
+    history.advance(20.51)
+    history.add(20.26, (0.7, 0.8, 0.9), AT_REST)
+    heights = history.values(HEIGHTS)
+    assert heights[:, -11] == pytest.approx(SOMEWHERE)
+    assert heights[:, -6] == pytest.approx((0.7, 0.8, 0.9))
+    assert np.isnan(heights[:, -1]).all()
+
+
 def test_a_clock_that_goes_back_starts_anew():
     history = History()
     history.add(20.0, SOMEWHERE, AT_REST)

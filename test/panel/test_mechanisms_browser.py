@@ -188,5 +188,5 @@ def test_on_a_phone_the_drawing_lies_above_the_controls(screen):
     pixels = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 500, "the drawing")
     screen.open(DESKTOP)
     rows, columns = places(pixels[:480], BLUE).T
-    assert len(rows) > 300 and rows.min() > 190
+    assert len(rows) > 300 and rows.min() > 150
     assert 20 < columns.min() and columns.max() < 385

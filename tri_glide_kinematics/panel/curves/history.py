@@ -13,6 +13,7 @@ SPAN = 10.0  # s
 BIN = 0.05  # s
 SLIDERS = 3
 HEIGHTS, VELOCITIES, ACCELERATIONS = QUANTITIES = range(3)
+LATEST = 1.0  # s that a sample may come after newer ones
 LONGEST_STEP = 0.5  # s between two velocities that still make an acceleration
 
 
@@ -38,7 +39,7 @@ class History:
         velocities: Sequence[float],
         accelerations: Sequence[float] | None = None,
     ) -> None:
-        """Take in a sample; a time that goes back starts the history anew.
+        """Take in a sample, a little late at most; a clock that goes back starts the history anew.
 
         Args:
             time: of a steady clock [s].
@@ -63,9 +64,11 @@ class History:
     def advance(self, time: float) -> None:
         """Let the bins up to ``time`` [s] be the newest ones, empty if nothing came in them."""
         bin_now = math.floor(time / BIN)
-        if self._newest is None or bin_now < self._newest:
+        if self._newest is None or bin_now < self._newest - LATEST / BIN:
             self._bins[:] = math.nan
             self._last = None
+        elif bin_now < self._newest:
+            return
         else:
             passed = min(bin_now - self._newest, self._count)
             self._bins[:, :, (bin_now - np.arange(passed)) % self._count] = math.nan

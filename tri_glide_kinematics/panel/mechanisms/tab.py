@@ -209,7 +209,7 @@ def _view_of(centre: Vector3, fov: float, aspect: float) -> tuple[Vector3, Vecto
     x, y, z = centre
     height = VIEW_MARGIN * SIZE / min(1.0, aspect)
     # Where the page is narrow, the controls cover its lower half, and Stop what is above.
-    down = 0.1 * height if aspect < NARROW else 0.0
+    down = 0.15 * height if aspect < NARROW else 0.0
     distance = height / (2.0 * math.tan(0.5 * fov))
     return (x, y - distance, z - down), (x, y, z - down)
 
