@@ -174,13 +174,17 @@ class GoalStorm:
 
     def _pose(self) -> None:
         goal = self._under_way()
+        count = len(self._machine.states)
         self._client.send_pose(self._place())
         self._ends(goal, (SUPERSEDED, SUCCEEDED), "superseded by target", "pose")
+        self._wait_until_taken(goal, "moving", count)
 
     def _twist(self) -> None:
         goal = self._under_way()
+        count = len(self._machine.states)
         self._client.send_twist((0.0, 0.0, self._source.choice((-0.02, 0.02))))
         self._ends(goal, (SUPERSEDED, SUCCEEDED), "superseded by twist", "twist")
+        self._wait_until_taken(goal, "jogging", count)
 
     def _goal(self) -> None:
         goal = self._under_way()
@@ -223,6 +227,16 @@ class GoalStorm:
         # While it ramps to a stop, it stays enabled.
         self._client.enable()
         self._wait_for_idle()
+
+    def _wait_until_taken(self, goal: SentGoal, state: str, count: int) -> None:
+        """Wait for a command that came after a ``goal`` had ended by itself.
+
+        It is on another way than the next goal, and could overtake that.
+        """
+        if goal.response.result.code == SUCCEEDED:
+            self._client.wait_for(
+                lambda: state in self._machine.states_since(count), "a command to be taken"
+            )
 
     def _wait_for_idle(self) -> None:
         """Wait until the machine takes goals again."""
