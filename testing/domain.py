@@ -23,15 +23,18 @@ DOMAIN_VARIABLE = "ROS_DOMAIN_ID"
 def own_domain() -> Iterator[int]:
     """Reserve a domain that nobody else on this computer uses, for this process and its nodes."""
     before = os.environ.get(DOMAIN_VARIABLE)
-    with domain_coordinator.domain_id() as domain:
-        os.environ[DOMAIN_VARIABLE] = str(domain)
-        try:
-            yield domain
-        finally:
-            if before is None:
-                del os.environ[DOMAIN_VARIABLE]
-            else:
-                os.environ[DOMAIN_VARIABLE] = before
+    reserved = domain_coordinator.domain_id()
+    domain = reserved.__enter__()
+    os.environ[DOMAIN_VARIABLE] = str(domain)
+    try:
+        yield domain
+    finally:
+        if before is None:
+            del os.environ[DOMAIN_VARIABLE]
+        else:
+            os.environ[DOMAIN_VARIABLE] = before
+        # It must not see an error: it would take some for a domain that is not free, and hide them.
+        reserved.__exit__(None, None, None)
 
 
 @contextmanager
