@@ -9,10 +9,12 @@ from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.lines.line_timing import LineTiming
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
+from tri_glide_kinematics.motion.paths import path_timing, timing_grid
 from tri_glide_kinematics.motion.paths.path_bounds import check_path_limits
 from tri_glide_kinematics.motion.paths.path_timing import PathStart, plan_window
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.motion.paths.timing_errors import PathTimingError
+from tri_glide_kinematics.motion.paths.timing_grid import MOST_PIECES
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 
 SQUARE = [(0.0, 0.0), (0.04, 0.0), (0.04, 0.04), (0.0, 0.04), (0.0, 0.0)]
@@ -101,6 +103,17 @@ def test_windows_go_on_without_a_jump(path):
         # Whatever is held comes to rest.
         assert window.scaling.speeds[-1] == 0.0 and window.scaling.accelerations[-1] == 0.0
         check_path_limits(curve, window.scaling, LIMITS)
+
+
+def test_a_short_first_window_costs_no_time(monkeypatch):
+    curve = seen(dense_path(2500))
+    short = driven(curve)
+    for module in (path_timing, timing_grid):
+        monkeypatch.setattr(module, "FIRST_PIECES", MOST_PIECES)
+    whole = driven(curve)
+    first, last = np.searchsorted(curve.driven.breaks, short.windows[0].scaling.ways[[0, -1]])
+    assert last - first < 0.25 * MOST_PIECES
+    assert short.duration < 1.05 * whole.duration
 
 
 def test_the_platform_speed_is_kept():

@@ -33,9 +33,9 @@ MOST_CELLS = 300
 MOST_PIECES = 1500
 
 # From rest it looks at fewer, so that the motion begins soon; what goes on from there looks so many
-# times as far as what is held.
+# times as far as what is held still leads: where it is continued, that may be a fifth of it.
 FIRST_PIECES = 300
-FARTHER = 3
+FARTHER = 6
 
 # Cells that a piece of the path gets of its own.
 _CELLS_OF_PIECE = 3.0
