@@ -149,10 +149,10 @@ def refined_fold(mechanism, crank_angle, angle):
 
 
 @pytest.mark.slow
-def test_every_branch_of_200_mechanisms():
+def test_every_branch_of_100_mechanisms():
     rng = np.random.default_rng(200)
     branches = turning_points = fully = 0
-    for _ in range(200):
+    for _ in range(100):
         mechanism = random_mechanism(rng)
         overview = mechanism.overview(120)
         spacing = 2.0 * math.pi / 120
@@ -175,9 +175,9 @@ def test_every_branch_of_200_mechanisms():
         assert visits.tolist() == overview.counts.tolist()
         # Positions appear and vanish in pairs, at turning points only.
         assert change.tolist() == (np.roll(overview.counts, -1) - overview.counts).tolist()
-    assert branches > 200
-    assert turning_points > 400
-    assert fully > 20
+    assert branches > 100
+    assert turning_points > 200
+    assert fully > 10
 
 
 def side_of_fold(mechanism, event):
@@ -210,7 +210,7 @@ def test_forwards_and_back_returns_to_the_start():
 @pytest.mark.slow
 def test_step_widths_change_nothing():
     rng = np.random.default_rng(33)
-    for _ in range(200):
+    for _ in range(60):
         mechanism = random_mechanism(rng)
         for pose in mechanism.poses(1.0):
             fine = mechanism.trace(1.0, pose, steps=96, through=True)
