@@ -35,7 +35,7 @@ MOST_PIECES = 1500
 # From rest it looks at fewer, so that the motion begins soon; what goes on from there looks so many
 # times as far as what is held still leads: where it is continued, that may be a fifth of it.
 FIRST_PIECES = 300
-FARTHER = 6
+FARTHER = 12
 
 # Cells that a piece of the path gets of its own.
 _CELLS_OF_PIECE = 3.0
