@@ -32,7 +32,10 @@ class GoToHandle:
         self._server = server
         self._desk = desk
         self._move_to = move_to
-        self._is_dragged = False
+        # The page that drags it, and where it is by the pages with the controls and by the machine:
+        # any page can move what viser draws.
+        self._dragged_by: int | None = None
+        self._place: Vector3 = (0.0, 0.0, 0.0)
         self._asked: Vector3 | None = None
         self._handle = server.scene.add_transform_controls(
             "/go_to", scale=size, disable_rotations=True, depth_test=False, visible=False
@@ -52,23 +55,31 @@ class GoToHandle:
             self._label.text = refusal
             self._label.position = self._asked or (0.0, 0.0, 0.0)
             self._label.visible = bool(refusal)
-        if position is None or self._is_dragged or refusal:
+        if position is None or self._dragged_by is not None or refusal:
             return
         if math.dist(self._handle.position, position) > STEP:
+            self._place = position
             self._handle.position = position
         if not self._handle.visible:
             self._handle.visible = True
 
     async def _on_update(self, event: Any) -> None:
         # viser tells of the end of a drag when a page vanishes, too: that is no wish to move.
-        page = event.client_id
+        page, place = event.client_id, self._place
         is_there = page in self._server.get_clients()
-        self._is_dragged = event.phase != "end" and is_there
-        if event.phase == "start":
-            self._asked = None
-        if event.phase == "end" and is_there and self._desk.may(page):
+        if event.phase == "end" or not is_there:
+            was_dragged = self._dragged_by == page
+            if was_dragged:
+                self._dragged_by = None
+            if is_there and self._desk.may(page) and was_dragged:
+                self._desk.wish(lambda: self._go(place))
+        elif self._desk.controls.holder != page:
+            self._handle.position = place
+        elif event.phase == "start":
+            self._dragged_by, self._asked = page, None
+        elif self._dragged_by == page:
             x, y, z = map(float, self._handle.position)
-            self._desk.wish(lambda: self._go((x, y, z)))
+            self._place = (x, y, z)
 
     def _go(self, position: Vector3) -> None:
         self._asked = position
