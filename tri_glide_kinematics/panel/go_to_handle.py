@@ -9,6 +9,7 @@ from typing import Any
 import viser
 
 from tri_glide_kinematics.panel.desk import Desk
+from tri_glide_kinematics.panel.drag import Drag
 from tri_glide_kinematics.vectors import Vector3
 
 # A handle that is nobody's follows the machine in steps of this [m].
@@ -32,10 +33,7 @@ class GoToHandle:
         self._server = server
         self._desk = desk
         self._move_to = move_to
-        # The page that drags it, and where it is by the pages with the controls and by the machine:
-        # any page can move what viser draws.
-        self._dragged_by: int | None = None
-        self._place: Vector3 = (0.0, 0.0, 0.0)
+        self._drag = Drag()
         self._asked: Vector3 | None = None
         self._handle = server.scene.add_transform_controls(
             "/go_to", scale=size, disable_rotations=True, depth_test=False, visible=False
@@ -55,31 +53,31 @@ class GoToHandle:
             self._label.text = refusal
             self._label.position = self._asked or (0.0, 0.0, 0.0)
             self._label.visible = bool(refusal)
-        if position is None or self._dragged_by is not None or refusal:
+        if position is None or self._drag.page is not None or refusal:
             return
         if math.dist(self._handle.position, position) > STEP:
-            self._place = position
+            self._drag.place = position
             self._handle.position = position
         if not self._handle.visible:
             self._handle.visible = True
 
     async def _on_update(self, event: Any) -> None:
         # viser tells of the end of a drag when a page vanishes, too: that is no wish to move.
-        page, place = event.client_id, self._place
+        page, drag = event.client_id, self._drag
         is_there = page in self._server.get_clients()
         if event.phase == "end" or not is_there:
-            was_dragged = self._dragged_by == page
-            if was_dragged:
-                self._dragged_by = None
-            if is_there and self._desk.may(page) and was_dragged:
-                self._desk.wish(lambda: self._go(place))
+            place = drag.end(page)
+            if is_there and self._desk.may(page) and place is not None:
+                target = place
+                self._desk.wish(lambda: self._go(target))
         elif self._desk.controls.holder != page:
-            self._handle.position = place
+            self._handle.position = drag.place
         elif event.phase == "start":
-            self._dragged_by, self._asked = page, None
-        elif self._dragged_by == page:
+            drag.begin(page)
+            self._asked = None
+        else:
             x, y, z = map(float, self._handle.position)
-            self._place = (x, y, z)
+            drag.move(page, (x, y, z))
 
     def _go(self, position: Vector3) -> None:
         self._asked = position
