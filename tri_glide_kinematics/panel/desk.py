@@ -11,7 +11,7 @@ import viser
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.controls import Controls, name_of
-from tri_glide_kinematics.panel.hold import HeldJog
+from tri_glide_kinematics.panel.hold import LONGEST_GAP, HeldJog
 from tri_glide_kinematics.panel.machine_link import MachineLink
 from tri_glide_kinematics.panel.status_words import REFUSAL_SHOWN
 from tri_glide_kinematics.vectors import Vector3
@@ -24,7 +24,8 @@ class Desk:
     """The operator's desk.
 
     Stop and the renewals of a held jog go to the machine straight from the thread that hears the
-    page. Everything else is a wish, which the node's own thread fulfils.
+    page. Everything else is a wish, which the node's own thread fulfils. Stop drops all wishes that
+    are older than itself.
 
     Attributes:
         controls: who has them.
@@ -33,12 +34,13 @@ class Desk:
         stops: how often Stop was pressed.
     """
 
-    def __init__(self, link: MachineLink) -> None:
-        """Send by ``link``."""
+    def __init__(self, link: MachineLink, on_stop: Wish) -> None:
+        """Send by ``link``; ``on_stop`` ends, where the node spins, what is still on its way."""
         self.controls = Controls()
         self.link = link
         self.refusal = ""
         self.stops = 0
+        self._on_stop = on_stop
         self._refused_at = 0.0
         self._hold = HeldJog()
         self._wishes: deque[Wish] = deque()
@@ -60,14 +62,10 @@ class Desk:
         """Have something done where the node spins."""
         self._wishes.append(wish)
 
-    def on(
-        self, wish: Callable[[Any], None], otherwise: Wish | None = None
-    ) -> Callable[[Event], Any]:
+    def on(self, wish: Callable[[Any], None]) -> Callable[[Event], Any]:
         """Return a callback of viser that fulfils a wish, if its page has the controls.
 
-        Args:
-            wish: gets the value of what was changed or pressed.
-            otherwise: is done if the page has them not.
+        The ``wish`` gets the value of what was pressed.
         """
 
         async def call(event: Event) -> None:
@@ -76,16 +74,14 @@ class Desk:
             if self.may(event.client_id):
                 value = getattr(event.target, "value", None)
                 self.wish(lambda: wish(value))
-            elif otherwise is not None:
-                self.wish(otherwise)
 
         return call
 
     def fulfil(self) -> None:
         """Do what is wished; called where the node spins."""
-        while self._wishes:
+        while (wish := self._next()) is not None:
             try:
-                self._wishes.popleft()()
+                wish()
             except KinematicsError as error:
                 self.refuse(str(error))
         if self.refusal and time.monotonic() - self._refused_at > REFUSAL_SHOWN:
@@ -94,7 +90,10 @@ class Desk:
     async def stop(self, _: Event) -> None:
         """Stop the machine: any page may, at any time."""
         self.link.stop()
-        self._hold.release()
+        self._hold.end()
+        self._wishes.clear()
+        # A wish that is being fulfilled at this moment comes to its end before this.
+        self.wish(self._on_stop)
         self.stops += 1
 
     async def release(self, event: Event) -> None:
@@ -110,15 +109,25 @@ class Desk:
             speed: of the platform [m/s].
         """
         page = event.client_id
-        if self._hold.renew(page, direction, time.monotonic()) and self.controls.holder == page:
+        if not self.may(page):
+            # Should it get the controls now, it has to press again.
+            self._hold.bar(page)
+        elif self._hold.renew(page, direction, time.monotonic()):
             x, y, z = direction
             self.link.jog((speed * x, speed * y, speed * z))
-        elif self.controls.holder != page:
-            self.may(page)
+
+    def end_hold(self) -> None:
+        """Let a button that is held move nothing before it was released."""
+        self._hold.end()
+
+    def follow_twist_timeout(self, timeout: float) -> None:
+        """End a hold before ``ik_node`` does, which then takes the next twist as a new jog [s]."""
+        self._hold.longest_gap = min(LONGEST_GAP, 0.9 * timeout)
 
     def give(self, page: int) -> None:
         """Give up the controls of a page, and end what it did."""
-        self._end_hold(page)
+        if self._end_hold(page):
+            self._hold.bar(page)
         self.controls.give(page)
 
     async def opened(self, client: viser.ClientHandle) -> None:
@@ -130,6 +139,15 @@ class Desk:
         self._end_hold(client.client_id)
         self.controls.closed(client.client_id)
 
-    def _end_hold(self, page: int) -> None:
-        if self._hold.release(page):
+    def _next(self) -> Wish | None:
+        # Stop may empty it at any moment.
+        try:
+            return self._wishes.popleft()
+        except IndexError:
+            return None
+
+    def _end_hold(self, page: int) -> bool:
+        is_jog = self._hold.release(page)
+        if is_jog:
             self.link.jog()
+        return is_jog

@@ -9,6 +9,7 @@ import viser
 
 from tri_glide_kinematics.panel.desk import Desk, Event
 from tri_glide_kinematics.panel.hold import RENEWALS
+from tri_glide_kinematics.panel.inputs import OperatorsInput
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import note
 from tri_glide_kinematics.vectors import Vector3
@@ -56,20 +57,24 @@ class DriveTab:
         power.on_click(desk.on(lambda value: link.enable(value == "enable")))
         motion = gui.add_button_group("Motion", ("pause", "resume"))
         motion.on_click(desk.on(link.trigger))
-        # viser types its inputs as read-only, and documents that they are assigned.
-        self._scale: Any = gui.add_slider("Speed [%]", min=1, max=100, step=1, initial_value=100)
-        self._scale.on_update(
-            desk.on(lambda value: link.set_speed_scale(0.01 * value), self._show_again)
+        self._scale = OperatorsInput(
+            desk,
+            gui.add_slider("Speed [%]", min=1, max=100, step=1, initial_value=100),
+            lambda value: link.set_speed_scale(0.01 * value),
         )
-        self._mode = gui.add_button_group("Jog [mm]", (HOLD, *STEPS))
-        self._speed = gui.add_slider(
+        mode = gui.add_button_group("Jog [mm]", (HOLD, *STEPS))
+        self._step_size = 0.0
+        speed = gui.add_slider(
             "Jog [mm/s]", min=SLOWEST_JOG, max=FASTEST_JOG, step=1.0, initial_value=USUAL_JOG
         )
+        self._speed_slider = speed
+        self._speed = OperatorsInput(desk, speed)
         self._buttons = [self._pad_button(direction) for _, direction in filter(None, PAD)]
         self._pad = gui.add_html(self._pad_text(HOLD))
-        self._mode.on_click(desk.on(self._set_mode))
+        mode.on_click(desk.on(self._set_mode))
         with gui.add_folder("Go to [mm]"):
-            self._place: Any = gui.add_vector3("x, y, z", (0.0, 0.0, 0.0), step=0.1)
+            place = gui.add_vector3("x, y, z", (0.0, 0.0, 0.0), step=0.1)
+            self._place = OperatorsInput(desk, place)
             go = gui.add_button("Go", color="blue", icon=viser.Icon.PLAYER_PLAY)
             go.on_click(desk.on(lambda _: move_to(_in_metres(self._place.value))))
             here = gui.add_button("Take the present position")
@@ -84,19 +89,17 @@ class DriveTab:
             self._take_present()
         if facts is not self._is_shown:
             self._is_shown = facts
-            self._scale.value = max(1, round(100.0 * facts.speed_scale))
-
-    def _show_again(self) -> None:
-        self._is_shown = None
+            self._scale.set(max(1, round(100.0 * facts.speed_scale)))
 
     def _take_present(self) -> None:
         if self._present is not None:
             x, y, z = (round(1000.0 * part, 2) for part in self._present)
-            self._place.value = (x, y, z)
+            self._place.set((x, y, z))
 
     def _set_mode(self, mode: str) -> None:
+        self._step_size = STEPS.get(mode, 0.0)
         self._pad.content = self._pad_text(mode)
-        self._speed.visible = mode == HOLD
+        self._speed_slider.visible = mode == HOLD
 
     def _pad_button(self, direction: Vector3) -> Any:
         """Return a button that is not seen: the pad presses and holds it."""
@@ -107,7 +110,7 @@ class DriveTab:
             desk.hold(event, direction, 0.001 * self._speed.value)
 
         def step(_: object) -> None:
-            size = STEPS.get(self._mode.value, 0.0)
+            size = self._step_size
             if size:
                 x, y, z = direction
                 self._move_by((size * x, size * y, size * z))

@@ -9,6 +9,7 @@ from typing import Any
 import viser
 
 from tri_glide_kinematics.panel.desk import Desk
+from tri_glide_kinematics.panel.drag import Drag
 from tri_glide_kinematics.vectors import Vector3
 
 # A handle that is nobody's follows the machine in steps of this [m].
@@ -32,7 +33,7 @@ class GoToHandle:
         self._server = server
         self._desk = desk
         self._move_to = move_to
-        self._is_dragged = False
+        self._drag = Drag()
         self._asked: Vector3 | None = None
         self._handle = server.scene.add_transform_controls(
             "/go_to", scale=size, disable_rotations=True, depth_test=False, visible=False
@@ -52,23 +53,31 @@ class GoToHandle:
             self._label.text = refusal
             self._label.position = self._asked or (0.0, 0.0, 0.0)
             self._label.visible = bool(refusal)
-        if position is None or self._is_dragged or refusal:
+        if position is None or self._drag.page is not None or refusal:
             return
         if math.dist(self._handle.position, position) > STEP:
+            self._drag.place = position
             self._handle.position = position
         if not self._handle.visible:
             self._handle.visible = True
 
     async def _on_update(self, event: Any) -> None:
         # viser tells of the end of a drag when a page vanishes, too: that is no wish to move.
-        page = event.client_id
+        page, drag = event.client_id, self._drag
         is_there = page in self._server.get_clients()
-        self._is_dragged = event.phase != "end" and is_there
-        if event.phase == "start":
+        if event.phase == "end" or not is_there:
+            place = drag.end(page)
+            if is_there and self._desk.may(page) and place is not None:
+                target = place
+                self._desk.wish(lambda: self._go(target))
+        elif self._desk.controls.holder != page:
+            self._handle.position = drag.place
+        elif event.phase == "start":
+            drag.begin(page)
             self._asked = None
-        if event.phase == "end" and is_there and self._desk.may(page):
+        else:
             x, y, z = map(float, self._handle.position)
-            self._desk.wish(lambda: self._go((x, y, z)))
+            drag.move(page, (x, y, z))
 
     def _go(self, position: Vector3) -> None:
         self._asked = position

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from tri_glide_kinematics.vectors import Vector3
 
 # How often the page says that the button is held [1/s].
 RENEWALS = 30.0
 
-# A renewal that comes later than this after the one before it does not renew anything [s].
-LONGEST_GAP = 0.25
+# A renewal that comes later than this after the one before it ends the jog [s]. It is less than the
+# usual twist_timeout of ik_node, which stops by itself then, and takes the next twist as a new jog.
+LONGEST_GAP = 0.09
+
+# Messages that come faster were kept up on their way: they say nothing about the present [s].
+SHORTEST_GAP = 0.01
 
 Hold = tuple[int, Vector3]
 
@@ -21,14 +25,19 @@ class HeldJog:
 
     The first one never does: a button that is held sends the next one at once. A page that nobody
     sees is given a turn once a second, so what it sends then, for a button that was never released,
-    does not move anything.
+    does not move anything. What has ended while the button was held goes on no more before the page
+    has said that it is released.
 
     Attributes:
         held: the page and the direction of the newest message, None if nothing is held.
+        longest_gap: longest time between two messages [s].
     """
 
     held: Hold | None = None
+    longest_gap: float = LONGEST_GAP
     _time: float = 0.0
+    _has_moved: bool = False
+    _ended: set[int] = field(default_factory=set)
 
     def renew(self, page: int, direction: Vector3, now: float) -> bool:
         """Take a message of a held button; return whether the machine may move by it.
@@ -38,13 +47,35 @@ class HeldJog:
             direction: of the button.
             now: time.monotonic() [s].
         """
-        goes_on = self.held == (page, direction) and now - self._time <= LONGEST_GAP
+        gap = now - self._time
+        is_same = self.held == (page, direction)
         self.held, self._time = (page, direction), now
-        return goes_on
+        if not is_same:
+            self._has_moved = False
+            return False
+        if gap > self.longest_gap:
+            if self._has_moved:
+                self._ended.add(page)
+            return False
+        moves = page not in self._ended and gap >= SHORTEST_GAP
+        self._has_moved |= moves
+        return moves
 
-    def release(self, page: int | None = None) -> bool:
-        """End what a ``page`` holds, or what any does; return whether there was something."""
-        if self.held is None or (page is not None and self.held[0] != page):
+    def end(self) -> None:
+        """Let what is held move nothing before it is released."""
+        held = self.held
+        if held is not None:
+            self._ended.add(held[0])
+
+    def bar(self, page: int) -> None:
+        """Let what a ``page`` holds move nothing before it is released."""
+        self._ended.add(page)
+
+    def release(self, page: int) -> bool:
+        """Note that a ``page`` holds nothing any more; return whether that ends a jog."""
+        was_ended = page in self._ended
+        self._ended.discard(page)
+        if self.held is None or self.held[0] != page:
             return False
         self.held = None
-        return True
+        return self._has_moved and not was_ended

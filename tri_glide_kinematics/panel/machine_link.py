@@ -30,6 +30,10 @@ WORTH_TELLING = (GoalCode.REFUSED, GoalCode.NOT_REACHED)
 AT_REST = (0.0, 0.0, 0.0)
 TABLE = {parameter.name: parameter for parameter in IK_NODE}
 
+# Identifiers of those that publish the status.
+Identity = frozenset[bytes]
+NOBODY: Identity = frozenset()
+
 Say = Callable[[str], object]
 
 
@@ -51,6 +55,7 @@ class MachineLink:
         }
         self._enable = node.create_client(SetBool, "ik_node/enable")
         self._parameters = AsyncParameterClient(node, "ik_node")
+        self._node = node
         self._goals = GoalSender(node)
         self.server = self._goals.server
         self._goal: SentGoal | None = None
@@ -58,9 +63,15 @@ class MachineLink:
         self._is_setting = False
 
     @property
-    def is_ready(self) -> bool:
-        """Whether there is an ``ik_node`` that can be stopped."""
-        return bool(self._triggers["stop"].service_is_ready())
+    def identity(self) -> Identity:
+        """Which ``ik_node`` it is, empty if there is none that can be stopped.
+
+        One that was started anew is another one. One that was killed is seen for a while beside it.
+        """
+        if not self._triggers["stop"].service_is_ready():
+            return NOBODY
+        publishers = self._node.get_publishers_info_by_topic("ik_node/status")
+        return frozenset(bytes(each.endpoint_gid) for each in publishers)
 
     def stop(self) -> None:
         """Ask for a stop, from any thread."""
@@ -126,6 +137,15 @@ class MachineLink:
             if goal.result.code in WORTH_TELLING:
                 self._on_refusal(goal.result.text)
         return self._goal
+
+    def cancel(self) -> None:
+        """Take back the newest goal, even if it is still on its way."""
+        if self.goal is not None:
+            self.goal.cancel()
+
+    def forget(self) -> None:
+        """Wait no more for the end of a goal, as nobody may tell it."""
+        self._goal = None
 
     def _sent(self, goal: SentGoal) -> SentGoal:
         self._goal = goal

@@ -18,13 +18,13 @@ from tri_glide_kinematics.panel.drive_tab import DriveTab
 from tri_glide_kinematics.panel.feeds import Feed, Feeds
 from tri_glide_kinematics.panel.live_view import LiveView, pose_of
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
-from tri_glide_kinematics.panel.machine_link import MachineLink
+from tri_glide_kinematics.panel.machine_link import NOBODY, Identity, MachineLink
 from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests
 from tri_glide_kinematics.panel.mechanisms.tab import MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip, is_loopback
 from tri_glide_kinematics.panel.pages_bar import PagesBar, pages_text
 from tri_glide_kinematics.panel.points_tab import PointsTab
-from tri_glide_kinematics.panel.status_words import WARNING
+from tri_glide_kinematics.panel.status_words import IDLE, JOGGING, MOVING, WARNING
 from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.parameters import PANEL_NODE
@@ -36,6 +36,7 @@ POINTS_FILE = "taught_points.yaml"
 FRAMES = 30.0  # 1/s
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 PATIENCE = 5.0  # s after which it is asked again
+STEP_PATIENCE = 0.5  # s until a step that was sent is seen as a motion
 STRIP_PERIOD = 0.5  # s after which a page is told again what it knows
 
 
@@ -63,11 +64,15 @@ class PanelNode(Node):
                 "a password and unencrypted; 127.0.0.1 is for this computer alone"
             )
         self._facts: MachineFacts | None = None
+        self._identity = NOBODY
         self._asked_at = -math.inf
+        self._was_jogging = False
+        self._stepped_at = -math.inf
         self._step_target: Vector3 | None = None
         self._told: dict[int, tuple[Strip, float]] = {}
         self._refused = 0
-        self._desk = Desk(MachineLink(self, lambda reason: self._desk.refuse(reason)))
+        link = MachineLink(self, lambda reason: self._desk.refuse(reason))
+        self._desk = Desk(link, self._on_stop)
         self._link = self._desk.link
         self._feeds = Feeds(self, self._link.server, self._on_lines)
         self._build(Path(values["points_file"] or POINTS_FILE))
@@ -106,15 +111,33 @@ class PanelNode(Node):
         self._page.greet(client)
 
     def _look(self) -> None:
-        """Ask for the machine when it appears, and forget it when it is gone."""
-        if not self._link.is_ready:
-            self._facts, self._asked_at = None, -math.inf
-        elif self._facts is None and time.monotonic() - self._asked_at > PATIENCE:
+        """Ask for the machine when it appears, and forget it when it is gone or another one."""
+        identity = self._link.identity
+        if identity != self._identity:
+            self._identity = identity
+            self._forget()
+        if identity and self._facts is None and time.monotonic() - self._asked_at > PATIENCE:
             self._asked_at = time.monotonic()
-            self._link.ask_for_facts(self._take_facts)
+            self._link.ask_for_facts(lambda facts: self._take_facts(facts, identity))
 
-    def _take_facts(self, facts: MachineFacts) -> None:
+    def _forget(self) -> None:
+        self._facts, self._asked_at = None, -math.inf
+        self._step_target = None
+        self._link.forget()
+        self._desk.end_hold()
+
+    def _is_known(self) -> bool:
+        """Tell whether the machine is the one that is shown, and say so if not."""
+        self._look()
+        if self._facts is None:
+            self._desk.refuse(f"nothing done: {self._link.server} has not told yet what it drives")
+        return self._facts is not None
+
+    def _take_facts(self, facts: MachineFacts, identity: Identity) -> None:
+        if identity != self._identity:
+            return
         self._facts = facts
+        self._desk.follow_twist_timeout(facts.values["twist_timeout"])
         for feed in (self._feeds.measured, self._feeds.commanded):
             feed.look_for(facts.joints, facts.values["height_offsets"])
         self._view.show_machine(facts)
@@ -128,6 +151,7 @@ class PanelNode(Node):
             if each.name in NAMES
         }
         self._facts = self._facts.with_changes(changed)
+        self._desk.follow_twist_timeout(self._facts.values["twist_timeout"])
         self._view.show_machine(self._facts)
 
     def _on_lines(self, name: str, points: FloatArray) -> None:
@@ -137,6 +161,7 @@ class PanelNode(Node):
         """Fulfil what is wished, and show where everything is."""
         self._desk.fulfil()
         self._look_for_refusals()
+        self._look_for_ends()
         clients = self._server.get_clients()
         if not clients:
             return
@@ -152,7 +177,21 @@ class PanelNode(Node):
         status = self._feeds.status
         if status.refused > self._refused:
             self._desk.refuse(status.last_refusal)
+            self._desk.end_hold()
         self._refused = status.refused
+
+    def _look_for_ends(self) -> None:
+        """Let nothing go on by itself that has ended."""
+        state = self._feeds.status.state
+        if self._was_jogging and state != JOGGING:
+            self._desk.end_hold()
+        self._was_jogging = state == JOGGING
+        if state not in (IDLE, MOVING):
+            self._step_target = None
+
+    def _on_stop(self) -> None:
+        self._step_target = None
+        self._link.cancel()
 
     def _tell(self, clients: dict[int, viser.ClientHandle]) -> None:
         """Tell each page what stands above it, if that is new or was told a while ago."""
@@ -185,19 +224,26 @@ class PanelNode(Node):
 
     def _move_to(self, position: Vector3) -> None:
         self._step_target = None
-        self._link.move_to(position)
+        if self._is_known():
+            self._link.move_to(position)
 
     def _move_by(self, step: Vector3) -> None:
         """Go on by a step, from where the last one leads to if it is not there yet."""
-        start = self._step_target if self._link.goal is not None else None
+        if not self._is_known():
+            return
+        now = time.monotonic()
+        goes_on = self._feeds.status.state == MOVING or now - self._stepped_at < STEP_PATIENCE
+        start = self._step_target if goes_on and self._link.goal is not None else None
         start = start or self._position(self._feeds.commanded)
         if start is None:
             self._desk.refuse("no step: it is not known where the platform is")
             return
         x, y, z = start
         self._step_target = target = (x + step[0], y + step[1], z + step[2])
+        self._stepped_at = now
         self._link.move_to(target)
 
     def _follow(self, points: list[Vector3], tolerance: float, speed: float) -> None:
         self._step_target = None
-        self._link.follow(points, tolerance, speed)
+        if self._is_known():
+            self._link.follow(points, tolerance, speed)

@@ -8,6 +8,7 @@ from pathlib import Path
 import viser
 
 from tri_glide_kinematics.panel.desk import Desk
+from tri_glide_kinematics.panel.inputs import OperatorsInput
 from tri_glide_kinematics.panel.markup import note, table
 from tri_glide_kinematics.panel.points import load_points, save_points
 from tri_glide_kinematics.vectors import Vector3
@@ -48,9 +49,12 @@ class PointsTab:
         self._table = gui.add_html("")
         self._edit = gui.add_button_group("Points", ("undo", "clear"))
         self._edit.on_click(desk.on(self._remove))
-        self._tolerance = gui.add_number("Corners [mm]", USUAL_TOLERANCE, min=0.0, step=0.1)
-        self._speed = gui.add_number(
-            "Speed [mm/s]", 0.0, min=0.0, step=1.0, hint="0: as fast as the sliders can"
+        self._tolerance = OperatorsInput(
+            desk, gui.add_number("Corners [mm]", USUAL_TOLERANCE, min=0.0, step=0.1)
+        )
+        hint = "0: as fast as the sliders can"
+        self._speed = OperatorsInput(
+            desk, gui.add_number("Speed [mm/s]", 0.0, min=0.0, step=1.0, hint=hint)
         )
         gui.add_button("Drive through them", color="blue", icon=viser.Icon.ROUTE).on_click(
             desk.on(lambda _: self._drive())

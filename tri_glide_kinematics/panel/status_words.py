@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 READY, MOTION, WARNING, FAULT = "ready", "motion", "warning", "fault"
+# States that are asked for elsewhere.
+IDLE, MOVING, JOGGING = "idle", "moving", "jogging"
 
 COLORS = {
-    "idle": READY,
-    "moving": MOTION,
-    "jogging": MOTION,
+    IDLE: READY,
+    MOVING: MOTION,
+    JOGGING: MOTION,
     "tracking": MOTION,
     "stopping": WARNING,
     "waiting": WARNING,
