@@ -216,7 +216,7 @@ def test_requests_without_a_meaning_get_a_reason(calibration, machine, tmp_path)
     nan = float("nan")
     for kind, service, fields, words in (
         (RecordTouch, "record_touch", {"standard_deviation": nan}, "standard_deviation"),
-        (RecordTouch, "record_touch", {"standard_deviation": -1.0}, "at least 0"),
+        (RecordTouch, "record_touch", {"standard_deviation": -1.0}, "at least 1e-08 m"),
         (RecordPosition, "record_position", {"position": Point(x=nan)}, "measured position"),
         (RecordDistanceEnd, "record_distance_end", {"distance": -0.1}, "at least 0"),
         (ProbePlate, "probe", {"depth": nan}, "depth"),
