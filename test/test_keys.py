@@ -41,3 +41,23 @@ def test_mistakes_are_the_error_of_the_room(tmp_path):
         OtherKeys("file", "", {"a": "b"}).number("a")
     with pytest.raises(OtherError, match="cannot be read"):
         load_yaml(tmp_path / "none.yaml", OtherError)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "key"),
+    [
+        ("unit: mm\nunit: m\n", 2, "unit"),
+        ('a: 1\nb:\n  - {c: 1,\n     "c": 2}\n', 4, "c"),
+    ],
+)
+def test_a_key_that_stands_twice_is_refused(tmp_path, text, line, key):
+    file = tmp_path / "file.yaml"
+    file.write_text(text)
+    with pytest.raises(OtherError, match=f"line {line}: the key '{key}' stands twice"):
+        load_yaml(file, OtherError)
+
+
+def test_equal_keys_of_different_entries_are_no_mistake(tmp_path):
+    file = tmp_path / "file.yaml"
+    file.write_text("a: &a {c: 1, d: 2}\nb: {<<: *a, c: 3}\n")
+    assert load_yaml(file, OtherError) == {"a": {"c": 1, "d": 2}, "b": {"c": 3, "d": 2}}

@@ -39,16 +39,45 @@ class FileError(KinematicsError):
         self.reason = reason
 
 
+class _DuplicateKey(yaml.YAMLError):
+    """A key stands twice in one entry."""
+
+    def __init__(self, key: yaml.ScalarNode) -> None:
+        """Store the second one."""
+        super().__init__(key.value)
+        self.key = str(key.value)
+        self.line = key.start_mark.line + 1
+
+
+class _Loader(yaml.SafeLoader):
+    """Refuses what YAML forbids and its library takes: of two equal keys, only the last counts."""
+
+    def compose_mapping_node(self, anchor: Any) -> yaml.MappingNode:
+        node = super().compose_mapping_node(anchor)
+        seen = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode):
+                if (key.tag, key.value) in seen:
+                    raise _DuplicateKey(key)
+                seen.add((key.tag, key.value))
+        return node
+
+
 def load_yaml(file: str | Path, error_class: type[FileError]) -> Any:
     """Return what a YAML file holds.
 
     Raises:
-        FileError: of this ``error_class``, if it cannot be read or is not YAML.
+        FileError: of this ``error_class``, if it cannot be read, is not YAML, or a key in it
+            stands twice.
     """
     try:
-        return yaml.safe_load(Path(file).read_text(encoding="utf-8"))
+        # A safe loader: it makes nothing but plain data.
+        return yaml.load(Path(file).read_text(encoding="utf-8"), _Loader)
     except (OSError, UnicodeDecodeError) as error:
         raise error_class(file, "", f"cannot be read: {error}") from error
+    except _DuplicateKey as error:
+        reason = f"the key {shortened(error.key)} stands twice in one entry"
+        raise error_class(file, f"line {error.line}", reason) from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         reason = shortened(" ".join(str(error).split()))
         raise error_class(file, "", f"is not YAML: {reason}") from error

@@ -8,12 +8,10 @@ from tri_glide_kinematics.calibrating.probing import (
     BACK_TOLERANCE,
     LETTING_GO,
     LONGEST_STOP,
-    LONGEST_WAY_BACK,
     Probe,
     ProbePhase,
     ProbeSettings,
     Speed,
-    Target,
 )
 
 START = (0.03, -0.02, 0.05)
@@ -45,8 +43,6 @@ class Platform:
         if isinstance(command, Speed):
             self.speed = 0.0 if self.is_stuck else command.upwards
             self.state = "jogging" if command.upwards else "idle"
-        elif isinstance(command, Target):
-            self.position, self.speed = list(command.position), 0.0
         self.now += PERIOD
         self.position[0] += self.drift * PERIOD
         self.position[2] += self.speed * PERIOD
@@ -66,6 +62,9 @@ class Platform:
             self.step()
         return self.probe
 
+    def assert_is_back(self):
+        assert self.position == pytest.approx(START, abs=2.0 * BACK_TOLERANCE)
+
     def run_until(self, height):
         while self.position[2] > height:
             self.step()
@@ -81,9 +80,11 @@ def test_contact_ends_the_way_down_and_the_platform_goes_back():
     assert probe.lowest == pytest.approx(0.046, abs=1.1 * PERIOD * SETTINGS.speed)
     first = platform.commands.index(Speed(-0.002))
     assert set(platform.commands[:first]) == {Speed(0.0)}
-    assert set(platform.commands[first:-2]) == {Speed(-0.002)}
-    assert platform.commands[-2:] == [Speed(0.0), Target(START)]
-    assert tuple(platform.position) == START
+    stop = platform.commands.index(Speed(0.0), first)
+    assert set(platform.commands[first:stop]) == {Speed(-0.002)}
+    assert all(command.upwards >= 0.0 for command in platform.commands[stop:])
+    assert platform.commands[-1] == Speed(0.0)
+    platform.assert_is_back()
 
 
 def test_without_contact_it_stops_at_the_depth_and_goes_back():
@@ -92,7 +93,7 @@ def test_without_contact_it_stops_at_the_depth_and_goes_back():
     assert probe.failure == "no contact on 8 mm"
     assert probe.contact_stamp is None
     assert probe.lowest == pytest.approx(START[2] - SETTINGS.depth, abs=1e-4)
-    assert tuple(platform.position) == START
+    platform.assert_is_back()
 
 
 def test_a_dead_switch_ends_the_way_down():
@@ -102,7 +103,7 @@ def test_a_dead_switch_ends_the_way_down():
     probe = platform.run()
     assert probe.failure == "nothing about the contact for 0.5 s"
     assert probe.lowest > 0.0475
-    assert tuple(platform.position) == START
+    platform.assert_is_back()
 
 
 def test_a_switch_that_tells_of_changes_only_may_be_silent():
@@ -157,7 +158,7 @@ def test_a_platform_that_leaves_its_way_down_is_led_by_somebody_else():
     platform.drift = 0.01
     probe = platform.run()
     assert "away from its way down: somebody else leads it" in probe.failure
-    assert not any(isinstance(command, Target) for command in platform.commands)
+    assert not any(command.upwards > 0.0 for command in platform.commands)
 
 
 def test_a_platform_that_is_held_is_told():
@@ -176,24 +177,69 @@ def test_silent_measurements_end_it_at_once():
 def test_time_in_which_nobody_listened_is_no_silence():
     platform = Platform(plate=0.046)
     platform.run_until(0.049)
-    platform.now += 3.0
+    platform.now += 0.4
     assert platform.run().failure is None
 
 
-def test_no_rest_and_no_way_back_are_told():
-    probe = Probe(SETTINGS, START, 0.0)
-    probe.contact(True, 0.0, 0.0)
-    assert probe.step(LONGEST_STOP) == Speed(0.0)
-    probe.step(LONGEST_STOP + 0.1)
-    assert probe.failure == "the sliders do not come to rest within 5 s"
+@pytest.mark.parametrize(("timeout", "gap"), [(0.5, 3.0), (0.5, 0.6), (0.0, 0.6), (0.2, 0.3)])
+def test_a_probe_that_was_held_up_itself_ends(timeout, gap):
+    platform = Platform(plate=0.046, settings=ProbeSettings(0.002, 0.008, timeout))
+    platform.run_until(0.049)
+    count = len(platform.commands)
+    platform.now += gap
+    assert "this node was held up for" in platform.run().failure
+    assert len(platform.commands) == count
 
-    probe = Probe(SETTINGS, START, 0.0)
-    probe.contact(True, 0.0, 0.0)
-    probe.at_rest(0.5)
-    assert probe.step(0.5) == Target(START)
-    probe.measured((*START[:2], START[2] - 2.0 * BACK_TOLERANCE), 0.6)
-    probe.machine("idle", "refused", 0.6)
-    assert probe.step(0.6) is None
-    assert probe.step(0.6 + LONGEST_WAY_BACK) is None
-    assert probe.failure == "the platform is not back after 15 s: ik_node is idle: refused"
-    assert probe.contact_stamp == 0.0
+
+def on_its_way_back():
+    """Return a platform that has touched its plate and is 1 mm above it again."""
+    platform = Platform(plate=0.046)
+    while platform.probe.phase is not ProbePhase.BACK or platform.position[2] < 0.047:
+        platform.step()
+    return platform
+
+
+def test_a_contact_on_the_way_back_is_a_failure_with_a_stop():
+    platform = on_its_way_back()
+    platform.plate = 1.0
+    assert platform.run().failure == "the contact closes on the way back"
+    assert platform.commands[-1] == Speed(0.0)
+    assert platform.position[2] < 0.0475
+
+
+def test_a_way_back_that_leads_down_is_a_failure_with_a_stop():
+    platform = on_its_way_back()
+    platform.probe.measured((*START[:2], platform.position[2] - 4e-4), platform.now)
+    assert platform.run().failure == "the platform moves down on its way back"
+    assert platform.commands[-1] == Speed(0.0)
+    assert platform.position[2] < 0.0475
+
+
+@pytest.mark.parametrize("state", ["idle", "stopping", "disabled", "fault", "moving"])
+def test_a_stop_by_another_ends_the_way_back(state):
+    platform = on_its_way_back()
+    count = len(platform.commands)
+    platform.probe.machine(state, "as told", platform.now)
+    assert platform.probe.phase is ProbePhase.ENDED
+    assert "as told" in platform.probe.failure
+    assert len(platform.commands) == count
+
+
+def test_no_rest_is_told():
+    platform = Platform(plate=0.046)
+    while platform.probe.phase is not ProbePhase.STOPPING:
+        platform.step()
+    platform.state, platform.is_stuck = "stopping", True
+    platform.probe.machine("stopping", "as told", platform.now)
+    for _ in range(int((LONGEST_STOP + 0.1) / PERIOD)):
+        platform.now += PERIOD
+        platform.probe.step(platform.now)
+    assert platform.probe.failure == "the sliders do not come to rest within 5 s"
+
+
+def test_a_platform_that_does_not_come_back_is_told():
+    platform = on_its_way_back()
+    platform.is_stuck = True
+    probe = platform.run()
+    assert "the platform is not back after 15.4 s: ik_node is jogging: as told" in probe.failure
+    assert probe.contact_stamp is not None

@@ -15,6 +15,7 @@ from tri_glide_kinematics.calibration import (
     Plate,
     Touch,
 )
+from tri_glide_kinematics.calibration.data_checks import check_machine
 from tri_glide_kinematics.calibration.errors import (
     NoMachineThereError,
     OnePlaceError,
@@ -22,6 +23,8 @@ from tri_glide_kinematics.calibration.errors import (
     WrongUnitError,
 )
 from tri_glide_kinematics.calibration.fit import calibrate
+from tri_glide_kinematics.calibration.machine import MachineParameters
+from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
 
 GEOMETRY = NOMINAL.geometry
 RNG = np.random.default_rng(1)
@@ -116,3 +119,19 @@ def test_ends_of_a_distance_in_one_place_are_no_crash():
     heights = TOUCHES[0].heights
     result = calibrate(GEOMETRY, TOUCHES, (), [Distance(heights, heights, 0.01, 5e-5)])
     assert result.outliers == ("distance 1",)
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (1000.0, r"nominal anchor 1 y = .* m, at most 10 m is expected: is it in millimetres"),
+        (0.001, r"nominal arm length 1 = .* m, at least 0.001 m is expected: is it in metres"),
+    ],
+)
+def test_a_machine_in_another_unit_is_asked_about(factor, words):
+    """All of the file is in it, so that nothing else contradicts anything."""
+    anchors = [[factor * value for value in anchor] for anchor in GEOMETRY.anchors]
+    arms = [factor * arm for arm in GEOMETRY.arm_lengths]
+    check_machine(MachineParameters(GEOMETRY))
+    with pytest.raises(WrongUnitError, match=words):
+        check_machine(MachineParameters(TriGlideGeometry(anchors, arms)))

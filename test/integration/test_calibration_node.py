@@ -19,6 +19,7 @@ from tri_glide_interfaces.srv import (
     SaveMeasurements,
     SolveCalibration,
 )
+from tri_glide_kinematics.calibrating.probing import BACK_TOLERANCE
 from tri_glide_kinematics.calibration.measurement_file import load_measurements
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
@@ -72,14 +73,7 @@ def test_a_probe_finds_the_plate_and_comes_back(calibration, machine, client):
     poses = client.record(PoseStamped, "true_pose")
     machine.move(ABOVE)
     first = len(machine.commands)
-    asked = calibration.ask(ProbePlate, "probe")
-    machine.wait_for_state("jogging")
-    # It is late for a while: the platform stops, and goes on.
-    calibration.node.process.send_signal(signal.SIGSTOP)
-    client.wait_for(lambda: "no twist for" in machine.reason, "a stop")
-    calibration.node.process.send_signal(signal.SIGCONT)
-    client.wait_for(asked.done, "the end of the probe")
-    answer = asked.result()
+    answer = calibration.call(ProbePlate, "probe")
     assert answer.success, answer.message
     assert answer.number == 1
     x, y, z = MACHINE.forward(tuple(answer.heights))
@@ -93,9 +87,38 @@ def test_a_probe_finds_the_plate_and_comes_back(calibration, machine, client):
     # Back where it began, and within all limits on the way.
     machine.wait_for_measured_rest()
     place = poses[-1].pose.position
-    assert (place.x, place.y, place.z) == pytest.approx(ABOVE, abs=EXACT)
+    assert (place.x, place.y, place.z) == pytest.approx(ABOVE, abs=2.0 * BACK_TOLERANCE)
     assert_within_limits(machine, first)
     assert calibration.lines[0].startswith("1: touch of plate 'bed' ±10 µm at heights")
+
+
+def test_a_probe_does_not_go_on_after_its_node_was_held_up(calibration, machine, client):
+    calibration.start()
+    machine.move(ABOVE)
+    asked = calibration.ask(ProbePlate, "probe")
+    machine.wait_for_state("jogging")
+    calibration.node.process.send_signal(signal.SIGSTOP)
+    client.wait_for(lambda: "no twist for" in machine.reason, "a stop")
+    machine.wait_for_state("idle")
+    calibration.node.process.send_signal(signal.SIGCONT)
+    client.wait_for(asked.done, "the end of the probe")
+    assert not asked.result().success
+    assert "this node was held up for" in asked.result().message
+    assert machine.state == "idle"
+
+
+def test_the_way_back_of_a_probe_needs_no_height_offsets(calibration, machine, client):
+    """calibration_node believes in others than ik_node, by 5 mm."""
+    calibration.start({"height_offsets": [-0.005, -0.005, -0.005]})
+    poses = client.record(PoseStamped, "true_pose")
+    machine.move(ABOVE)
+    answer = calibration.call(ProbePlate, "probe", speed=0.005)
+    assert answer.success, answer.message
+    machine.wait_for_measured_rest()
+    place = poses[-1].pose.position
+    assert (place.x, place.y, place.z) == pytest.approx(ABOVE, abs=2e-4)
+    assert PLATE - 5e-4 < min(pose.pose.position.z for pose in poses)
+    assert max(pose.pose.position.z for pose in poses[-200:]) < ABOVE[2] + 2e-4
 
 
 def test_what_keeps_a_probe_from_its_plate(calibration, machine, client):
@@ -193,11 +216,13 @@ def test_requests_without_a_meaning_get_a_reason(calibration, machine, tmp_path)
     nan = float("nan")
     for kind, service, fields, words in (
         (RecordTouch, "record_touch", {"standard_deviation": nan}, "standard_deviation"),
-        (RecordTouch, "record_touch", {"standard_deviation": -1.0}, "at least 0"),
+        (RecordTouch, "record_touch", {"standard_deviation": -1.0}, "at least 1e-08 m"),
         (RecordPosition, "record_position", {"position": Point(x=nan)}, "measured position"),
         (RecordDistanceEnd, "record_distance_end", {"distance": -0.1}, "at least 0"),
         (ProbePlate, "probe", {"depth": nan}, "depth"),
         (ProbePlate, "probe", {"speed": -0.1}, "at least 0"),
+        (ProbePlate, "probe", {"speed": 2.0}, "speed = 2 m/s must be at most 0.1 m/s"),
+        (ProbePlate, "probe", {"depth": 10.0}, "depth = 10 m must be at most 1 m"),
         (DropMeasurement, "drop", {"number": 1}, "no measurement 1, only 0"),
         (SaveMeasurements, "save", {"file": str(tmp_path)}, "cannot be written"),
         (SolveCalibration, "solve", {}, "needed"),

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from tri_glide_kinematics.calibrating.errors import SavingError
 from tri_glide_kinematics.calibration.machine import MachineParameters
+from tri_glide_kinematics.calibration.replacing import replace_file
 
 # One section for all nodes, as in config/tri_glide.yaml: so "-p name:=value" wins over it.
 TEXT = """# Geometry of one machine, as it was calibrated. All nodes take it after their other file:
@@ -32,13 +33,13 @@ def parameter_text(machine: MachineParameters, name: str) -> str:
 
 
 def save_parameters(file: Path, machine: MachineParameters) -> None:
-    """Write the file.
+    """Write the file; an older one becomes ``NAME.bak``.
 
     Raises:
-        SavingError: if that is not possible.
+        SavingError: if that is not possible, or a file is there that was not written so.
     """
     try:
-        file.write_text(parameter_text(machine, file.name), encoding="utf-8")
+        replace_file(file, parameter_text(machine, file.name))
     except OSError as error:
         raise SavingError(f"{file} cannot be written: {error.strerror or error}") from error
 

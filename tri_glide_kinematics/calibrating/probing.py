@@ -10,7 +10,7 @@ from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 
 # The state of ik_node in words, as its status tells it.
-IDLE, MOVING, JOGGING, STOPPING = "idle", "moving", "jogging", "stopping"
+IDLE, JOGGING, STOPPING = "idle", "jogging", "stopping"
 
 # Part of the reason of ik_node for a stop because our twists came late.
 LATE_TWIST = "no twist for"
@@ -19,7 +19,7 @@ LATE_TWIST = "no twist for"
 LETTING_GO = 0.1
 # Farther than this from the way down, somebody else leads the platform [m].
 LARGEST_DEVIATION = 2e-3
-# Measured heights that are silent for longer end a probe [s].
+# Measured heights that are silent for longer end a probe, and so does our own silence [s].
 LONGEST_SILENCE = 0.5
 # Who looks less often than this has not listened [s].
 LONGEST_LOOK = 0.05
@@ -30,7 +30,14 @@ LEAST_PART = 0.05
 LONGEST_STOP = 5.0
 LONGEST_WAY_BACK = 15.0
 # The platform is back within this distance [m].
-BACK_TOLERANCE = 2e-4
+BACK_TOLERANCE = 5e-5
+# On its way back it moves at this speed at least, and slows down over the last of it [m/s], [s].
+BACK_SPEED = 0.01
+SLOWING = 0.2
+# On its way back it may not fall by more than this [m].
+LARGEST_FALL = 3e-4
+# Below this distance from the lowest place, a contact may chatter as it opens [m].
+CHATTER = 5e-4
 
 
 class ProbePhase(Enum):
@@ -39,6 +46,7 @@ class ProbePhase(Enum):
     DOWN = "moves down"
     STOPPING = "comes to rest"
     BACK = "moves back"
+    RESTING = "comes to rest at the end"
     ENDED = "has ended"
 
 
@@ -63,13 +71,6 @@ class Speed:
     """A command: move upwards with this speed [m/s]."""
 
     upwards: float
-
-
-@dataclass(frozen=True)
-class Target:
-    """A command: move to this position [m]."""
-
-    position: Vector3
 
 
 class Probe:
@@ -99,9 +100,9 @@ class Probe:
         self._heard = self._measured = self._changed = self._stepped = now
         self._progress = (now, start[2])
         self._has_jogged = False
-        self._position = start
+        self._height = self._highest = start[2]
+        self._is_open = False
         self._machine = ("", "")
-        self._is_sent_back = False
 
     def contact(self, is_touched: bool, stamp: float, now: float) -> None:
         """Take in what the switch says, and when by the clock of the machine [s]."""
@@ -109,14 +110,18 @@ class Probe:
         if is_touched and self.phase is ProbePhase.DOWN:
             self.contact_stamp = stamp
             self._go_to(ProbePhase.STOPPING, now)
+        elif self.phase is ProbePhase.BACK:
+            if is_touched and self._is_open and self._height > self.lowest + CHATTER:
+                self._halt("the contact closes on the way back", now)
+            self._is_open = not is_touched
 
     def measured(self, position: Vector3, now: float) -> None:
         """Take in where the platform is measured to be [m]."""
-        self._measured, self._position = now, position
-        self.lowest = min(self.lowest, position[2])
-        if self.phase in (ProbePhase.BACK, ProbePhase.ENDED):
-            return
         (x, y, z), (x0, y0, z0) = position, self._start
+        self._measured, self._height = now, z
+        self.lowest = min(self.lowest, z)
+        if self.phase is ProbePhase.ENDED:
+            return
         away = max(math.hypot(x - x0, y - y0), z - z0)
         if away > LARGEST_DEVIATION:
             self._give_way(
@@ -126,6 +131,8 @@ class Probe:
             )
         elif self.phase is ProbePhase.DOWN:
             self._look_down(z, now)
+        elif self.phase is ProbePhase.BACK:
+            self._look_up(z, now)
 
     def _look_down(self, z: float, now: float) -> None:
         settings, (since, height) = self._settings, self._progress
@@ -137,21 +144,24 @@ class Probe:
                 self._fail(f"the platform does not go down: ik_node is {state}: {reason}", now)
             self._progress = (now, z)
 
+    def _look_up(self, z: float, now: float) -> None:
+        self._highest = max(self._highest, z)
+        if self._highest - z > LARGEST_FALL:
+            self._halt("the platform moves down on its way back", now)
+        elif z > self._start[2] - BACK_TOLERANCE:
+            self._go_to(ProbePhase.RESTING, now)
+
     def machine(self, state: str, reason: str, now: float) -> None:
         """Take in the state of ik_node and the reason for it."""
         self._machine = state, reason
         # That a twist came late is no reason to give up: the next one is on its way.
         is_stopped = state in (IDLE, STOPPING) and LATE_TWIST not in reason
-        if self.phase is ProbePhase.DOWN and self._has_jogged and is_stopped:
+        is_sent = self.phase in (ProbePhase.DOWN, ProbePhase.BACK)
+        if is_sent and self._has_jogged and is_stopped:
             self._give_way(f"it was stopped: {reason}", now)
         self._has_jogged |= state == JOGGING
         # In these states it does what we have asked for.
-        ours = {
-            ProbePhase.DOWN: (IDLE, JOGGING, STOPPING),
-            ProbePhase.STOPPING: (IDLE, JOGGING, STOPPING),
-            ProbePhase.BACK: (IDLE, MOVING, STOPPING),
-        }
-        if state not in ours.get(self.phase, (state,)):
+        if self.phase is not ProbePhase.ENDED and state not in (IDLE, JOGGING, STOPPING):
             self._give_way(f"ik_node is {state}: {reason}", now)
 
     def other_command(self, what: str, now: float) -> None:
@@ -161,42 +171,59 @@ class Probe:
 
     def at_rest(self, now: float) -> None:
         """Take in that the sliders rest."""
-        if self.phase is ProbePhase.STOPPING:
+        # A state that is still to come would be taken for one of the way back.
+        if self.phase is ProbePhase.STOPPING and self._machine[0] == IDLE:
+            self._has_jogged, self._highest = False, self._height
             self._go_to(ProbePhase.BACK, now)
 
-    def step(self, now: float) -> Speed | Target | None:
+    def step(self, now: float) -> Speed | None:
         """Return what ik_node is to be told now; None for nothing."""
-        self._excuse(now)
-        if self.phase is ProbePhase.DOWN:
+        self._look_at_own_gap(now)
+        if self.phase in (ProbePhase.DOWN, ProbePhase.BACK):
             self._listen(now)
-        elif self.phase is ProbePhase.STOPPING and now - self._changed > LONGEST_STOP:
-            self._give_way(f"the sliders do not come to rest within {LONGEST_STOP:g} s", now)
-        elif self.phase is ProbePhase.BACK:
-            return self._go_back(now)
+        self._look_at_time(now)
+        if self.phase is ProbePhase.ENDED:
+            return None
         if self.phase is ProbePhase.DOWN:
             is_letting_go = now - self._changed < LETTING_GO
             return Speed(0.0 if is_letting_go else -self._settings.speed)
-        return Speed(0.0) if self.phase is ProbePhase.STOPPING else None
+        return Speed(self._speed_back() if self.phase is ProbePhase.BACK else 0.0)
 
-    def _go_back(self, now: float) -> Target | None:
-        if not self._is_sent_back:
-            self._is_sent_back = True
-            return Target(self._start)
+    def _speed_back(self) -> float:
+        """Return the speed upwards [m/s].
+
+        By measured heights alone: a position is another place to who believes in other offsets.
+        """
+        fastest = max(BACK_SPEED, self._settings.speed)
+        return min(fastest, max(0.0, self._start[2] - self._height) / SLOWING)
+
+    def _look_at_time(self, now: float) -> None:
+        """End what takes too long, and what is at rest at the end."""
         state, reason = self._machine
-        if state == IDLE and math.dist(self._position, self._start) < BACK_TOLERANCE:
+        passed = now - self._changed
+        if self.phase is ProbePhase.BACK:
+            longest = LONGEST_WAY_BACK + (self._start[2] - self.lowest) / BACK_SPEED
+            if passed > longest:
+                self._halt(
+                    f"the platform is not back after {number_text(longest, 3)} s: ik_node is "
+                    f"{state}: {reason}",
+                    now,
+                )
+        elif self.phase is ProbePhase.RESTING and state == IDLE and passed > LETTING_GO:
             self._go_to(ProbePhase.ENDED, now)
-        elif now - self._changed > LONGEST_WAY_BACK:
-            self._give_way(
-                f"the platform is not back after {LONGEST_WAY_BACK:g} s: ik_node is {state}: "
-                f"{reason}",
-                now,
-            )
-        return None
+        elif self.phase in (ProbePhase.STOPPING, ProbePhase.RESTING) and passed > LONGEST_STOP:
+            self._give_way(f"the sliders do not come to rest within {LONGEST_STOP:g} s", now)
 
-    def _excuse(self, now: float) -> None:
-        """Count no time in which we were kept from listening as silence of others."""
+    def _look_at_own_gap(self, now: float) -> None:
+        """Count a short time in which we were kept from listening as no silence of others.
+
+        After a longer one nobody knows what has happened meanwhile.
+        """
         gap, self._stepped = now - self._stepped, now
-        if gap > LONGEST_LOOK:
+        longest = min(LONGEST_SILENCE, self._settings.contact_timeout or LONGEST_SILENCE)
+        if gap > max(longest, LONGEST_LOOK) and self.phase is not ProbePhase.ENDED:
+            self._give_way(f"this node was held up for {number_text(gap, 3)} s", now)
+        elif gap > LONGEST_LOOK:
             self._heard += gap
             self._measured += gap
 
@@ -204,13 +231,18 @@ class Probe:
         timeout = self._settings.contact_timeout
         if now - self._measured > LONGEST_SILENCE:
             self._give_way(f"no measured heights for {LONGEST_SILENCE:g} s", now)
-        elif 0.0 < timeout < now - self._heard:
+        elif self.phase is ProbePhase.DOWN and 0.0 < timeout < now - self._heard:
             self._fail(f"nothing about the contact for {number_text(timeout, 3)} s", now)
 
     def _fail(self, failure: str, now: float) -> None:
         """Come to rest and go back."""
         self.failure = failure
         self._go_to(ProbePhase.STOPPING, now)
+
+    def _halt(self, failure: str, now: float) -> None:
+        """Come to rest where it is, and end."""
+        self.failure = "; ".join(filter(None, (self.failure, failure)))
+        self._go_to(ProbePhase.RESTING, now)
 
     def _give_way(self, failure: str, now: float) -> None:
         """End at once: whoever leads the machine is left to it, and without twists it stops."""

@@ -14,6 +14,7 @@ from tri_glide_kinematics.calibration.errors import (
     TooFewMeasurementsError,
     WrongUnitError,
 )
+from tri_glide_kinematics.calibration.machine import PARAMETER_NAMES, MachineParameters
 from tri_glide_kinematics.calibration.measurements import (
     Distance,
     MeasuredPosition,
@@ -39,6 +40,10 @@ LARGEST_DEVIATION = 0.05
 SMALLEST_DEVIATION = 1e-7
 # The nominal machine explains a measurement to within this part of the longest arm.
 WORST_FIT = 0.2
+
+# What the parameters of the nodes may be, too [m].
+LARGEST_LENGTH = 10.0
+SHORTEST_ARM = 0.001
 
 IN_MILLIMETRES = "is it in millimetres (unit: mm)?"
 IN_METRES = "is it in metres (unit: m)?"
@@ -102,6 +107,21 @@ def check_count(model: MeasurementModel) -> None:
         raise TooFewMeasurementsError(
             "measured numbers", model.count, others + LEFT, f"to say something of a machine{taken}"
         )
+
+
+def check_machine(machine: MachineParameters) -> None:
+    """Check that a nominal machine has the size of one.
+
+    Raises:
+        WrongUnitError: if it does not; its text asks for the unit.
+    """
+    for name, value in zip(PARAMETER_NAMES, machine.vector.tolist()):
+        if abs(value) > LARGEST_LENGTH:
+            expected = f"at most {LARGEST_LENGTH:g} m is expected"
+            raise WrongUnitError(f"nominal {name}", value, expected, IN_MILLIMETRES)
+        if name.startswith("arm length") and value < SHORTEST_ARM:
+            expected = f"at least {SHORTEST_ARM:g} m is expected"
+            raise WrongUnitError(f"nominal {name}", value, expected, IN_METRES)
 
 
 def check_units(measurements: Sequence[Measurement], longest_arm: float) -> None:

@@ -11,6 +11,7 @@ from scipy.special import chdtr, chdtrc
 
 from tri_glide_kinematics.calibration.data_checks import (
     check_count,
+    check_machine,
     check_plates,
     check_reach,
     check_spread,
@@ -83,6 +84,7 @@ def calibrate(
     """
     assumed = MachineParameters(nominal, tuple(height_offsets))  # type: ignore[arg-type]
     measurements: list[Measurement] = [*touches, *positions, *distances]
+    check_machine(assumed)
     check_plates(measurements)
     unknowns = Unknowns.of(measurements)
     model = MeasurementModel(measurements, unknowns)

@@ -39,11 +39,14 @@ from tri_glide_kinematics.calibration.measurements import (
     Touch,
 )
 from tri_glide_kinematics.calibration.priors import Priors
+from tri_glide_kinematics.calibration.replacing import replace_file
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import UNITS, load_yaml
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
 
+# Of a file that is written here: no other is overwritten.
+FIRST_LINE = "# Measurements of one machine."
 UNKNOWN = "unknown"
 NONE = "none"
 PRIOR_KINDS = ("anchors", "arm_lengths", "height_offsets")
@@ -87,16 +90,17 @@ def load_measurements(file: str | Path) -> MeasurementFile:
 
 
 def save_measurements(file: str | Path, content: MeasurementFile, unit: str = "mm") -> None:
-    """Write a file that ``load_measurements`` reads as the same.
+    """Write a file that ``load_measurements`` reads as the same; an older one is kept.
 
     Raises:
-        MeasurementFileError: if it cannot be written.
+        MeasurementFileError: if it cannot be written, or a file is there that was not written so.
     """
     text = yaml.safe_dump(_as_keys(content, unit), sort_keys=False, default_flow_style=None)
     try:
-        Path(file).write_text(text, encoding="utf-8")
+        replace_file(file, f"{FIRST_LINE}\n{text}")
     except OSError as error:
-        raise MeasurementFileError(file, "", f"cannot be written: {error}") from error
+        reason = f"cannot be written: {error.strerror or error}"
+        raise MeasurementFileError(file, "", reason) from error
 
 
 class _Reader:

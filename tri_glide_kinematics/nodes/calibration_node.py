@@ -39,6 +39,7 @@ from tri_glide_kinematics.ros.calibration_parameters import (
     plate_of,
     priors_of,
     probe_settings_of,
+    requested,
 )
 from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.from_parameters import check_joint_names
@@ -157,29 +158,28 @@ class CalibrationNode(Node):
         return response
 
     async def _record_touch(self, request: Any, response: Any) -> None:
-        deviation = _not_negative(request, "standard_deviation")
+        deviation = _deviation(request, "touch_deviation")
         heights = await self._resting.heights()
         response.number = self._session.touch(heights, request.plate, deviation)
         response.message = self._session.lines()[-1]
 
     async def _record_position(self, request: Any, response: Any) -> None:
-        deviation = _not_negative(request, "standard_deviation")
+        deviation = _deviation(request, "position_deviation")
         place = (request.position.x, request.position.y, request.position.z)
         heights = await self._resting.heights()
         response.number = self._session.position(heights, place, request.frame, deviation)
         response.message = self._session.lines()[-1]
 
     async def _record_distance_end(self, request: Any, response: Any) -> None:
-        deviation = _not_negative(request, "standard_deviation")
-        distance = _not_negative(request, "distance")
+        deviation = _deviation(request, "distance_deviation")
+        distance = non_negative("distance", request.distance, "m")
         heights = await self._resting.heights()
         response.number = self._session.distance_end(heights, distance, deviation)
         response.message = self._session.lines()[-1] if response.number else "first end noted"
 
     async def _probe(self, request: Any, response: Any) -> None:
-        deviation = _not_negative(request, "standard_deviation")
-        depth = _not_negative(request, "depth")
-        settings = probe_settings_of(self._values, depth, _not_negative(request, "speed"))
+        deviation = _deviation(request, "touch_deviation")
+        settings = probe_settings_of(self._values, request.depth, request.speed)
         heights = await self._resting.heights()
         result = await self._probes.begin(settings, heights)
         if result.heights is None:
@@ -221,6 +221,6 @@ class CalibrationNode(Node):
         return self._session.content(self._nominal, priors_of(self._values))
 
 
-def _not_negative(request: Any, name: str) -> float:
-    """Return a length of a request [m]; 0 stands for what the node has been told."""
-    return non_negative(name, getattr(request, name), "m")
+def _deviation(request: Any, parameter: str) -> float:
+    """Return the standard deviation of a request [m]; 0 stands for what the node has been told."""
+    return requested("standard_deviation", request.standard_deviation, parameter)

@@ -5,6 +5,8 @@ Not beside the others, as a node that moves the machine need not load any of it.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from tri_glide_kinematics.calibrating.probing import ProbeSettings
 from tri_glide_kinematics.calibrating.session import Deviations
 from tri_glide_kinematics.calibration.machine import MachineParameters
@@ -12,6 +14,7 @@ from tri_glide_kinematics.calibration.measurements import Plate
 from tri_glide_kinematics.calibration.priors import Priors
 from tri_glide_kinematics.ros.from_parameters import machine_of
 from tri_glide_kinematics.ros.parameter_table import Values
+from tri_glide_kinematics.ros.parameters import CALIBRATION_NODE
 
 
 def nominal_of(values: Values) -> MachineParameters:
@@ -48,7 +51,24 @@ def deviations_of(values: Values) -> Deviations:
 
 
 def probe_settings_of(values: Values, depth: float = 0.0, speed: float = 0.0) -> ProbeSettings:
-    """Return how to probe; a ``depth`` [m] or ``speed`` [m/s] of zero is that of the values."""
+    """Return how to probe; a ``depth`` [m] or ``speed`` [m/s] of zero is that of the values.
+
+    Raises:
+        KinematicsError: if one is outside the bounds of its parameter.
+    """
     return ProbeSettings(
-        speed or values["probe_speed"], depth or values["probe_depth"], values["contact_timeout"]
+        requested("speed", speed, "probe_speed") or values["probe_speed"],
+        requested("depth", depth, "probe_depth") or values["probe_depth"],
+        values["contact_timeout"],
     )
+
+
+def requested(name: str, value: float, parameter: str) -> float:
+    """Return the ``value`` of a request; 0 stands for what the node has been told.
+
+    Raises:
+        KinematicsError: if it is outside the bounds of the ``parameter`` that it takes the place
+            of; the text gives it the ``name`` that it has in the request.
+    """
+    entry = next(one for one in CALIBRATION_NODE if one.name == parameter)
+    return value if value == 0.0 else float(replace(entry, name=name).checked(value))

@@ -22,7 +22,6 @@ from tri_glide_kinematics.calibrating.probing import (
     ProbePhase,
     ProbeSettings,
     Speed,
-    Target,
 )
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.messages import set_stamp
@@ -69,7 +68,7 @@ class ProbeDriver:
 
         Args:
             node: that talks with ik_node.
-            base_frame: of twists and poses.
+            base_frame: of twists.
             record: of reported heights.
             place_of: tells where the platform is at reported heights, and may raise a
                 KinematicsError.
@@ -85,10 +84,9 @@ class ProbeDriver:
         self._state, self._reason = "", ""
         self._is_touched: bool | None = None
         self._heard = 0.0
-        self._sent: Speed | Target | None = None
+        self._sent: Speed | None = None
         self._next = 0.0
         self._twists = node.create_publisher(TwistStamped, "target_twist", NEWEST)
-        self._poses = node.create_publisher(PoseStamped, "target_pose", NEWEST)
         node.create_subscription(DiagnosticStatus, "ik_node/status", self._on_status, ALL_STATES)
         node.create_subscription(PoseStamped, "target_pose", self._on_pose, NEWEST)
         # rclpy's type hints know of no callback that gets to know when a message was sent.
@@ -181,20 +179,12 @@ class ProbeDriver:
         if self._is_touched:
             raise ProbingError("the contact is closed already: move the platform up first")
 
-    def _tell(self, command: Speed | Target) -> None:
-        message: Any
-        if isinstance(command, Speed):
-            message = TwistStamped()
-            message.twist.linear.z = command.upwards
-            publisher = self._twists
-        else:
-            message = PoseStamped()
-            point = message.pose.position
-            point.x, point.y, point.z = command.position
-            publisher = self._poses
+    def _tell(self, command: Speed) -> None:
+        message = TwistStamped()
+        message.twist.linear.z = command.upwards
         message.header.frame_id = self._base_frame
         set_stamp(message.header.stamp, self._node.get_clock())
-        publisher.publish(message)
+        self._twists.publish(message)
 
     def _on_contact(self, message: Bool, info: dict[str, Any]) -> None:
         now = time.monotonic()
@@ -206,7 +196,7 @@ class ProbeDriver:
 
     def _on_pose(self, _: PoseStamped) -> None:
         """Notice a command that our next twist takes the place of before it makes a state."""
-        if self._probe is not None and not isinstance(self._sent, Target):
+        if self._probe is not None:
             self._probe.other_command("somebody else sends a target pose", time.monotonic())
 
     def _on_status(self, message: DiagnosticStatus) -> None:
