@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.panel.hold import LONGEST_GAP, RENEWALS, HeldJog
+from tri_glide_kinematics.control.streams import twist_stream
+from tri_glide_kinematics.panel.hold import LONGEST_GAP, RENEWALS, HeldJog, JogWatch
 from tri_glide_kinematics.ros.parameters import IK_NODE
 
 X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
@@ -30,19 +31,31 @@ def test_it_ends_before_ik_node_takes_a_pause_for_the_end_of_a_jog() -> None:
     assert timeout > LONGEST_GAP
 
 
-def test_a_short_hiccup_is_forgiven_and_a_long_one_ends_it_until_the_release() -> None:
+def test_a_short_hiccup_is_forgiven_and_after_a_long_one_it_begins_anew() -> None:
     hold = HeldJog()
     moves(hold, 0.0, 2)
     assert hold.renew(0, X, PERIOD + LONGEST_GAP - 0.01)
-    assert not any(moves(hold, 1.0))
-    assert not hold.release(0), "it has ended already"
-    assert moves(hold, 1.2) == [False, True, True, True, True]
+    assert moves(hold, 1.0) == [False, True, True, True, True]
 
 
-def test_a_pause_before_it_has_moved_is_no_end() -> None:
-    hold = HeldJog()
-    assert not hold.renew(0, X, 0.0)
-    assert moves(hold, 0.3, 2) == [False, True]
+LATE = f"at rest: {twist_stream(0.1).silence(10.0)}"
+STOPPED = "at rest: stop was asked for"
+
+
+def test_a_jog_that_somebody_has_ended_is_seen_by_the_state() -> None:
+    watch = JogWatch()
+    assert not watch.has_ended("idle", STOPPED), "it has not begun"
+    assert not watch.has_ended("jogging", "")
+    assert watch.has_ended("stopping", STOPPED)
+    assert not watch.has_ended("idle", STOPPED), "it was told already"
+
+
+def test_late_twists_are_no_end_but_a_stop_after_them_is() -> None:
+    watch = JogWatch()
+    watch.has_ended("jogging", "")
+    assert not watch.has_ended("stopping", LATE)
+    assert not watch.has_ended("idle", LATE)
+    assert watch.has_ended("idle", STOPPED)
 
 
 def test_what_was_ended_waits_for_the_release() -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from tri_glide_kinematics.panel.status_words import JOGGING, LATE_TWIST
 from tri_glide_kinematics.vectors import Vector3
 
 # How often the page says that the button is held [1/s].
 RENEWALS = 30.0
 
-# A renewal that comes later than this after the one before it ends the jog [s]. It is less than the
-# usual twist_timeout of ik_node, which stops by itself then, and takes the next twist as a new jog.
+# A renewal that comes later than this after the one before it does not renew anything [s]. It is
+# less than the usual twist_timeout of ik_node, which takes a longer pause for the end of a jog.
 LONGEST_GAP = 0.09
 
 # Messages that come faster were kept up on their way: they say nothing about the present [s].
@@ -25,8 +26,8 @@ class HeldJog:
 
     The first one never does: a button that is held sends the next one at once. A page that nobody
     sees is given a turn once a second, so what it sends then, for a button that was never released,
-    does not move anything. What has ended while the button was held goes on no more before the page
-    has said that it is released.
+    does not move anything. What somebody has ended while the button was held goes on no more before
+    the page has said that it is released.
 
     Attributes:
         held: the page and the direction of the newest message, None if nothing is held.
@@ -53,11 +54,7 @@ class HeldJog:
         if not is_same:
             self._has_moved = False
             return False
-        if gap > self.longest_gap:
-            if self._has_moved:
-                self._ended.add(page)
-            return False
-        moves = page not in self._ended and gap >= SHORTEST_GAP
+        moves = page not in self._ended and SHORTEST_GAP <= gap <= self.longest_gap
         self._has_moved |= moves
         return moves
 
@@ -79,3 +76,22 @@ class HeldJog:
             return False
         self.held = None
         return self._has_moved and not was_ended
+
+
+@dataclass
+class JogWatch:
+    """Tells by what ``ik_node`` says about itself when a jog was ended by somebody else.
+
+    A jog whose messages were late for a moment, as a busy browser sends them, was not.
+    """
+
+    _has_jogged: bool = False
+
+    def has_ended(self, state: str, reason: str) -> bool:
+        """Take a state and its reason; return whether what is held must not go on."""
+        if state == JOGGING:
+            self._has_jogged = True
+        elif self._has_jogged and LATE_TWIST not in reason:
+            self._has_jogged = False
+            return True
+        return False

@@ -16,6 +16,7 @@ from rclpy.parameter import parameter_value_to_python
 from tri_glide_kinematics.panel.desk import Desk
 from tri_glide_kinematics.panel.drive_tab import DriveTab
 from tri_glide_kinematics.panel.feeds import Feed, Feeds
+from tri_glide_kinematics.panel.hold import JogWatch
 from tri_glide_kinematics.panel.live_view import LiveView, pose_of
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
 from tri_glide_kinematics.panel.machine_link import NOBODY, Identity, MachineLink
@@ -24,7 +25,7 @@ from tri_glide_kinematics.panel.mechanisms.tab import MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip, is_loopback
 from tri_glide_kinematics.panel.pages_bar import PagesBar, pages_text
 from tri_glide_kinematics.panel.points_tab import PointsTab
-from tri_glide_kinematics.panel.status_words import IDLE, JOGGING, MOVING, WARNING
+from tri_glide_kinematics.panel.status_words import IDLE, MOVING, WARNING
 from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.parameters import PANEL_NODE
@@ -66,7 +67,7 @@ class PanelNode(Node):
         self._facts: MachineFacts | None = None
         self._identity = NOBODY
         self._asked_at = -math.inf
-        self._was_jogging = False
+        self._jog_watch = JogWatch()
         self._stepped_at = -math.inf
         self._step_target: Vector3 | None = None
         self._told: dict[int, tuple[Strip, float]] = {}
@@ -183,9 +184,8 @@ class PanelNode(Node):
     def _look_for_ends(self) -> None:
         """Let nothing go on by itself that has ended."""
         state = self._feeds.status.state
-        if self._was_jogging and state != JOGGING:
+        if self._jog_watch.has_ended(state, self._feeds.status.reason):
             self._desk.end_hold()
-        self._was_jogging = state == JOGGING
         if state not in (IDLE, MOVING):
             self._step_target = None
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 READY, MOTION, WARNING, FAULT = "ready", "motion", "warning", "fault"
 # States that are asked for elsewhere.
 IDLE, MOVING, JOGGING = "idle", "moving", "jogging"
+# Part of the reason why a jog has ended whose twists did not come any more.
+LATE_TWIST = "no twist for "
 
 COLORS = {
     IDLE: READY,
