@@ -18,6 +18,8 @@ from tri_glide_kinematics.wording import number_text
 # Below it a length is written in micrometres [m].
 MICROMETRES_BELOW = 1e-4
 MILLIMETRES = 1e3
+# One of a thousand calibrations has a parameter that is farther from what was assumed, by chance.
+FAR_FROM_PRIOR = 4.0
 PLURALS = {"touch": "touches", "position": "positions", "distance": "distances"}
 
 
@@ -25,6 +27,7 @@ def report(calibration: Calibration, proposals: Sequence[Proposal] = ()) -> str:
     """Return all that a calibration has to say, with ``proposals`` of what to measure next."""
     parts = [
         _data(calibration),
+        _contradictions(calibration),
         _parameters(calibration),
         _places(UncertaintyMap.of(calibration)),
         _undetermined(calibration),
@@ -56,6 +59,30 @@ def _data(calibration: Calibration) -> str:
         f"Assumed before: {priors}\n"
         f"Residuals: chi-squared is {squares}, expected {freedom} ± {spread}"
     )
+
+
+def contradiction(calibration: Calibration) -> str:
+    """Return in words why the standard deviations are not valid; empty if they are."""
+    if not calibration.is_contradicted:
+        return ""
+    squares = number_text(calibration.chi_squared, 3)
+    return (
+        "measurements and assumptions contradict each other: chi-squared is "
+        f"{squares}, expected {calibration.degrees_of_freedom}; the standard deviations are not "
+        "valid"
+    )
+
+
+def _contradictions(calibration: Calibration) -> str:
+    """Return what contradicts the assumptions, and whether that spoils all numbers below."""
+    lines = [
+        f"- {name} is {number_text(abs(size), 3)} standard deviations from what was assumed"
+        for name, size in zip(PARAMETER_NAMES, calibration.prior_residuals.tolist())
+        if abs(size) > FAR_FROM_PRIOR
+    ]
+    if calibration.is_contradicted:
+        lines.insert(0, f"NOT VALID: {contradiction(calibration)}")
+    return "\n".join(lines)
 
 
 def _parameters(calibration: Calibration) -> str:

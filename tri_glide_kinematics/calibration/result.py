@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import chdtrc
 
 from tri_glide_kinematics.calibration.directions import in_words
 from tri_glide_kinematics.calibration.knowledge import Knowledge
@@ -23,6 +24,9 @@ from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
 
+# Residuals that are larger than stated by this factor, and not by chance, are no matter of degree.
+GROSS = 3.0
+GROSS_BY_CHANCE = 1e-6
 # A change of the position by less than this part of a direction's own is rounding.
 UNTOUCHED = 1e-6
 
@@ -99,6 +103,20 @@ class Calibration:
     def outliers(self) -> tuple[str, ...]:
         """Names of the measurements that were left out, as they contradict the others."""
         return tuple(one.name for one in self.residuals if one.is_outlier)
+
+    @property
+    def is_contradicted(self) -> bool:
+        """Whether residuals are so large that the standard deviations are not valid."""
+        freedom, squares = self.degrees_of_freedom, self.chi_squared
+        return squares > GROSS * GROSS * freedom > 0 and chdtrc(freedom, squares) < GROSS_BY_CHANCE
+
+    @property
+    def prior_residuals(self) -> FloatArray:
+        """Each parameter less what was assumed, by its standard deviation there. Shape (12,)."""
+        if self.priors is None:
+            return np.zeros(MACHINE)
+        mean = self.priors.mean or self.nominal
+        return np.asarray((self.machine.vector - mean.vector) / self.priors.deviations())
 
     @property
     def standard_deviations(self) -> FloatArray:

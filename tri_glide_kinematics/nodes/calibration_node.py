@@ -24,7 +24,7 @@ from tri_glide_interfaces.srv import (
     SaveMeasurements,
     SolveCalibration,
 )
-from tri_glide_kinematics.calibrating.errors import ProbingError
+from tri_glide_kinematics.calibrating.errors import ProbingError, SavingError
 from tri_glide_kinematics.calibrating.height_record import HeightRecord
 from tri_glide_kinematics.calibrating.parameter_file import save_parameters
 from tri_glide_kinematics.calibrating.session import Session
@@ -204,11 +204,13 @@ class CalibrationNode(Node):
 
     async def _solve(self, request: Any, response: Any) -> None:
         # Loaded when it is first used: it takes as long as starting the node.
-        from tri_glide_kinematics.calibrating.report import report
+        from tri_glide_kinematics.calibrating.report import contradiction, report
         from tri_glide_kinematics.calibrating.solving import solved
 
         calibration = solved(self._content())
         if request.parameter_file:
+            if calibration.is_contradicted:
+                raise SavingError(f"no parameter file: {contradiction(calibration)}")
             save_parameters(Path(request.parameter_file), calibration.machine)
         numbers = calibration.machine.vector.tolist()
         response.anchors = numbers[0:6]

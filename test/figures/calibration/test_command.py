@@ -63,3 +63,27 @@ def test_a_wrong_count_is_refused(capsys, count):
     with pytest.raises(SystemExit):
         main([str(EXAMPLE), "--next", count])
     assert "from 0 to 100" in capsys.readouterr().err
+
+
+def test_a_gross_contradiction_makes_no_parameter_file_unless_it_is_forced(tmp_path, capsys):
+    """Priors in another unit: the data are as good as before, and the machine may not move."""
+    text = EXAMPLE.read_text()
+    priors = "anchors: 0.5, arm_lengths: 0.3, height_offsets: 1.0"
+    assert priors in text
+    file, output = tmp_path / "file.yaml", tmp_path / "out"
+    file.write_text(
+        text.replace(priors, "anchors: 5.0e-4, arm_lengths: 3.0e-4, height_offsets: 0.001")
+    )
+    arguments = [str(file), "--output", str(output), "--next", "0"]
+    assert main(arguments) == 1
+    said = capsys.readouterr()
+    assert "NOT VALID: measurements and assumptions contradict each other" in said.out
+    assert "no parameter file without --force" in said.err
+    assert (output / REPORT).exists()
+    assert not (output / PARAMETERS).exists()
+    assert main([*arguments, "--force"]) == 0
+    assert (output / PARAMETERS).exists()
+    # A plate that is 50 mm too high makes height offsets that nobody has assumed.
+    file.write_text(text.replace("height: 0.0", "height: 50.0"))
+    assert main(arguments) == 1
+    assert "standard deviations from what was assumed" in capsys.readouterr().out

@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from tri_glide_kinematics.errors import KinematicsError
 
         try:
-            _calibrate(find_file(options.file), options.output, options.next)
+            _calibrate(find_file(options.file), options.output, options.next, options.force)
         except KinematicsError as error:
             return _fail(str(error))
         except OSError as error:
@@ -44,10 +44,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _calibrate(file: Path, folder: Path, proposals: int) -> None:
-    """Calibrate, tell of it and write all files."""
+def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> None:
+    """Calibrate, tell of it and write all files.
+
+    Raises:
+        KinematicsError: if there is no calibration, or one that no node should use.
+    """
+    from tri_glide_kinematics.calibrating.errors import SavingError
     from tri_glide_kinematics.calibrating.parameter_file import save_parameters
-    from tri_glide_kinematics.calibrating.report import report
+    from tri_glide_kinematics.calibrating.report import contradiction, report
     from tri_glide_kinematics.calibrating.solving import solved
     from tri_glide_kinematics.calibration.measurement_file import load_measurements
 
@@ -57,12 +62,14 @@ def _calibrate(file: Path, folder: Path, proposals: int) -> None:
     print(text)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / REPORT).write_text(f"{text}\n", encoding="utf-8")
-    save_parameters(folder / PARAMETERS, calibration.machine)
-
     from tri_glide_kinematics.figures.calibration.pictures import calibration_figure
 
     calibration_figure(calibration).savefig(folder / PICTURE, dpi=110)
     print(f"\nreport: {folder / REPORT}\npicture: {folder / PICTURE}")
+    if calibration.is_contradicted and not is_forced:
+        reason = contradiction(calibration)
+        raise SavingError(f"no parameter file without --force: {reason}")
+    save_parameters(folder / PARAMETERS, calibration.machine)
     print(f"parameter file for all nodes: {folder / PARAMETERS}")
 
 
@@ -85,6 +92,11 @@ def _parser() -> argparse.ArgumentParser:
         default=5,
         metavar="N",
         help="how many measurements to propose, 0 to 100 (default: 5)",
+    )
+    parser.add_argument(
+        "--force",
+        action="store_true",
+        help="write the parameter file even if measurements and assumptions contradict each other",
     )
     return parser
 
