@@ -40,6 +40,8 @@ OPTIONS = (
     "--remote-debugging-port=0",
 )
 TIMEOUT = 30.0  # s
+# What stays where it is for so long does not move [s].
+STEADY = 0.1
 DESKTOP, PHONE = (1280, 720), (390, 844)
 # Drawn by the processor in a third of the time.
 SMALL = (800, 500)
@@ -161,7 +163,16 @@ class Page:
             spin()
 
     def middle_of(self, element: str) -> tuple[float, float]:
-        """Return where the middle of an element is, which an expression names, once it is there."""
+        """Return where the middle of an element is, which an expression names, once it rests."""
+        place = self._middle_of(element)
+        while True:
+            # A page that was just opened still moves its parts.
+            time.sleep(STEADY)
+            place, before = self._middle_of(element), place
+            if place == before:
+                return place
+
+    def _middle_of(self, element: str) -> tuple[float, float]:
         place = self.wait_for(
             f"(() => {{ const e = {element}; if (!e) return null;"
             " e.scrollIntoView?.({block: 'nearest'}); const r = e.getBoundingClientRect();"

@@ -7,6 +7,7 @@ import math
 import re
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 
 from testing.browser import SMALL, Page, Pixels
+from testing.browser import TIMEOUT as PAGE_TIMEOUT
 from testing.client import Client
 from testing.machine import JOINTS, Machine
 from testing.processes import TIMEOUT, Launcher, RunningNode
@@ -25,6 +27,8 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 # Only the newest: a browser that draws by the processor leaves little time for anything else.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 KINEMATICS = TriGlide(DEFAULT_GEOMETRY)
+# So often a button is clicked until it is heard.
+CLICKS = 3
 
 STOP = "document.querySelector('#tri-glide-stop')"
 STRIP = "document.querySelector('#tri-glide-strip')"
@@ -103,10 +107,22 @@ class Panel:
         except TimeoutError as error:
             raise TimeoutError(f"{error}: {page.evaluate(f'{STRIP}.innerText')!r}") from error
 
-    def wait_for_words(self, page: Page, part: str, kind: str) -> None:
+    def wait_for_words(
+        self, page: Page, part: str, kind: str, timeout: float = PAGE_TIMEOUT
+    ) -> None:
         """Wait until words of a kind on a ``page`` have a ``part``: refusal, reason or pages."""
         text = f"{STRIP}?.querySelector('.{kind}').textContent.includes({json.dumps(part)})"
-        page.wait_for(text, f"{part!r} on the page", spin=self.spin)
+        page.wait_for(text, f"{part!r} on the page", timeout, spin=self.spin)
+
+    def click_for_words(self, page: Page, element: str, part: str, kind: str) -> None:
+        """Click on an element, again if need be, until a ``page`` has these words."""
+        for _ in range(CLICKS - 1):
+            page.click(element)
+            with suppress(TimeoutError):
+                self.wait_for_words(page, part, kind, PAGE_TIMEOUT / CLICKS)
+                return
+        page.click(element)
+        self.wait_for_words(page, part, kind)
 
     def wait_until_at(self, position: Sequence[float]) -> None:
         """Wait until the platform is commanded to rest at a ``position`` [m]."""
