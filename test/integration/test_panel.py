@@ -22,6 +22,8 @@ from testing.processes import launched
 from tri_glide_kinematics.driving.drive_file import PathStep, load_drive
 
 pytestmark = [
+    # A browser without a graphics card needs all of the computer to be heard in time.
+    pytest.mark.alone,
     pytest.mark.slow,
     pytest.mark.skipif(find_browser() is None, reason="no browser is installed"),
 ]
@@ -118,13 +120,11 @@ def test_escape_stops_too(panel: Panel, page: Page) -> None:
 
 def test_a_held_button_jogs_until_it_is_released(panel: Panel, page: Page) -> None:
     place = page.press(pad("X+"))
-    panel.machine.wait_for_state("jogging")
-    panel.client.spin_for(0.5)
-    assert not panel.is_at_rest
+    # A browser that draws by the processor may pause, and the jog with it.
+    panel.client.wait_for(lambda: panel.position[0] > 0.006, "a jog for as long as it is held")
     page.release(place)
     assert panel.rest_after(time.monotonic()) < SLACK
-    x, y, z = panel.position
-    assert x > 0.004
+    _, y, z = panel.position
     assert max(abs(y), abs(z - HOME[2])) < 1e-4
 
 
