@@ -14,7 +14,7 @@ pytestmark = [pytest.mark.nodes, pytest.mark.alone]
 SEGMENTS = 10_000
 ROUNDS = 4
 
-# On a quiet computer it is 0.05 s (docs/path_timing.md).
+# `python -m benchmarks goals` measures it; half of this on a computer with little else to do.
 MORE = 0.15  # s
 # A cycle that is held by planning is held each time.
 LONGEST = 5.0 / RATE  # s
