@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from tri_glide_kinematics.figures.exit_code import exit_code
 from tri_glide_kinematics.figures.installed import find_file
 
 REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
@@ -24,24 +25,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if there is a calibration, 1 after an error, 130 after Ctrl-C.
     """
     options = _parser().parse_args(arguments)
-    handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
-    try:
-        from tri_glide_kinematics.errors import KinematicsError
-
-        try:
-            _calibrate(find_file(options.file), options.output, options.next, options.force)
-        except KinematicsError as error:
-            return _fail(str(error))
-        except OSError as error:
-            return _fail(f"cannot write to {options.output}: {error.strerror or error}")
-    except ModuleNotFoundError as error:
-        return _fail(f"the Python module {error.name!r} is missing")
-    except KeyboardInterrupt:
-        print("calibrate: interrupted", file=sys.stderr)
-        return 128 + signal.SIGINT
-    finally:
-        signal.signal(signal.SIGINT, handler)
-    return 0
+    return exit_code(
+        "calibrate",
+        options.output,
+        lambda: _calibrate(find_file(options.file), options.output, options.next, options.force),
+    )
 
 
 def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> None:
@@ -105,11 +93,6 @@ def _count(text: str) -> int:
     if not text.isdecimal() or int(text) > 100:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 to 100")
     return int(text)
-
-
-def _fail(message: str) -> int:
-    print(f"calibrate: error: {message}", file=sys.stderr)
-    return 1
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from tri_glide_kinematics.figures.exit_code import exit_code
 from tri_glide_kinematics.figures.installed import find_file
 
 MOST_FRAMES = 720
@@ -25,32 +26,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if all is drawn, 1 after an error, 130 after Ctrl-C.
     """
     options = _parser().parse_args(arguments)
-    handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
-    try:
-        from tri_glide_kinematics.errors import KinematicsError
-        from tri_glide_kinematics.figures.mechanisms.pictures import Choice, save_pictures
+    return exit_code("draw_mechanism", options.output, lambda: _draw(options))
 
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        angle = options.crank_angle
-        choice = Choice(
-            branch=options.branch,
-            crank_angle=None if angle is None else math.radians(angle),
-            frames=options.frames if options.animate else 0,
-        )
-        try:
-            print("\n".join(save_pictures(find_file(options.file), options.output, choice)))
-        except KinematicsError as error:
-            return _fail(str(error))
-        except OSError as error:
-            return _fail(f"cannot write to {options.output}: {error.strerror or error}")
-    except ModuleNotFoundError as error:
-        return _fail(f"the Python module {error.name!r} is missing")
-    except KeyboardInterrupt:
-        print("draw_mechanism: interrupted", file=sys.stderr)
-        return 128 + signal.SIGINT
-    finally:
-        signal.signal(signal.SIGINT, handler)
-    return 0
+
+def _draw(options: argparse.Namespace) -> None:
+    """Draw, and say which files were written."""
+    from tri_glide_kinematics.figures.mechanisms.pictures import Choice, save_pictures
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    angle = options.crank_angle
+    choice = Choice(
+        branch=options.branch,
+        crank_angle=None if angle is None else math.radians(angle),
+        frames=options.frames if options.animate else 0,
+    )
+    print("\n".join(save_pictures(find_file(options.file), options.output, choice)))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -105,11 +95,6 @@ def _frames(text: str) -> int:
     if not text.isdecimal() or not 2 <= int(text) <= MOST_FRAMES:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 2 to {MOST_FRAMES}")
     return int(text)
-
-
-def _fail(message: str) -> int:
-    print(f"draw_mechanism: error: {message}", file=sys.stderr)
-    return 1
 
 
 if __name__ == "__main__":
