@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -299,8 +300,6 @@ class Browser:
     def kill(self) -> None:
         """End it at once, as a crash would."""
         with suppress(ProcessLookupError):
-            import os
-
             os.killpg(self.process.pid, signal.SIGKILL)
         self.process.wait()
 

@@ -11,11 +11,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.commands import Command, DriveLimits, Follow, Jog, Track
 from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase, PlanRole
-from tri_glide_kinematics.motion.paths.arc_length import ArcLength
-from tri_glide_kinematics.motion.paths.driven_path import DrivenPath
+from tri_glide_kinematics.motion.paths.path_measuring import PathMeasuring
 from tri_glide_kinematics.motion.paths.path_plan import PathPlan
 from tri_glide_kinematics.motion.plan_holder import PlanHolder
 from tri_glide_kinematics.motion.planner import MotionKind
@@ -65,8 +63,7 @@ class PlanExecution(PlanHolder):
         self._retry_at = math.inf
         self._event_at = math.inf
         self._refusal: KinematicsError | None = None
-        # The length of a path is not needed for its motion.
-        self._measuring: tuple[DrivenPath, Interruptible[ArcLength]] | None = None
+        self._path_measuring = PathMeasuring()
 
     @property
     def preparing(self) -> bool:
@@ -109,7 +106,7 @@ class PlanExecution(PlanHolder):
         """
         preparation = self._preparation
         if preparation is None or preparation.ready is not None:
-            self._measure_path(may_go_on)
+            self._path_measuring.work(self.driven_path, may_go_on)
             return
         try:
             self._work(may_go_on)
@@ -165,19 +162,6 @@ class PlanExecution(PlanHolder):
             preparation.note_time(self._time)
             if preparation.has_begun(self._time):
                 self._take(preparation)
-
-    def _measure_path(self, may_go_on: Callable[[], bool]) -> None:
-        """Go on with the length of the path that is followed, unless it is known."""
-        driven = self.driven_path
-        if driven is None or driven.is_measured:
-            self._measuring = None
-            return
-        if self._measuring is None or self._measuring[0] is not driven:
-            self._measuring = driven, driven.measured()
-        _, measuring = self._measuring
-        for _ in measuring:
-            if not may_go_on():
-                return
 
     def _take(self, preparation: Preparation) -> None:
         """Hold what is ready, as it begins now or in the next step."""
