@@ -32,6 +32,7 @@ class ActionBench:
         """Be at a position, whatever was before."""
         self.set_speed(1.0)
         assert self.goals.move_to(position).result().code == GoalCode.SUCCEEDED
+        self.machine.catch_up()
         self.set_speed(SLOW["speed_scale"])
 
     def under_way(self):

@@ -159,6 +159,12 @@ def test_what_cannot_be_is_refused_with_the_reason_and_disturbs_nothing(bench, n
     goal.result()
 
 
+def test_a_speed_that_cannot_be_is_refused_where_the_platform_is_already(bench):
+    bench.quickly_to(NEAR)
+    goal = bench.goals.move_to(NEAR, speed=-1.0)
+    bench.ends(goal, ABORTED, GoalCode.REFUSED, "speeds[0] = -1 m/s")
+
+
 def test_a_stop_by_the_service_ends_it(bench):
     goal = bench.under_way()
     assert bench.client.call(Trigger, "ik_node/stop", Trigger.Request()).success

@@ -71,7 +71,6 @@ def distances_from(points, places):
 
 def test_it_drives_a_square_within_its_tolerance_and_tells_how_far(bench):
     bench.quickly_to(NEAR)
-    bench.machine.catch_up()
     first = len(bench.machine.commands)
     goal = bench.goals.follow(SQUARE)
     result = bench.ends(goal, SUCCEEDED, GoalCode.SUCCEEDED, "path of 4 segments is reached")

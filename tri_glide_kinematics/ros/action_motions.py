@@ -145,10 +145,12 @@ class MotionActions:
     def _move_to(self, request: Any) -> Goal:
         position = target_position(request.pose, self._base_frame)
         kind = self._kind_of(request)
-        asks_for_line = request.speed != 0.0 or kind is not self._kind
-        if not asks_for_line or self._is_at(position):
+        if request.speed == 0.0 and kind is self._kind:
             return self._controller.pursue_position(position)
+        # Whether its speed can be one does not depend on where the platform is.
         line = FlatPath.of((SegmentKind.LINE,), position, (0.0,), (request.speed,), 0.0)
+        if self._is_at(position):
+            return self._controller.pursue_position(position)
         name = f"target {vector_text(position, 6)} m on a line"
         path = TargetPath(lambda _: line.path_from(self._commanded_position()), name)
         return self._controller.pursue(path)
