@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.paths.lapack import dpbtrf, dpbtrs
 from tri_glide_kinematics.motion.paths.timing_problem import TimingProblem
 from tri_glide_kinematics.vectors import FloatArray
 
