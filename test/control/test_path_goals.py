@@ -176,3 +176,36 @@ def test_a_path_that_is_still_put_together_is_given_up_for_what_is_newer(rig):
     rig.cycle_until(MOVING)
     rig.cycle_until(IDLE)
     assert place(rig) == pytest.approx((0.0, 0.0, 0.3), abs=1e-9)
+
+
+def jog_ends(rig, way):
+    """Let a jog end while the path is planned that came after it."""
+    if way == "twist of zero":
+        rig.jog((0.0, 0.0, 0.0))
+    else:
+        # It is not renewed for longer than its timeout.
+        rig.cycle(60)
+
+
+@pytest.mark.parametrize("way", ["silence", "twist of zero"])
+@pytest.mark.parametrize("cycles", [5, 40])
+def test_a_path_that_is_planned_waits_on_while_the_jog_before_it_ends(rig, way, cycles):
+    rig.pieces = 1
+    rig.jog()
+    rig.cycle(cycles)
+    goal = pursue(rig)
+    rig.cycle(2)
+    jog_ends(rig, way)
+    assert ended(rig, goal).code is GoalCode.SUCCEEDED
+    assert place(rig) == pytest.approx(SQUARE[-1], abs=1e-9)
+
+
+def test_a_path_that_is_planned_waits_on_while_the_goal_before_it_is_cancelled(rig):
+    rig.pieces = 1
+    rig.controller.set_limits(LIMITS, 0.1)
+    before = rig.controller.pursue_position((0.05, 0.0, 0.3))
+    rig.cycle(50)
+    goal = pursue(rig)
+    rig.cycle()
+    rig.controller.cancel(before)
+    assert ended(rig, goal).code is GoalCode.SUCCEEDED

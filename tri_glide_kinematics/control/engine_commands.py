@@ -136,13 +136,16 @@ class EngineCommands:
             self.drop_target()
 
     def stop(self) -> None:
-        """Let the engine come to rest. A position that waits, or is being planned, waits on."""
+        """Let the engine come to rest. A place or path that waits, or is being planned, waits on."""
         begun = self._begun
         self._extensions.clear()
         if begun is not None and not isinstance(begun, NewLimits):
             self._begun = None
             self._paths.give_up()
-            if isinstance(begun, TargetPosition) and self._inbox.peek(Kind.TARGET) is None:
+            waits_on = isinstance(begun, TargetPosition) or (
+                isinstance(begun, TargetPath) and not begun.extends
+            )
+            if waits_on and self._inbox.peek(Kind.TARGET) is None:
                 self._inbox.put(Kind.TARGET, begun)
         self._engine.stop()
 
