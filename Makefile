@@ -23,7 +23,7 @@ panel: env ## a simulated tri-glide, and the page in the browser that shows and 
 
 test: env ## all tests: mathematics and motion on all cores, nodes as real processes, then what is timed
 	@scripts/find_browser.sh >/dev/null || echo "test: no browser is installed: the panel's tests in a browser are left out"
-	@$(IN_ENV) python -m pytest -n auto -m "not nodes and not alone" \
+	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && python -m pytest -n auto -m "not nodes and not alone" \
 		&& python -m pytest -n 2 --dist worksteal -m "nodes and not alone" && exec python -m pytest -m alone
 
 test-processors: env ## all tests without nodes, as they run on five kinds of processors

@@ -7,7 +7,7 @@ import pytest
 from benchmarks.judge import SCENARIOS, Findings
 from benchmarks.soak_controller import soak
 
-STEPS = 25_000
+STEPS = 16_000
 
 
 @pytest.mark.slow

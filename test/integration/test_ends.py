@@ -12,15 +12,15 @@ from testing.ends import WAYS, Delays, delays_alone, delays_beside_ends, run_in_
 pytestmark = pytest.mark.alone
 
 COUNT = 16  # by shared memory, about one end of four holds the cycle for 0.2 s and longer
-TIME_ALONE = 10.0  # s
+TIME_ALONE = 8.0  # s
 ALLOWED = 0.15  # s more than alone: other programs may keep this computer busy
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_the_cycle_goes_on_beside_clients_that_end(machine, way):
+def test_the_cycle_goes_on_beside_clients_that_end(machine):
     machine.start()
     run_in_real_time(machine.ik.pid)
     delays = Delays(machine)
     alone = delays_alone(machine, delays, TIME_ALONE)
-    beside = delays_beside_ends(machine, delays, way, COUNT)
-    assert beside[0] < alone[0] + ALLOWED
+    for way in WAYS:
+        beside = delays_beside_ends(machine, delays, way, COUNT)
+        assert beside[0] < alone[0] + ALLOWED, way
