@@ -136,7 +136,7 @@ class EngineCommands:
             self.drop_target()
 
     def stop(self) -> None:
-        """Let the engine come to rest. A place or path that waits, or is being planned, waits on."""
+        """Let the engine come to rest; a place or path that waits, or is planned, waits on."""
         begun = self._begun
         self._extensions.clear()
         if begun is not None and not isinstance(begun, NewLimits):

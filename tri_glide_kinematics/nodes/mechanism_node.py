@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable
 from typing import Any
 
@@ -15,9 +14,8 @@ from tri_glide_interfaces.srv import (
     TraceFMechanism,
     TraceFourBar,
 )
-from tri_glide_kinematics.control.reason_log import ReasonLog
-from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros import f_mechanism_messages, four_bar_messages, landing_gear_messages
+from tri_glide_kinematics.ros.answers import Answers
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.mechanism_messages import check_numbers
 from tri_glide_kinematics.ros.patient_services import PatientServices
@@ -40,27 +38,18 @@ class MechanismNode(Node):
         """Offer the services."""
         super().__init__("mechanism_node")
         LiveParameters(self, ())
-        self._refused = ReasonLog(self.get_logger().warning, lines_per_second=10)
-        self.create_timer(1.0, self._refused.end_of_second)
+        self._answers = Answers(self)
         for name, kind, fill in SERVICES:
             self.create_service(kind, f"~/{name}", self._callback(name, fill))
         PatientServices(self)
 
     def _callback(self, name: str, fill: Fill) -> Callable[[Any, Any], Any]:
-        """Return a callback that answers whatever comes, so that no request ends the node."""
+        """Return the callback of a service with this ``name``."""
 
         def answer(request: Any, response: Any) -> Any:
-            try:
+            with self._answers.told_in(response, name):
                 check_numbers(request)
                 fill(request, response)
-                response.success = True
-            except KinematicsError as error:
-                response.message = str(error)
-                self._refused.add(f"{name}: {error}")
-            except Exception as error:
-                response = type(response)()
-                response.message = f"internal error: {type(error).__name__}: {error}"
-                self.get_logger().error(f"{name}: {traceback.format_exc()}")
             return response
 
         return answer
