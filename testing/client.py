@@ -6,11 +6,12 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.context import Context
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -22,12 +23,51 @@ from std_srvs.srv import SetBool, Trigger
 from testing.processes import TIMEOUT
 
 RETRY_AFTER = 10.0  # s
-NAP = 0.05  # s after which a condition is looked at without a message, too
+NAP = 0.05  # s after which a condition is looked at without an event, too
+RECORDED_NAP = 0.01  # s, the same where messages are recorded, which are no events
 DEEP_QUEUE = QoSProfile(depth=5000)
 # Deeper than that of the publisher: a client that is kept waiting must not miss a state.
 LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Answers are not kept by services, so a reader of kept ones is never connected to them.
+NO_EVENTS = SubscriptionEventCallbacks(use_default_callbacks=False)
+NO_PUBLISHER_EVENTS = PublisherEventCallbacks(use_default_callbacks=False)
 UNFIT = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class _Recorded(NamedTuple):
+    """A subscription whose messages are kept.
+
+    Attributes:
+        subscription: of the topic.
+        kind: of message.
+        messages: so far.
+    """
+
+    subscription: Any
+    kind: type
+    messages: Any
+
+    def take(self) -> None:
+        """Keep what has come in."""
+        with self.subscription.handle:
+            while (taken := self.subscription.handle.take_message(self.kind, False)) is not None:
+                self.messages.append(taken[0])
+
+
+class _OfOthers(SingleThreadedExecutor):
+    """An executor of all that a node has but its recorded subscriptions.
+
+    It takes some 0.3 ms for each message, and a machine publishes a thousand in a second.
+    """
+
+    def __init__(self, context: Context, recorded: list[_Recorded]) -> None:
+        super().__init__(context=context)
+        self._recorded = recorded
+
+    def can_execute(self, entity: Any) -> bool:
+        """Tell whether to look at ``entity``."""
+        is_recorded = any(entity is each.subscription for each in self._recorded)
+        return not is_recorded and super().can_execute(entity)
 
 
 class Probe:
@@ -36,8 +76,10 @@ class Probe:
     def __init__(self, context: Context, namespace: str, name: str = "probe") -> None:
         """Join the domain of the ``context``."""
         self.namespace = namespace
-        self.node = Node(name, namespace=namespace, context=context)
-        self._executor = SingleThreadedExecutor(context=context)
+        # Whatever a node has, the executor looks at each time.
+        self.node = Node(name, namespace=namespace, context=context, start_parameter_services=False)
+        self._recorded: list[_Recorded] = []
+        self._executor = _OfOthers(context, self._recorded)
         self._executor.add_node(self.node)
         self._services: dict[str, Any] = {}
         self._parameters: dict[str, AsyncParameterClient] = {}
@@ -48,8 +90,11 @@ class Probe:
         self.node.destroy_node()
 
     def spin_once(self, longest_nap: float = NAP) -> None:
-        """Take in one message, if one comes in time [s]."""
-        self._executor.spin_once(timeout_sec=longest_nap)
+        """Handle one event, if one comes in time [s], and take in what is recorded."""
+        nap = min(longest_nap, RECORDED_NAP) if self._recorded else longest_nap
+        self._executor.spin_once(timeout_sec=nap)
+        for each in self._recorded:
+            each.take()
 
     def spin_for(self, duration: float) -> None:
         """Spin for ``duration`` seconds."""
@@ -76,10 +121,10 @@ class Probe:
         """Spin until ``condition`` holds.
 
         Args:
-            condition: is looked at after each message.
+            condition: is looked at after each event.
             what: is waited for.
             timeout: of the waiting [s].
-            longest_nap: time after which it is looked at without a message, too [s].
+            longest_nap: time after which it is looked at without an event, too [s].
 
         Raises:
             TimeoutError: if it does not hold in time.
@@ -95,12 +140,15 @@ class Probe:
     ) -> Any:
         """Return a list of all messages of a topic, or a deque of the last ``keep`` ones."""
         messages: Any = [] if keep is None else deque(maxlen=keep)
-        self.node.create_subscription(kind, topic, lambda message: messages.append(message), qos)
+        subscription = self.node.create_subscription(
+            kind, topic, _ignore, qos, event_callbacks=NO_EVENTS
+        )
+        self._recorded.append(_Recorded(subscription, kind, messages))
         return messages
 
     def publisher(self, kind: type, topic: str, qos: QoSProfile | int = 10) -> Any:
         """Return a publisher of a topic."""
-        return self.node.create_publisher(kind, topic, qos)
+        return self.node.create_publisher(kind, topic, qos, event_callbacks=NO_PUBLISHER_EVENTS)
 
     def wait_for_subscribers(self, *publishers: Any) -> None:
         """Wait until each publisher has somebody who listens."""
@@ -142,6 +190,10 @@ class Probe:
 
         self.wait_for(answered, what)
         return next(future.result() for future in futures if future.done())
+
+
+def _ignore(_: Any) -> None:
+    """Take a message that the executor never hands out."""
 
 
 class Client(Probe):

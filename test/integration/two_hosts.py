@@ -7,11 +7,13 @@ It has to run in a network and mount namespace of its own, where it is root: thi
 from __future__ import annotations
 
 import subprocess
+import time
 
 import pytest
 
 from testing.commands import KINEMATICS, assert_within_limits
 from testing.domain import set_transport
+from testing.processes import TIMEOUT
 from tri_glide_kinematics.ros.transport import CELL
 
 TARGET, FAR = (0.0, 0.0, 0.25), (0.08, 0.03, 0.35)
@@ -20,6 +22,14 @@ OTHER_HOST = ("ip", "netns", "exec", "machine")
 
 def run(*command):
     subprocess.run(command, check=True)
+
+
+def wait_until_running(host, end):
+    until = time.monotonic() + TIMEOUT
+    command = (*host, "ip", "-o", "link", "show", end, "up")
+    while "state UP" not in subprocess.check_output(command, text=True):
+        assert time.monotonic() < until, f"{end} does not run"
+        time.sleep(0.02)
 
 
 class Cable:
@@ -39,6 +49,10 @@ class Cable:
         run(*OTHER_HOST, "ip", "link", "set", "lo", "up")
         run(*OTHER_HOST, "ip", "address", "add", "10.77.0.2/24", "dev", "cable1")
         self.plug_in()
+        # A node uses only what is running when it starts, and the kernel may tell that a while
+        # after the cable is in.
+        for host, end in (((), "cable0"), (OTHER_HOST, "cable1")):
+            wait_until_running(host, end)
 
     def plug_in(self):
         run(*OTHER_HOST, "ip", "link", "set", "cable1", "up")
