@@ -92,12 +92,15 @@ def searched(count: int, rng: np.random.Generator) -> Iterator[Found]:
     for start, places in _starts(count, rng):
         found = _improved(places, draws)
         before, after = (float(np.median(largest_errors(one, fresh))) for one in (places, found))
+        if after > before:
+            # Few errors to search with lead a little beside what is best for all.
+            found, after = places, before
         yield Found(start, before, after, found)
 
 
 def least_median(count: int, rng: np.random.Generator) -> float:
     """Return the least median of the largest error of a height that searches find [m]."""
-    return min(min(one.before, one.after) for one in searched(count, rng))
+    return min(one.after for one in searched(count, rng))
 
 
 def _starts(count: int, rng: np.random.Generator) -> Iterator[tuple[str, FloatArray]]:

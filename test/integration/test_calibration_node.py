@@ -211,6 +211,31 @@ def test_measurements_are_noted_listed_dropped_and_saved(calibration, machine, t
     assert ends[1] == pytest.approx((0.1, 0.0, 0.3), abs=EXACT)
 
 
+def test_no_parameter_file_is_written_of_what_contradicts_the_priors(
+    calibration, machine, tmp_path
+):
+    """The plate is 5 mm lower than calibration_node is told, which is no error of the machine."""
+    calibration.start({"plate_height": PLATE + 0.005, "prior_height_offsets": 0.001})
+    for place in ((0.0, 0.1), (-0.09, -0.05), (0.09, -0.05), (0.0, 0.0)):
+        machine.move((*place, PLATE))
+        machine.wait_for_measured_rest()
+        assert calibration.call(RecordTouch, "record_touch").success
+    file = tmp_path / "calibrated.yaml"
+    answer = calibration.call(SolveCalibration, "solve", parameter_file=str(file))
+    assert not answer.success
+    assert answer.message.startswith("no parameter file: measurements and assumptions contradict")
+    assert "shifting along z" in answer.message
+    assert not file.exists()
+    # Without a file, all of it is told.
+    answer = calibration.call(SolveCalibration, "solve")
+    assert answer.success, answer.message
+    assert "NOT VALID" in answer.message
+    # Where the platform may be is saved, too: with it, no place outside is proposed.
+    measurements = tmp_path / "measurements.yaml"
+    assert calibration.call(SaveMeasurements, "save", file=str(measurements)).success
+    assert load_measurements(measurements).workspace.lower_heights == pytest.approx((0.3,) * 3)
+
+
 def test_requests_without_a_meaning_get_a_reason(calibration, machine, tmp_path):
     calibration.start()
     nan = float("nan")
