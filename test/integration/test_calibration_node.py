@@ -58,6 +58,12 @@ class Calibration:
         self.client.wait_for(client.service_is_ready, "the service")
         return client.call_async(kind.Request(**fields))
 
+    def probe(self, **fields):
+        """Probe once and return the answer: a call that asks again would come to another probe."""
+        asked = self.ask(ProbePlate, "probe", **fields)
+        self.client.wait_for(asked.done, "the end of the probe")
+        return asked.result()
+
     @property
     def lines(self):
         return self.call(ListMeasurements, "list").measurements
@@ -73,7 +79,7 @@ def test_a_probe_finds_the_plate_and_comes_back(calibration, machine, client):
     poses = client.record(PoseStamped, "true_pose")
     machine.move(ABOVE)
     first = len(machine.commands)
-    answer = calibration.call(ProbePlate, "probe")
+    answer = calibration.probe()
     assert answer.success, answer.message
     assert answer.number == 1
     x, y, z = MACHINE.forward(tuple(answer.heights))
@@ -112,7 +118,7 @@ def test_the_way_back_of_a_probe_needs_no_height_offsets(calibration, machine, c
     calibration.start({"height_offsets": [-0.005, -0.005, -0.005]})
     poses = client.record(PoseStamped, "true_pose")
     machine.move(ABOVE)
-    answer = calibration.call(ProbePlate, "probe", speed=0.005)
+    answer = calibration.probe(speed=0.005)
     assert answer.success, answer.message
     machine.wait_for_measured_rest()
     place = poses[-1].pose.position
@@ -124,13 +130,13 @@ def test_the_way_back_of_a_probe_needs_no_height_offsets(calibration, machine, c
 def test_what_keeps_a_probe_from_its_plate(calibration, machine, client):
     calibration.start()
     machine.move(ABOVE)
-    answer = calibration.call(ProbePlate, "probe", depth=0.001, speed=0.005)
+    answer = calibration.probe(depth=0.001, speed=0.005)
     assert (answer.success, answer.message) == (False, "no contact on 1 mm")
     machine.wait_for_measured_rest()
     assert machine.state == "idle"
 
     machine.move((*ABOVE[:2], PLATE - 0.001))
-    answer = calibration.call(ProbePlate, "probe")
+    answer = calibration.probe()
     assert not answer.success
     assert "closed already" in answer.message
 
@@ -166,11 +172,11 @@ def test_what_keeps_a_probe_from_its_plate(calibration, machine, client):
 
 def test_what_is_missing_for_a_probe_is_told(calibration, machine, client, nodes):
     node = nodes.start("calibration_node")
-    assert "0 measured heights" in calibration.call(ProbePlate, "probe").message
+    assert "0 measured heights" in calibration.probe().message
     machine.start_simulator()
 
     def told(text):
-        return lambda: text in calibration.call(ProbePlate, "probe").message
+        return lambda: text in calibration.probe().message
 
     client.wait_for(told("there is no ik_node"), "what is missing")
     assert "probe: there is no ik_node" in node.output
