@@ -85,16 +85,6 @@ def test_a_gross_contradiction_makes_no_parameter_file_unless_it_is_forced(tmp_p
     assert (output / PARAMETERS).exists()
 
 
-def test_a_plate_that_is_5_mm_too_high_makes_no_parameter_file(tmp_path, capsys):
-    file, output = tmp_path / "file.yaml", tmp_path / "out"
-    file.write_text(EXAMPLE.read_text().replace("height: 0.0", "height: 5.0"))
-    assert main([str(file), "--output", str(output), "--next", "0"]) == 1
-    said = capsys.readouterr()
-    assert "- shifting along z (all height offsets together) is" in said.out
-    assert "standard deviations from what was assumed" in said.err
-    assert not (output / PARAMETERS).exists()
-
-
 def test_what_is_proposed_lies_inside_the_workspace_of_the_file(tmp_path, capsys):
     travel = "lower_heights: [200.0, 200.0, 200.0]"
     text = EXAMPLE.read_text()
