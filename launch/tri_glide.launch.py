@@ -2,6 +2,7 @@
 
 ros2 launch tri_glide_kinematics tri_glide.launch.py
 ros2 launch tri_glide_kinematics tri_glide.launch.py simulator:=false parameters:=/my/machine.yaml
+ros2 launch tri_glide_kinematics tri_glide.launch.py calibrated:=/my/calibrated.yaml
 """
 
 from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
@@ -37,6 +38,12 @@ def generate_launch_description() -> LaunchDescription:
             description="parameter file of all nodes",
         ),
         DeclareLaunchArgument(
+            "calibrated",
+            # The same once more, which changes nothing.
+            default_value=LaunchConfiguration("parameters"),
+            description="parameter file that wins over the other one: what `calibrate` has written",
+        ),
+        DeclareLaunchArgument(
             "transport",
             default_value=EnvironmentVariable("TRI_GLIDE_TRANSPORT", default_value="cell"),
             choices=["cell", "computer"],
@@ -57,7 +64,7 @@ def _node(executable: str, condition: IfCondition | None = None) -> Node:
         package=PACKAGE,
         executable=executable,
         namespace=LaunchConfiguration("namespace"),
-        parameters=[LaunchConfiguration("parameters")],
+        parameters=[LaunchConfiguration("parameters"), LaunchConfiguration("calibrated")],
         output="screen",
         condition=condition,
     )

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import yaml
-from calibration_samples import calibration
+from calibration_samples import calibration, measured
 
 from tri_glide_kinematics.calibrating.errors import SavingError
 from tri_glide_kinematics.calibrating.parameter_file import parameter_text, save_parameters
-from tri_glide_kinematics.calibrating.report import length_text, report
+from tri_glide_kinematics.calibrating.report import contradiction, length_text, report
+from tri_glide_kinematics.calibrating.solving import solved
 from tri_glide_kinematics.calibrating.uncertainty import UncertaintyMap
 from tri_glide_kinematics.calibration.machine import PARAMETER_NAMES, MachineParameters
+from tri_glide_kinematics.calibration.measurements import Plate
 from tri_glide_kinematics.ros.from_parameters import machine_of
 from tri_glide_kinematics.ros.parameters import IK_NODE
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
@@ -56,6 +59,21 @@ def test_an_outlier_is_named():
     text = report(calibration(outlier=0.002))
     assert "left out: contradicts the others" in text
     assert "touch 3" in text[text.index("Warnings:") :]
+
+
+def test_what_is_far_from_the_priors_is_named_above_all_numbers():
+    content = measured()
+    plate = Plate("bed", 5e-3)
+    touches = tuple(replace(one, plate=plate) for one in content.touches)
+    result = solved(replace(content, touches=touches))
+    reason = contradiction(result)
+    assert reason.startswith("measurements and assumptions contradict each other: shifting along z")
+    assert reason.endswith("standard deviations from what was assumed")
+    assert "chi-squared" not in reason
+    text = report(result)
+    assert f"NOT VALID: {reason}" in text[: text.index("parameter [mm]")]
+    assert "- shifting along z (all height offsets together) is" in text
+    assert contradiction(calibration()) == ""
 
 
 @pytest.mark.parametrize(

@@ -10,16 +10,18 @@ import pytest
 from tri_glide_kinematics.calibration.region import plane_basis
 from tri_glide_kinematics.demo.calibration.course import (
     FIRST_START,
+    NEAR,
     PLATE,
     RADIUS,
-    START,
     Judged,
+    probe_start,
     ring,
     touch_places,
 )
 from tri_glide_kinematics.demo.calibration.picture import verdict_figure
 from tri_glide_kinematics.demo.calibration.verdict import Verdict, table, without_plane_motion
 from tri_glide_kinematics.demo.calibration.wrong_machine import NOMINAL, wrong_machine
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
 TARGETS = np.array([(x, y, PLATE) for x, y in [(0.0, 0.0), *ring(RADIUS, 6)]])
 RNG = np.random.default_rng(4)
@@ -83,4 +85,16 @@ def test_each_seed_is_another_machine_and_always_the_same():
     assert (wrong_machine(1).vector == wrong_machine(1).vector).all()
     assert (wrong_machine(1).vector != wrong_machine(2).vector).all()
     assert np.abs(wrong_machine(1).vector - NOMINAL.vector).max() < 5e-3
-    assert FIRST_START > START
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_probe_begins_a_little_above_the_plate_wherever_a_wrong_machine_believes_it(seed):
+    machine = wrong_machine(seed)
+    truth, drawing = TriGlide(machine.geometry), TriGlide(NOMINAL.geometry)
+    found = []
+    for x, y in touch_places(13):
+        reported = np.subtract(truth.inverse((x, y, PLATE)), machine.height_offsets)
+        place = drawing.forward(reported.tolist())
+        way = probe_start(found, x, y) - place[2]
+        assert 2e-4 < way < (2.0 * NEAR if len(found) > 2 else 2.0 * FIRST_START)
+        found.append(place)

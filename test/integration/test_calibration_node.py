@@ -58,6 +58,12 @@ class Calibration:
         self.client.wait_for(client.service_is_ready, "the service")
         return client.call_async(kind.Request(**fields))
 
+    def probe(self, **fields):
+        """Probe once and return the answer: a call that asks again would come to another probe."""
+        asked = self.ask(ProbePlate, "probe", **fields)
+        self.client.wait_for(asked.done, "the end of the probe")
+        return asked.result()
+
     @property
     def lines(self):
         return self.call(ListMeasurements, "list").measurements
@@ -73,7 +79,7 @@ def test_a_probe_finds_the_plate_and_comes_back(calibration, machine, client):
     poses = client.record(PoseStamped, "true_pose")
     machine.move(ABOVE)
     first = len(machine.commands)
-    answer = calibration.call(ProbePlate, "probe")
+    answer = calibration.probe()
     assert answer.success, answer.message
     assert answer.number == 1
     x, y, z = MACHINE.forward(tuple(answer.heights))
@@ -112,7 +118,7 @@ def test_the_way_back_of_a_probe_needs_no_height_offsets(calibration, machine, c
     calibration.start({"height_offsets": [-0.005, -0.005, -0.005]})
     poses = client.record(PoseStamped, "true_pose")
     machine.move(ABOVE)
-    answer = calibration.call(ProbePlate, "probe", speed=0.005)
+    answer = calibration.probe(speed=0.005)
     assert answer.success, answer.message
     machine.wait_for_measured_rest()
     place = poses[-1].pose.position
@@ -124,13 +130,13 @@ def test_the_way_back_of_a_probe_needs_no_height_offsets(calibration, machine, c
 def test_what_keeps_a_probe_from_its_plate(calibration, machine, client):
     calibration.start()
     machine.move(ABOVE)
-    answer = calibration.call(ProbePlate, "probe", depth=0.001, speed=0.005)
+    answer = calibration.probe(depth=0.001, speed=0.005)
     assert (answer.success, answer.message) == (False, "no contact on 1 mm")
     machine.wait_for_measured_rest()
     assert machine.state == "idle"
 
     machine.move((*ABOVE[:2], PLATE - 0.001))
-    answer = calibration.call(ProbePlate, "probe")
+    answer = calibration.probe()
     assert not answer.success
     assert "closed already" in answer.message
 
@@ -166,11 +172,11 @@ def test_what_keeps_a_probe_from_its_plate(calibration, machine, client):
 
 def test_what_is_missing_for_a_probe_is_told(calibration, machine, client, nodes):
     node = nodes.start("calibration_node")
-    assert "0 measured heights" in calibration.call(ProbePlate, "probe").message
+    assert "0 measured heights" in calibration.probe().message
     machine.start_simulator()
 
     def told(text):
-        return lambda: text in calibration.call(ProbePlate, "probe").message
+        return lambda: text in calibration.probe().message
 
     client.wait_for(told("there is no ik_node"), "what is missing")
     assert "probe: there is no ik_node" in node.output
@@ -209,6 +215,31 @@ def test_measurements_are_noted_listed_dropped_and_saved(calibration, machine, t
     ends = [MACHINE.forward(heights) for heights in (distance.heights_from, distance.heights_to)]
     assert ends[0] == pytest.approx((0.0, 0.0, 0.3), abs=EXACT)
     assert ends[1] == pytest.approx((0.1, 0.0, 0.3), abs=EXACT)
+
+
+def test_no_parameter_file_is_written_of_what_contradicts_the_priors(
+    calibration, machine, tmp_path
+):
+    """The plate is 5 mm lower than calibration_node is told, which is no error of the machine."""
+    calibration.start({"plate_height": PLATE + 0.005, "prior_height_offsets": 0.001})
+    for place in ((0.0, 0.1), (-0.09, -0.05), (0.09, -0.05), (0.0, 0.0)):
+        machine.move((*place, PLATE))
+        machine.wait_for_measured_rest()
+        assert calibration.call(RecordTouch, "record_touch").success
+    file = tmp_path / "calibrated.yaml"
+    answer = calibration.call(SolveCalibration, "solve", parameter_file=str(file))
+    assert not answer.success
+    assert answer.message.startswith("no parameter file: measurements and assumptions contradict")
+    assert "shifting along z" in answer.message
+    assert not file.exists()
+    # Without a file, all of it is told.
+    answer = calibration.call(SolveCalibration, "solve")
+    assert answer.success, answer.message
+    assert "NOT VALID" in answer.message
+    # Where the platform may be is saved, too: with it, no place outside is proposed.
+    measurements = tmp_path / "measurements.yaml"
+    assert calibration.call(SaveMeasurements, "save", file=str(measurements)).success
+    assert load_measurements(measurements).workspace.lower_heights == pytest.approx((0.3,) * 3)
 
 
 def test_requests_without_a_meaning_get_a_reason(calibration, machine, tmp_path):

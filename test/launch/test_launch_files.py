@@ -71,7 +71,20 @@ def test_each_argument_has_a_default_and_a_description_and_is_used():
         declared.add(call.args[0].value)
         assert keyword(call, "default_value")
         assert len(keyword(call, "description").value) > 10
-    assert declared == used == {"simulator", "namespace", "parameters", "transport"}
+    assert declared == used == {"simulator", "namespace", "parameters", "calibrated", "transport"}
+
+
+def test_the_calibrated_file_comes_behind_the_other_one_and_is_the_same_if_none_is_named():
+    """Of two parameter files the later one counts."""
+    file = ROOT / "launch" / "tri_glide.launch.py"
+    (node,) = calls(file, "Node")
+    given = [texts(each) for each in keyword(node, "parameters").elts]
+    assert given == [{"parameters"}, {"calibrated"}]
+    declared = {call.args[0].value: call for call in calls(file, "DeclareLaunchArgument")}
+    assert list(declared).index("parameters") < list(declared).index("calibrated")
+    assert ast.unparse(keyword(declared["calibrated"], "default_value")) == ast.unparse(
+        keyword(node, "parameters").elts[0]
+    )
 
 
 def test_the_transports_are_those_that_there_are():

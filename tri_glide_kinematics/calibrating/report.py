@@ -18,13 +18,21 @@ from tri_glide_kinematics.wording import number_text
 # Below it a length is written in micrometres [m].
 MICROMETRES_BELOW = 1e-4
 MILLIMETRES = 1e3
-# One of a thousand calibrations has a parameter that is farther from what was assumed, by chance.
-FAR_FROM_PRIOR = 4.0
+QUESTION = (
+    "Is the height of the plate right? If the machine may be so far from what was assumed, say so "
+    "in the priors"
+)
 PLURALS = {"touch": "touches", "position": "positions", "distance": "distances"}
 
 
-def report(calibration: Calibration, proposals: Sequence[Proposal] = ()) -> str:
-    """Return all that a calibration has to say, with ``proposals`` of what to measure next."""
+def report(calibration: Calibration, proposals: Sequence[Proposal] = (), remark: str = "") -> str:
+    """Return all that a calibration has to say.
+
+    Args:
+        calibration: to be told of.
+        proposals: of what to measure next.
+        remark: on these, in words.
+    """
     parts = [
         _data(calibration),
         _contradictions(calibration),
@@ -34,6 +42,7 @@ def report(calibration: Calibration, proposals: Sequence[Proposal] = ()) -> str:
         _residuals(calibration.residuals),
         _listed("Warnings", calibration.warnings),
         _listed("What would help most, the best first", map(_proposal, proposals)),
+        remark,
     ]
     return "\n\n".join(part for part in parts if part)
 
@@ -62,27 +71,33 @@ def _data(calibration: Calibration) -> str:
 
 
 def contradiction(calibration: Calibration) -> str:
-    """Return in words why the standard deviations are not valid; empty if they are."""
+    """Return in words why the result is not to be used; empty if it is."""
     if not calibration.is_contradicted:
         return ""
-    squares = number_text(calibration.chi_squared, 3)
-    return (
-        "measurements and assumptions contradict each other: chi-squared is "
-        f"{squares}, expected {calibration.degrees_of_freedom}; the standard deviations are not "
-        "valid"
-    )
+    parts = ["measurements and assumptions contradict each other"]
+    if calibration.has_gross_residuals:
+        parts.append(
+            f"chi-squared is {number_text(calibration.chi_squared, 3)}, expected "
+            f"{calibration.degrees_of_freedom}; the standard deviations are not valid"
+        )
+    far = calibration.far_from_priors
+    if far:
+        name = max(far, key=lambda each: far[each])
+        parts.append(f"{name} is {_distance(far[name])}")
+    return ": ".join((parts[0], "; ".join(parts[1:])))
 
 
 def _contradictions(calibration: Calibration) -> str:
-    """Return what contradicts the assumptions, and whether that spoils all numbers below."""
-    lines = [
-        f"- {name} is {number_text(abs(size), 3)} standard deviations from what was assumed"
-        for name, size in zip(PARAMETER_NAMES, calibration.prior_residuals.tolist())
-        if abs(size) > FAR_FROM_PRIOR
-    ]
-    if calibration.is_contradicted:
-        lines.insert(0, f"NOT VALID: {contradiction(calibration)}")
-    return "\n".join(lines)
+    """Return what contradicts the assumptions, which spoils all numbers below."""
+    if not calibration.is_contradicted:
+        return ""
+    far = [f"{name} is {_distance(size)}" for name, size in calibration.far_from_priors.items()]
+    parts = (f"NOT VALID: {contradiction(calibration)}", _listed(QUESTION, far))
+    return "\n".join(filter(None, parts))
+
+
+def _distance(size: float) -> str:
+    return f"{number_text(size, 3)} standard deviations from what was assumed"
 
 
 def _parameters(calibration: Calibration) -> str:

@@ -18,6 +18,7 @@ from tri_glide_kinematics.calibration.measurements import (
 from tri_glide_kinematics.calibration.priors import Priors
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
+from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,12 @@ class Session:
         """What has been begun and is not whole, in words; empty if there is nothing."""
         return "" if self._first_end is None else "the second end of a distance"
 
-    def content(self, nominal: MachineParameters, priors: Priors | None) -> MeasurementFile:
+    def content(
+        self,
+        nominal: MachineParameters,
+        priors: Priors | None,
+        workspace: WorkspaceLimits | None = None,
+    ) -> MeasurementFile:
         """Return all of it, and what is known of the machine, as a file holds that."""
         return MeasurementFile(
             nominal,
@@ -133,6 +139,7 @@ class Session:
             tuple(each for each in self.measurements if isinstance(each, Touch)),
             tuple(each for each in self.measurements if isinstance(each, MeasuredPosition)),
             tuple(each for each in self.measurements if isinstance(each, Distance)),
+            workspace,
         )
 
     def _add(self, measurement: Measurement) -> int:

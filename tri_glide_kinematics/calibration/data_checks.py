@@ -23,6 +23,7 @@ from tri_glide_kinematics.calibration.measurements import (
     Touch,
 )
 from tri_glide_kinematics.calibration.model import MeasurementModel, heights_of
+from tri_glide_kinematics.calibration.priors import Priors
 from tri_glide_kinematics.calibration.region import Region
 from tri_glide_kinematics.calibration.unknowns import MACHINE, State
 from tri_glide_kinematics.wording import number_text
@@ -122,6 +123,20 @@ def check_machine(machine: MachineParameters) -> None:
         if name.startswith("arm length") and value < SHORTEST_ARM:
             expected = f"at least {SHORTEST_ARM:g} m is expected"
             raise WrongUnitError(f"nominal {name}", value, expected, IN_METRES)
+
+
+def check_priors(priors: Priors, longest_arm: float) -> None:
+    """Check that no standard deviation of what is assumed is as long as an arm.
+
+    Raises:
+        WrongUnitError: if one is; its text asks for the unit.
+    """
+    expected = f"the longest arm {number_text(longest_arm)} m"
+    for name in ("anchors", "arm_lengths", "height_offsets"):
+        value = getattr(priors, name)
+        if value > longest_arm:
+            what = f"standard deviation of {name} in the priors"
+            raise WrongUnitError(what, value, expected, IN_MILLIMETRES)
 
 
 def check_units(measurements: Sequence[Measurement], longest_arm: float) -> None:

@@ -57,6 +57,21 @@ def named_directions(machine: FloatArray) -> dict[str, FloatArray]:
     }
 
 
+def along_named(machine: FloatArray, scale: FloatArray, change: FloatArray) -> dict[str, float]:
+    """Return how far a change goes along each direction with a meaning.
+
+    Args:
+        machine: about which the directions are. Shape (12,) [m].
+        scale: machine = mean + scale u. Shape (12, 12).
+        change: of u. Shape (12,).
+    """
+    found = {}
+    for name, direction in named_directions(machine).items():
+        unit = np.linalg.solve(scale, direction)
+        found[name] = float(unit @ change / np.linalg.norm(unit))
+    return found
+
+
 def in_words(machine: FloatArray, scale: FloatArray, unknown: FloatArray) -> tuple[str, ...]:
     """Return the names of the directions that are not determined.
 

@@ -13,6 +13,7 @@ from tri_glide_kinematics.calibration.data_checks import (
     check_count,
     check_machine,
     check_plates,
+    check_priors,
     check_reach,
     check_spread,
     check_units,
@@ -90,6 +91,8 @@ def calibrate(
     model = MeasurementModel(measurements, unknowns)
     check_count(model)
     check_units(measurements, max(nominal.arm_lengths))
+    if priors is not None:
+        check_priors(priors, max(nominal.arm_lengths))
     start = starting_state(model, assumed.vector)
     check_reach(model, start)
     check_spread(model, start, Region.of(nominal))

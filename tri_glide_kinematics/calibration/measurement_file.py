@@ -16,6 +16,7 @@ Heights are reported ones. Lengths are in the unit that the file names. An examp
       - {heights: [...], position: [...], frame: camera, standard_deviation: 0.05}
     distances:
       - {from: [...], to: [...], distance: 240, standard_deviation: 0.05}
+    workspace: {lower_heights: [...], ...}   # or without it, see workspace_keys.py
 """
 
 from __future__ import annotations
@@ -40,15 +41,16 @@ from tri_glide_kinematics.calibration.measurements import (
 )
 from tri_glide_kinematics.calibration.priors import Priors
 from tri_glide_kinematics.calibration.replacing import replace_file
+from tri_glide_kinematics.calibration.workspace_keys import NONE, read_workspace, workspace_keys
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import UNITS, load_yaml
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 
 # Of a file that is written here: no other is overwritten.
 FIRST_LINE = "# Measurements of one machine."
 UNKNOWN = "unknown"
-NONE = "none"
 PRIOR_KINDS = ("anchors", "arm_lengths", "height_offsets")
 
 Made = TypeVar("Made")
@@ -56,7 +58,7 @@ Made = TypeVar("Made")
 
 @dataclass(frozen=True)
 class MeasurementFile:
-    """What a file holds; ``calibrate`` takes the same.
+    """What a file holds.
 
     Attributes:
         nominal: the machine as it was drawn, with the offsets that are assumed.
@@ -64,6 +66,8 @@ class MeasurementFile:
         touches: of plates.
         positions: that were measured.
         distances: that were measured.
+        workspace: where the platform may be, with the travel of the sliders as the drives report
+            it; None if that is not said.
     """
 
     nominal: MachineParameters = field(default_factory=lambda: MachineParameters(DEFAULT_GEOMETRY))
@@ -71,6 +75,7 @@ class MeasurementFile:
     touches: tuple[Touch, ...] = ()
     positions: tuple[MeasuredPosition, ...] = ()
     distances: tuple[Distance, ...] = ()
+    workspace: WorkspaceLimits | None = None
 
 
 class _Keys(keys.Keys):
@@ -113,9 +118,7 @@ class _Reader:
         self._plates: dict[str, Plate] = {}
 
     def read(self) -> MeasurementFile:
-        nominal = self._nominal()
-        priors = self._priors()
-        plates = self._section("plates", {})
+        nominal, priors, plates = self._nominal(), self._priors(), self._section("plates", {})
         for name in plates:
             self._plates[str(name)] = self._plate(str(name), plates[name])
         measurements = MeasurementFile(
@@ -124,6 +127,7 @@ class _Reader:
             self._all("touches", "touch", self._touch),
             self._all("positions", "position", self._position),
             self._all("distances", "distance", self._distance),
+            self._workspace(),
         )
         self._keys.finish()
         return measurements
@@ -138,10 +142,8 @@ class _Reader:
         section = _Keys(self._file, "nominal", self._section("nominal"))
 
         def read() -> MachineParameters:
-            rows = section.entries("anchors")
-            anchors = [
-                self._lengths(section, f"anchors[{i}]", row, 2) for i, row in enumerate(rows)
-            ]
+            rows = enumerate(section.entries("anchors"))
+            anchors = [self._lengths(section, f"anchors[{i}]", row, 2) for i, row in rows]
             arms = self._lengths(section, "arm_lengths", section.value("arm_lengths"), 3)
             offsets = section.value("height_offsets", [0.0, 0.0, 0.0])
             x, y, z = self._lengths(section, "height_offsets", offsets, 3)
@@ -154,16 +156,22 @@ class _Reader:
         if value == NONE:
             return None
         section = _Keys(self._file, "priors", value)
-        default = Priors()
+        usual = [getattr(Priors(), kind) / self._unit for kind in PRIOR_KINDS]
 
         def read() -> Priors:
             anchors, arms, offsets = (
-                self._unit * section.number(kind, getattr(default, kind) / self._unit)
-                for kind in PRIOR_KINDS
+                self._unit * section.number(*each) for each in zip(PRIOR_KINDS, usual)
             )
             return Priors(anchors, arms, offsets)
 
         return self._made(section, read)
+
+    def _workspace(self) -> WorkspaceLimits | None:
+        value = self._keys.value("workspace", NONE)
+        if value == NONE:
+            return None
+        section = _Keys(self._file, "workspace", value)
+        return self._made(section, partial(read_workspace, section, self._unit))
 
     def _plate(self, name: str, values: Any) -> Plate:
         section = _Keys(self._file, f"plate {name!r}", values)
@@ -190,8 +198,7 @@ class _Reader:
         return Touch(heights, plate, self._deviation(section))
 
     def _position(self, section: _Keys) -> MeasuredPosition:
-        heights = self._heights(section, "heights")
-        position = self._heights(section, "position")
+        heights, position = self._heights(section, "heights"), self._heights(section, "position")
         return MeasuredPosition(
             heights, position, section.text("frame", BASE), self._deviation(section)
         )
@@ -236,18 +243,17 @@ class _Reader:
 
 def _as_keys(content: MeasurementFile, unit: str) -> dict[str, Any]:
     """Return the content as YAML writes it."""
-    scale = UNITS[unit]
 
     def lengths(values: Any) -> list[float]:
         # Twelve digits: what is left of a change of units is not written.
-        return [float(f"{value / scale:.12g}") for value in values]
+        return [float(f"{value / UNITS[unit]:.12g}") for value in values]
 
     def common(measurement: Touch | MeasuredPosition | Distance) -> dict[str, Any]:
         return {"standard_deviation": lengths([measurement.standard_deviation])[0]}
 
     geometry = content.nominal.geometry
     plates = {touch.plate.name: touch.plate for touch in content.touches}
-    priors = content.priors
+    priors, workspace = content.priors, content.workspace
     return {
         "unit": unit,
         "nominal": {
@@ -287,4 +293,5 @@ def _as_keys(content: MeasurementFile, unit: str) -> dict[str, Any]:
             }
             for one in content.distances
         ],
+        "workspace": NONE if workspace is None else workspace_keys(workspace, lengths),
     }

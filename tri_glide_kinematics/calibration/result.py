@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtrc
 
-from tri_glide_kinematics.calibration.directions import in_words
-from tri_glide_kinematics.calibration.knowledge import Knowledge
-from tri_glide_kinematics.calibration.machine import MachineParameters
+from tri_glide_kinematics.calibration.directions import along_named, in_words
+from tri_glide_kinematics.calibration.knowledge import Knowledge, Spectrum
+from tri_glide_kinematics.calibration.machine import PARAMETER_NAMES, MachineParameters
 from tri_glide_kinematics.calibration.measurements import Measurement, Plate
 from tri_glide_kinematics.calibration.model import position_derivatives
 from tri_glide_kinematics.calibration.next_points import Proposal, next_points
@@ -27,6 +27,8 @@ from tri_glide_kinematics.workspace.workspace import Workspace
 # Residuals that are larger than stated by this factor, and not by chance, are no matter of degree.
 GROSS = 3.0
 GROSS_BY_CHANCE = 1e-6
+# One of a thousand machines is farther from what was assumed, by chance (standard deviations).
+FAR_FROM_PRIORS = 4.0
 # A change of the position by less than this part of a direction's own is rounding.
 UNTOUCHED = 1e-6
 
@@ -106,9 +108,32 @@ class Calibration:
 
     @property
     def is_contradicted(self) -> bool:
+        """Whether something that was stated is wrong, so that the result is not to be used."""
+        return self.has_gross_residuals or bool(self.far_from_priors)
+
+    @property
+    def has_gross_residuals(self) -> bool:
         """Whether residuals are so large that the standard deviations are not valid."""
         freedom, squares = self.degrees_of_freedom, self.chi_squared
         return squares > GROSS * GROSS * freedom > 0 and chdtrc(freedom, squares) < GROSS_BY_CHANCE
+
+    @property
+    def far_from_priors(self) -> dict[str, float]:
+        """What is farther from what was assumed than chance explains, and by how many deviations.
+
+        Of the directions with a meaning the farthest, if it is farther than any parameter; then
+        parameters.
+        """
+        if self.priors is None:
+            return {}
+        sizes = self.prior_residuals
+        found = dict(zip(PARAMETER_NAMES, np.abs(sizes).tolist()))
+        scale = np.diag(self.priors.deviations())
+        ways = along_named(self.nominal.vector, scale, sizes)
+        name = max(ways, key=lambda each: abs(ways[each]))
+        if abs(ways[name]) > max(found.values()):
+            found = {name: abs(ways[name]), **found}
+        return {name: size for name, size in found.items() if size > FAR_FROM_PRIORS}
 
     @property
     def prior_residuals(self) -> FloatArray:
@@ -187,16 +212,11 @@ class Calibration:
 
     def _deviations(self, rows: FloatArray) -> FloatArray:
         """Return the standard deviations of linear functions of the parameters. Shape (n,)."""
-        squares = np.einsum("ij,jk,ik->i", rows, self.covariance, rows)
-        if not self._knowledge.is_prior:
-            spectrum = self._knowledge.spectrum(self._solution.matrix)
-            known = self._solution.basis.shape[1]
-            parts = rows @ self._knowledge.scale @ spectrum.directions[:, known:]
-            touched = np.abs(parts) > UNTOUCHED
-            # Infinity times nothing is nothing.
-            spreads = np.where(touched, spectrum.deviations[known:], 0.0)
-            squares = squares + np.square(parts * spreads).sum(axis=1)
-        return np.sqrt(squares)
+        spectrum, deviations = _spread(self._solution, self._knowledge)
+        parts = rows @ self._knowledge.scale @ spectrum.directions
+        # Infinity times nothing is nothing.
+        touched = np.isfinite(deviations) | (np.abs(parts) > UNTOUCHED)
+        return np.asarray(np.linalg.norm(parts * np.where(touched, deviations, 0.0), axis=1))
 
 
 def _position_rows(machine: MachineParameters, positions: ArrayLike, aligned: bool) -> FloatArray:
@@ -218,12 +238,21 @@ def covariance_of(solution: Solution, knowledge: Knowledge) -> FloatArray:
     Returns:
         Shape (12, 12) [m^2].
     """
-    spectrum = knowledge.spectrum(solution.matrix)
-    fitted = solution.basis.shape[1]
-    unknown = np.full(MACHINE - fitted, 1.0 if knowledge.is_prior else 0.0)
-    deviations = np.concatenate((spectrum.deviations[:fitted], unknown))
+    spectrum, deviations = _spread(solution, knowledge)
+    if not knowledge.is_prior:
+        deviations[solution.basis.shape[1] :] = 0.0
     spread = knowledge.scale @ spectrum.directions * deviations
     return np.asarray(spread @ spread.T)
+
+
+def _spread(solution: Solution, knowledge: Knowledge) -> tuple[Spectrum, FloatArray]:
+    """Return directions of u with the standard deviation along each. Shape (12,)."""
+    spectrum = knowledge.spectrum(solution.matrix)
+    deviations = spectrum.deviations
+    if knowledge.is_prior:
+        # What was not fitted is as uncertain as before.
+        deviations[solution.basis.shape[1] :] = 1.0
+    return spectrum, deviations
 
 
 def unidentified_of(solution: Solution, knowledge: Knowledge) -> tuple[str, ...]:

@@ -39,6 +39,7 @@ from tri_glide_kinematics.ros.calibration_parameters import (
     plate_of,
     priors_of,
     probe_settings_of,
+    reported_workspace_of,
     requested,
 )
 from tri_glide_kinematics.ros.cycle_loop import Cycle
@@ -78,6 +79,7 @@ class CalibrationNode(Node):
         super().__init__("calibration_node")
         self._values = values = LiveParameters(self, CALIBRATION_NODE, check_joint_names).values
         self._nominal = nominal_of(values)
+        self._workspace = reported_workspace_of(values)
         self._reader = SliderMeasurements(values["joint_names"])
         self._record = HeightRecord()
         self._session = Session(plate_of(values), deviations_of(values))
@@ -200,7 +202,9 @@ class CalibrationNode(Node):
 
     async def _save(self, request: Any, response: Any) -> None:
         save_measurements(request.file, self._content())
-        response.message = f"{len(self._session.measurements)} measurements: {request.file}"
+        # Where that is, only this process knows.
+        place = Path(request.file).resolve()
+        response.message = f"{len(self._session.measurements)} measurements: {place}"
 
     async def _solve(self, request: Any, response: Any) -> None:
         # Loaded when it is first used: it takes as long as starting the node.
@@ -220,7 +224,8 @@ class CalibrationNode(Node):
         response.message = report(calibration)
 
     def _content(self) -> MeasurementFile:
-        return self._session.content(self._nominal, priors_of(self._values))
+        priors = priors_of(self._values)
+        return self._session.content(self._nominal, priors, self._workspace)
 
 
 def _deviation(request: Any, parameter: str) -> float:

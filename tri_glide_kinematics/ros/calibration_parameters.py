@@ -12,9 +12,10 @@ from tri_glide_kinematics.calibrating.session import Deviations
 from tri_glide_kinematics.calibration.machine import MachineParameters
 from tri_glide_kinematics.calibration.measurements import Plate
 from tri_glide_kinematics.calibration.priors import Priors
-from tri_glide_kinematics.ros.from_parameters import machine_of
+from tri_glide_kinematics.ros.from_parameters import machine_of, workspace_limits_of
 from tri_glide_kinematics.ros.parameter_table import Values
 from tri_glide_kinematics.ros.parameters import CALIBRATION_NODE
+from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 
 
 def nominal_of(values: Values) -> MachineParameters:
@@ -41,6 +42,15 @@ def priors_of(values: Values) -> Priors | None:
     return Priors(
         values["prior_anchors"], values["prior_arm_lengths"], values["prior_height_offsets"]
     )
+
+
+def reported_workspace_of(values: Values) -> WorkspaceLimits:
+    """Return where the platform may be, with the travel of the sliders as the drives report it.
+
+    Raises:
+        KinematicsError: if two bounds are not in order.
+    """
+    return workspace_limits_of({**values, "height_offsets": (0.0, 0.0, 0.0)})
 
 
 def deviations_of(values: Values) -> Deviations:

@@ -372,6 +372,8 @@ CALIBRATION_NODE = (
     *GEOMETRY,
     JOINT_NAMES,
     BASE_FRAME,
+    *TRAVEL,
+    *WORKSPACE,
     Parameter(
         "probe_speed", 0.002, "of the platform on its way down", "m/s", 0.0002, 0.1, told=True
     ),

@@ -83,7 +83,14 @@ def test_a_gross_contradiction_makes_no_parameter_file_unless_it_is_forced(tmp_p
     assert not (output / PARAMETERS).exists()
     assert main([*arguments, "--force"]) == 0
     assert (output / PARAMETERS).exists()
-    # A plate that is 50 mm too high makes height offsets that nobody has assumed.
-    file.write_text(text.replace("height: 0.0", "height: 50.0"))
-    assert main(arguments) == 1
-    assert "standard deviations from what was assumed" in capsys.readouterr().out
+
+
+def test_what_is_proposed_lies_inside_the_workspace_of_the_file(tmp_path, capsys):
+    travel = "lower_heights: [200.0, 200.0, 200.0]"
+    text = EXAMPLE.read_text()
+    assert travel in text
+    file = tmp_path / "file.yaml"
+    file.write_text(text.replace(travel, "lower_heights: [340.0, 340.0, 340.0]"))
+    assert main([str(file), "--output", str(tmp_path / "out"), "--next", "9"]) == 0
+    # Only the middle of the disc is high enough.
+    assert capsys.readouterr().out.count("the uncertain volume shrinks to") == 1

@@ -1,7 +1,7 @@
 """The command ``calibration_demo``: a simulated machine is wrong, and is calibrated.
 
 The nodes believe the drawing; the simulator is another machine. The plate is probed, three
-distances are measured, the machine is calibrated, and the nodes are started again with the result.
+distances are measured, the machine is calibrated, and ik_node is started again with the result.
 """
 
 from __future__ import annotations
@@ -58,11 +58,11 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
 
     say(f"a machine that is wrong by {USUAL_ERRORS}")
     with NodeProcesses() as processes:
-        say("starting simulator_node with that machine, the other nodes with the drawing of it")
+        say("starting simulator_node with that machine, the other nodes with its drawing")
         plate = ["-p", f"plate_height:={PLATE}"]
         processes.start("simulator_node", [*arguments(folder / TRUTH), *plate])
         processes.start("calibration_node", [*arguments(), *plate, *_assumed()])
-        believing = [processes.start(name, arguments()) for name in ("ik_node", "fk_node")]
+        believing = processes.start("ik_node", arguments())
         with ros_that_ctrl_c_ends():
             client = CalibrationClient(namespace)
             client.wait_for_machine()
@@ -74,13 +74,11 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
             client.ask(SaveMeasurements, "save", SaveMeasurements.Request(file=str(measurements)))
             request = SolveCalibration.Request(parameter_file=str(calibrated))
             client.ask(SolveCalibration, "solve", request)
-            say("starting ik_node and fk_node again, with what was found out")
-            for process in believing:
-                process.send_signal(signal.SIGINT)
-                process.wait()
+            say("starting ik_node again, with what was found out")
+            believing.send_signal(signal.SIGINT)
+            believing.wait()
             client.wait_until_gone()
-            for name in ("ik_node", "fk_node"):
-                processes.start(name, arguments(calibrated))
+            processes.start("ik_node", arguments(calibrated))
             client.wait_for_machine()
             after = judge(client)
     calibration = solved(load_measurements(measurements))
@@ -88,11 +86,9 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
     print(f"\n{report(calibration)}\n\n{table(verdict)}\n")
     # Drawing is imported late: it takes as long as starting the nodes.
     from tri_glide_kinematics.demo.calibration.picture import save_verdict
-    from tri_glide_kinematics.figures.calibration.pictures import calibration_figure
 
-    calibration_figure(calibration).savefig(folder / "calibration.png", dpi=110)
-    say(f"pictures: {folder / 'calibration.png'}, {save_verdict(folder, after.targets, verdict)}")
-    say(f"measurements: {measurements}; to try again: calibrate {measurements}")
+    say(f"picture: {save_verdict(folder, after.targets, verdict)}")
+    say(f"measurements: {measurements}; to look at them: calibrate {measurements}")
     say("as right as predicted" if verdict.is_good else "FAILED: not as right as predicted")
     return 0 if verdict.is_good else 1
 

@@ -41,12 +41,13 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
     from tri_glide_kinematics.calibrating.errors import SavingError
     from tri_glide_kinematics.calibrating.parameter_file import save_parameters
     from tri_glide_kinematics.calibrating.report import contradiction, report
-    from tri_glide_kinematics.calibrating.solving import solved
+    from tri_glide_kinematics.calibrating.solving import proposed, solved
     from tri_glide_kinematics.calibration.measurement_file import load_measurements
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    calibration = solved(load_measurements(file))
-    text = report(calibration, calibration.next_points(proposals))
+    content = load_measurements(file)
+    calibration = solved(content)
+    text = report(calibration, *proposed(content, calibration, proposals))
     print(text)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / REPORT).write_text(f"{text}\n", encoding="utf-8")
