@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import traceback
 from collections.abc import Awaitable, Callable
 from functools import partial
 from pathlib import Path
@@ -33,6 +32,7 @@ from tri_glide_kinematics.checks import non_negative
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.simulated_truth import TrueMachine
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.answers import Answers
 from tri_glide_kinematics.ros.calibration_parameters import (
     deviations_of,
     nominal_of,
@@ -93,9 +93,8 @@ class CalibrationNode(Node):
             values["contact_delay"],
         )
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
-        self._refused = ReasonLog(lambda text: self.get_logger().warning(text), lines_per_second=10)
-        for log in (self._unusable, self._refused):
-            self.create_timer(1.0, log.end_of_second)
+        self.create_timer(1.0, self._unusable.end_of_second)
+        self._answers = Answers(self)
         # rclpy's type hints know of no callback that gets to know when a message was sent.
         on_measured: Any = self._on_measured
         measured = self.create_subscription(
@@ -140,23 +139,11 @@ class CalibrationNode(Node):
         self._probes.measured(reading.heights, now)
 
     async def _answered(self, name: str, answer: Answer, request: Any, response: Any) -> Any:
-        """Return the response, with the reason if there is no success.
-
-        While it waits for the machine, the node does all else.
-        """
-        try:
+        """Return the response; while it waits for the machine, the node does all else."""
+        with self._answers.told_in(response, name):
             if self._probes.is_active:
                 raise ProbingError("a probe is under way")
             await answer(request, response)
-            response.success = True
-        except KinematicsError as error:
-            response.message = str(error)
-            self._refused.add(f"{name}: {error}")
-        except Exception as error:
-            # Without an answer, who asks would wait for ever.
-            response = type(response)()
-            response.message = f"internal error: {type(error).__name__}: {error}"
-            self.get_logger().error(f"{name}: {traceback.format_exc()}")
         return response
 
     async def _record_touch(self, request: Any, response: Any) -> None:
