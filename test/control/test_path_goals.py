@@ -21,7 +21,7 @@ START = MACHINE.inverse((0.0, 0.0, 0.25))
 def rig():
     rig = Rig(kind=MotionKind.LINEAR, in_pieces=True, start=START)
     # The next part of a path has to be planned while the present one is driven.
-    rig.pieces = 20
+    rig.pieces = 30
     rig.cycle(2)
     return rig
 

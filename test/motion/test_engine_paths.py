@@ -18,7 +18,7 @@ START = MACHINE.forward(HOME)
 SIDE = 0.04
 TOLERANCE = 0.001
 # Pieces of planning in a step, about half a millisecond.
-PIECES = 6
+PIECES = 9
 CORNERS = [(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE), (0.0, 0.0)]
 
 each_mode = pytest.mark.parametrize("in_pieces", [False, True])

@@ -5,6 +5,7 @@ from timed_paths import AT_BEGIN, LIMITS, dense_path, random_path, seen
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
+from tri_glide_kinematics.motion.paths import path_bounds as module
 from tri_glide_kinematics.motion.paths.path_bounds import check_path_limits, path_bounds
 from tri_glide_kinematics.motion.paths.path_timing import plan_window
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
@@ -56,6 +57,15 @@ def test_bounds_of_rough_knots_are_bounds():
         bounds = np.array(path_bounds(curve, rough)[:3])
         values = np.abs(sampled(curve, rough)).max(axis=2)
         assert ((values - bounds) / LIMITS.table[..., np.newaxis]).max() < 1e-9
+
+
+def test_how_many_pieces_are_bounded_together_makes_no_difference(monkeypatch):
+    curve, scaling = planned(dense_path(150))
+    together = path_bounds(curve, scaling)
+    monkeypatch.setattr(module, "_BLOCK", 60)
+    assert sum(1 for _ in module.bounds_in_pieces(curve, scaling)) > 20
+    for one, other in zip(path_bounds(curve, scaling), together):
+        assert np.asarray(one) == pytest.approx(np.asarray(other), rel=1e-9)
 
 
 def test_slower_is_the_law_of_scaling():

@@ -8,6 +8,7 @@ break, where one of its coefficients jumps as a rounding begins, ends or passes 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +19,10 @@ from tri_glide_kinematics.motion.paths.layers import Breaks, Layer, breaks_of, l
 from tri_glide_kinematics.motion.paths.widths import Widths
 from tri_glide_kinematics.vectors import FloatArray
 
-# So many breaks are worked through from each sum over all roundings.
-BLOCK = 32
-
-# So many blocks are worked through together, and so many of their breaks between two turns of
-# others.
-TOGETHER = 128
-PLACES = 8
+# So many breaks are worked through from each sum over all roundings, and so many blocks of them
+# together.
+BLOCK = 64
+TOGETHER = 64
 
 # The sums are formed at all breaks if they have no more terms, or no more each on average.
 FEW_TERMS = 4000
@@ -188,47 +186,57 @@ def _blocks(
     """
     blocks = len(first)
     count = min(blocks * BLOCK, sums.count - begin)
-    jumps = np.zeros((BLOCK, sums.size, 3, blocks))
-    padded = np.zeros(blocks * BLOCK)
+    padded = np.zeros((sums.size, 3, blocks * BLOCK))
     for power, at, change in _jumps(sums, sums.near(begin, begin + count)):
-        inside = (at >= begin) & (at < begin + count)
-        places, changes = at[inside] - begin, change[inside]
+        # The breaks ascend, as the roundings do.
+        inside = slice(*np.searchsorted(at, (begin, begin + count)))
+        places = at[inside] - begin
         for axis in range(3):
-            padded[:count] = np.bincount(places, changes[:, axis], count)
-            jumps[:, power, axis] += padded.reshape(blocks, BLOCK).T
+            padded[power, axis, :count] += np.bincount(places, change[axis, inside], count)
     yield
-    padded[:count] = np.diff(sums.breaks.ways[begin : begin + count + 1])
-    steps = np.ascontiguousarray(padded.reshape(blocks, BLOCK).T)
-    filled = np.empty((blocks, BLOCK, sums.size, 3))
-    filled[:, 0] = first
-    coefficients = np.ascontiguousarray(first.transpose(1, 2, 0))
-    largest = np.abs(coefficients[3:])
-    for place in range(1, BLOCK):
-        step = steps[place - 1]
-        # Moved to the next break by Horner's scheme, one power after the other.
-        for lowest in range(sums.size - 1):
-            for power in range(sums.size - 2, lowest - 1, -1):
-                coefficients[power] += step * coefficients[power + 1]
-        coefficients += jumps[place]
-        np.maximum(largest, np.abs(coefficients[3:]), out=largest)
-        filled[:, place] = coefficients.transpose(2, 0, 1)
-        if place % PLACES == 0:
-            yield
-    extents = steps.sum(axis=0)
-    lost = sum(extents ** (3 + power) * row.max(axis=0) for power, row in enumerate(largest))
-    return filled.reshape(-1, sums.size, 3)[:count], np.asarray(UNITS * lost > LARGEST_LOSS)
+    steps = np.zeros((blocks, BLOCK))
+    steps.ravel()[:count] = np.diff(sums.breaks.ways[begin : begin + count + 1])
+    # From what the coefficients change by at each break to what they are.
+    table = padded.reshape(sums.size, 3, blocks, BLOCK)
+    table[..., 0] = first.transpose(1, 2, 0)
+    highest = sums.size - 1
+    for power in range(highest, -1, -1):
+        if power < highest:
+            table[power, ..., 1:] += _moved(table[power:, ..., :-1], steps[:, :-1], power)
+        np.cumsum(table[power], axis=-1, out=table[power])
+    yield
+    extents = steps.sum(axis=1)
+    largest = np.abs(table[3:]).max(axis=(1, 3))
+    lost = sum(extents ** (3 + power) * row for power, row in enumerate(largest))
+    filled = padded.transpose(2, 0, 1)[:count]
+    return filled, np.asarray(UNITS * lost > LARGEST_LOSS)
+
+
+def _moved(table: FloatArray, steps: FloatArray, power: int) -> FloatArray:
+    """Return how the coefficient of a ``power`` changes as polynomials are moved by ``steps``.
+
+    Args:
+        table: coefficients from this power on. Shape (n, 3, ...).
+        steps: Shape (...) [m].
+        power: the least one.
+    """
+    total = np.zeros(table.shape[1:])
+    for above in range(len(table) - 1, 0, -1):
+        total += comb(power + above, power) * table[above]
+        total *= steps
+    return total
 
 
 def _jumps(sums: _Sums, some: slice) -> Iterator[tuple[int, Indices, FloatArray]]:
     """Yield which coefficients jump by ``some`` of the roundings, at which breaks, by how much.
 
-    Shape (m,), (m, 3).
+    Shape (m,), (3, m).
     """
-    layer, width = sums.layer, sums.layer.half_widths[some, np.newaxis]
+    layer, width = sums.layer, sums.layer.half_widths[some]
     begins, middles = sums.breaks.begins[some], sums.breaks.middles[some]
     ends = sums.breaks.ends[some]
-    turn = sums.joints.tangent_jumps[some]
-    fourths, thirds = layer.fourths[some, np.newaxis], layer.thirds[some, np.newaxis]
+    turn = np.ascontiguousarray(sums.joints.tangent_jumps[some].T)
+    fourths, thirds = layer.fourths[some], layer.thirds[some]
     yield 1, middles, -(thirds + fourths) * turn
     unit = turn / (6.0 * width * width)
     third = thirds * unit
@@ -240,7 +248,7 @@ def _jumps(sums: _Sums, some: slice) -> Iterator[tuple[int, Indices, FloatArray]
         yield 4, begins, fourth
         yield 4, ends, -fourth
     if sums.bent:
-        bend = sums.joints.curvature_jumps[some]
+        bend = np.ascontiguousarray(sums.joints.curvature_jumps[some].T)
         yield 2, middles, -0.5 * bend
         third, fourth = bend / (12.0 * width), bend / (12.0 * width * width)
         yield 3, begins, -third

@@ -33,6 +33,7 @@ def shared_widths(
         # What is far away must not matter.
         widths = np.minimum(widths, _reaches(ways, FARTHEST))
         widths = yield from _roughly(joints, weights, widths)
+        yield
         widths = np.minimum(widths, _most_neighbours(joints, widths))
         yield
     bent = bool(weights.bends.any())

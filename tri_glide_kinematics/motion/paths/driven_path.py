@@ -23,7 +23,7 @@ from tri_glide_kinematics.motion.paths.extension import (
     widths_kept,
 )
 from tri_glide_kinematics.motion.paths.joints import LEAST_RATE, RoundedJoints, joints_of
-from tri_glide_kinematics.motion.paths.pieces import Indices, Pieces, segment_of_pieces
+from tri_glide_kinematics.motion.paths.pieces import Indices, PieceBounds, Pieces, segment_of_pieces
 from tri_glide_kinematics.motion.paths.rounding import enveloped, least_widths, widths_of
 from tri_glide_kinematics.motion.paths.segments import Segments
 from tri_glide_kinematics.motion.paths.widths import Widths
@@ -51,10 +51,16 @@ class DrivenPath(Pieces):
         stops: ascending ways at which the platform has to stop, both ends included [m].
         rounded: joints that are rounded.
         widths: of their roundings.
+        bounds: in all pieces.
     """
 
     def __init__(
-        self, pieces: Pieces, stops: FloatArray, rounded: RoundedJoints, widths: Widths
+        self,
+        pieces: Pieces,
+        stops: FloatArray,
+        rounded: RoundedJoints,
+        widths: Widths,
+        bounds: PieceBounds,
     ) -> None:
         """Use ``of`` or ``in_pieces``."""
         # What the pieces have is taken over, not worked out again.
@@ -62,6 +68,7 @@ class DrivenPath(Pieces):
         self.stops = stops
         self.rounded = rounded
         self.widths = widths
+        self.bounds = bounds
 
     @classmethod
     def of(cls, segments: Segments) -> DrivenPath:
@@ -116,14 +123,15 @@ class DrivenPath(Pieces):
             breaks, table = yield from corrections_of(segments.joints, rounded, widths)
             yield from _add_programmed(segments, breaks, table)
             pieces = Pieces(segments, breaks, table)
-            slow = yield from _slow_places(pieces)
+            bounds = yield from _bounded(pieces)
+            slow = yield from _slow_places(pieces, bounds)
             if not len(slow):
                 break
             smaller = _smaller(widths, rounded, slow, least)
             if (smaller.half_widths == widths.half_widths).all():
                 break
             widths = smaller
-        return cls(pieces, stops, rounded, widths)
+        return cls(pieces, stops, rounded, widths, bounds)
 
     @property
     def tolerances(self) -> FloatArray:
@@ -167,11 +175,7 @@ class DrivenPath(Pieces):
         return self.arc_length
 
     def _measured(self) -> Interruptible[ArcLength]:
-        turns = np.empty(len(self.segment))
-        for first in range(0, len(turns), AT_A_TIME):
-            yield
-            some = slice(first, first + AT_A_TIME)
-            turns[some] = self.bounds_on(some).turns
+        turns = self.bounds.turns
         yield
         return (yield from ArcLength.measured(self.breaks, turns, self.rates))
 
@@ -224,17 +228,25 @@ def _add_programmed(
         table[some, 0] += along
 
 
-def _slow_places(path: Pieces) -> Interruptible[FloatArray]:
-    """Return programmed ways at which the way driven is too short [m]."""
-    found = []
+def _bounded(path: Pieces) -> Interruptible[PieceBounds]:
+    """Return the bounds in all pieces."""
+    parts = []
     for first in range(0, len(path.segment), AT_A_TIME):
         yield
-        # Most pieces are too short for it, or too nearly straight.
-        bounds = path.bounds_on(slice(first, first + AT_A_TIME))
-        near = first + np.flatnonzero(bounds.least_rates < LEAST_RATE)
-        pieces = np.repeat(near, SAMPLES)
+        parts.append(path.bounds_on(slice(first, first + AT_A_TIME)))
+    return PieceBounds(*(np.concatenate(column) for column in zip(*parts)))
+
+
+def _slow_places(path: Pieces, bounds: PieceBounds) -> Interruptible[FloatArray]:
+    """Return programmed ways at which the way driven is too short [m]."""
+    # Most pieces are too short for it, or too nearly straight.
+    near = np.flatnonzero(bounds.least_rates < LEAST_RATE)
+    found = [np.zeros(0)]
+    for some in np.array_split(near, 1 + len(near) * SAMPLES // AT_A_TIME):
+        yield
+        pieces = np.repeat(some, SAMPLES)
         starts = path.breaks[pieces]
-        parts = np.tile(np.linspace(0.0, 1.0, SAMPLES), len(near))
+        parts = np.tile(np.linspace(0.0, 1.0, SAMPLES), len(some))
         ways = starts + parts * (path.breaks[pieces + 1] - starts)
         # A corner that is just not too sharp to be rounded is not too sharp.
         found.append(ways[path.rates(pieces, ways) < 0.99 * LEAST_RATE])

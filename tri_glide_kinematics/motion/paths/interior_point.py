@@ -119,6 +119,7 @@ def solve(
         ratio = lam / s
         curvature = 0.75 * _CURVATURES[gap < _NEAR * total]
         bands = _bands(table, ratio, rows.inside, curvature * root / np.square(b[2:]))
+        yield
         # Nothing multiplies these: right sides are zero.
         bands[0, given] = 1.0
         bands[1:, given[:-1]] = 0.0

@@ -122,11 +122,11 @@ def _jumps(segments: Segments, first: int, last: int) -> _Jumps:
     half_sums = 0.5 * lengths_of(starts + ends)
     corner = turns > SAME_TANGENT
     old, new = segments.curvatures[before], segments.curvatures[after]
-    curvatures = (
-        new[:, np.newaxis] * segments.normals[after]
-        - old[:, np.newaxis] * segments.end_normals[before]
-    )
-    bends = lengths_of(curvatures)
+    curvatures, bends = np.zeros_like(tangents), np.zeros_like(turns)
+    if old.any() or new.any():
+        curvatures += new[:, np.newaxis] * segments.normals[after]
+        curvatures -= old[:, np.newaxis] * segments.end_normals[before]
+        bends = lengths_of(curvatures)
     bent = bends > SAME_CURVATURE * np.maximum(old, new)
     tangents[~corner] = 0.0
     turns[~corner] = 0.0

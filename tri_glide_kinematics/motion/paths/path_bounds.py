@@ -30,8 +30,8 @@ from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.path_parts import PathParts, divided
 from tri_glide_kinematics.vectors import FloatArray
 
-# Parts that are looked at between two turns of others, about.
-_BLOCK = 96
+# Parts that are looked at together, about: few together cost nearly as much as many.
+_BLOCK = 700
 
 
 class PathBounds(NamedTuple):
@@ -83,7 +83,7 @@ def bounds_in_pieces(heights: PathHeights, scaling: TimeScaling) -> Interruptibl
     size = max(_BLOCK * count // (count + int(last - first)), 1)
     for begin in range(0, count, size):
         block = TimeScaling(*(values[begin : begin + size + 1] for values in scaling))
-        blocks.append(_bounds_of_block(heights, block))
+        blocks.append((yield from _bounds_of_block(heights, block)))
         yield
     velocity, acceleration, jerk, platform, backwards = zip(*blocks)
     return PathBounds(
@@ -95,7 +95,7 @@ def bounds_in_pieces(heights: PathHeights, scaling: TimeScaling) -> Interruptibl
     )
 
 
-def _bounds_of_block(heights: PathHeights, scaling: TimeScaling) -> PathBounds:
+def _bounds_of_block(heights: PathHeights, scaling: TimeScaling) -> Interruptible[PathBounds]:
     """Return the bounds for some pieces."""
     times, ways, speeds, accelerations = scaling
     dt = times[1:] - times[:-1]
@@ -110,9 +110,13 @@ def _bounds_of_block(heights: PathHeights, scaling: TimeScaling) -> PathBounds:
         largest[14] / dt**5,
     )
     coefficients = scaling.coefficients()
+    yield
     parts = divided(heights.driven.breaks, scaling, dt, coefficients)
+    yield
     piece = parts.piece
-    of_parts = _bounds_of_parts(heights, parts, coefficients[:, piece], np.array(orders)[:, piece])
+    of_parts = yield from _bounds_of_parts(
+        heights, parts, coefficients[:, piece], np.array(orders)[:, piece]
+    )
     firsts = np.flatnonzero(np.diff(piece, prepend=-1))
     largest = np.maximum.reduceat(of_parts, firsts, axis=1)
     backwards = -min(float(speed_points.min()), 0.0)
@@ -147,7 +151,7 @@ def check_path_limits(
 
 def _bounds_of_parts(
     heights: PathHeights, parts: PathParts, coefficients: FloatArray, orders: FloatArray
-) -> FloatArray:
+) -> Interruptible[FloatArray]:
     """Return the bounds in each part: velocities, accelerations, jerks, platform. Shape (10, m).
 
     Args:
@@ -163,6 +167,7 @@ def _bounds_of_parts(
     ways = np.concatenate((parts.from_way, parts.to_way))
     middle = driven.pieces_of(0.5 * (parts.from_way + parts.to_way))
     table = driven.derivatives_on(np.concatenate((middle, middle)), ways, 5)
+    yield
     both = np.concatenate((coefficients, coefficients), axis=1)
     _, speeds, accelerations = quintics.evaluate(both, times)
     jerks = 6.0 * both[3] + times * (24.0 * both[4] + times * 60.0 * both[5])
@@ -181,7 +186,9 @@ def _bounds_of_parts(
     weaker = magnitudes[1].min(axis=1)
     turning = ends[1, :, 0] * ends[1, :, 1] < 0.0
     length = parts.to_way - parts.from_way
+    yield
     by_way, (p1, p2, p3) = _largest_by_way(heights, table, length)
+    yield
     d1, d2, d3, d4, d5 = orders
     h1, h2, h3, h4, h5 = by_way
     d11 = d1 * d1

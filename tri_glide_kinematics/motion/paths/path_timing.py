@@ -103,6 +103,7 @@ def plan_window(
                 until=until,
                 most_pieces=most,
             )
+            yield
             try:
                 return (yield from _in_motion(curve, grid, start, limits, held))
             except PathTimingError:

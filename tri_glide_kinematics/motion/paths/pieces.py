@@ -37,6 +37,10 @@ class PieceBounds(NamedTuple):
     bends: FloatArray
     thirds: FloatArray
 
+    def part(self, some: slice) -> PieceBounds:
+        """Return the bounds in ``some`` of the pieces."""
+        return PieceBounds(*(column[some] for column in self))
+
     @property
     def rates(self) -> FloatArray:
         """Upper bounds of |p'|. Shape (k,)."""
@@ -207,22 +211,12 @@ class Pieces:
             total[on_arcs] += np.sin(angle)[:, np.newaxis] * self.segments.normals[segment]
         return lengths_of(total)
 
-    def _changes(self) -> FloatArray:
-        """Return how much p' changes on each piece, at most; 0 where p is g. Shape (k,)."""
-        steps = np.diff(self.breaks)
-        changes = np.zeros(len(steps))
-        power_of_step = np.ones(len(steps))
-        for power in range(2, self.table.shape[1]):
-            power_of_step *= steps
-            changes += power * power_of_step * np.abs(self.table[:, power]).sum(axis=1)
-        changes[self._curved & (changes > 0.0)] += 1.0
-        return changes
-
     def bounds_on(self, pieces: slice) -> PieceBounds:
         """Return upper bounds in each of some ``pieces``."""
         steps = np.diff(self.breaks[:-1][pieces], append=self.breaks[1:][pieces][-1:])
         table = self.table[pieces, 1:]
-        sizes = np.sqrt(np.einsum("ijk,ijk->ij", table, table))
+        x, y, z = np.moveaxis(table, 2, 0)
+        sizes = np.sqrt(x * x + y * y + z * z)
         changes, bends = np.zeros(len(steps)), np.zeros(len(steps))
         power_of_step = np.ones(len(steps))
         for power in range(2, self.table.shape[1]):

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.timing_errors import PathTimingError
@@ -55,7 +56,7 @@ def samples(begin: float, end: float, breaks: FloatArray) -> FloatArray:
 
 def estimated(
     heights: PathHeights, places: FloatArray, speed: float, limits: SliderLimits
-) -> SpeedEstimate:
+) -> Interruptible[SpeedEstimate]:
     """Return an estimate of the motion from a ``speed`` at the first place to rest at the last.
 
     Args:
@@ -72,6 +73,7 @@ def estimated(
     if len(unreached):
         place = float(places[unreached[0]])
         raise PathTimingError.at(heights.driven, place, "an arm does not reach so far")
+    yield
     velocity, acceleration, jerk = limits.table[..., np.newaxis]
     with np.errstate(divide="ignore"):
         steady = np.minimum(

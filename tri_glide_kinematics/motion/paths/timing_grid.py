@@ -69,7 +69,9 @@ class TimingGrid(NamedTuple):
     limits: CellLimits
     is_cut: bool
 
-    def divided(self, curve: PathHeights, limits: SliderLimits, cells: BoolArray) -> TimingGrid:
+    def divided(
+        self, curve: PathHeights, limits: SliderLimits, cells: BoolArray
+    ) -> Interruptible[TimingGrid]:
         """Return the grid with some ``cells``, shape (n,), divided into two."""
         parameters = self.parameters
         middles = 0.5 * (parameters[1:] + parameters[:-1])[cells]
@@ -77,13 +79,9 @@ class TimingGrid(NamedTuple):
         ways = np.insert(self.ways, places, self.rest_map.derivatives(middles), axis=1)
         breaks = curve.driven.breaks
         breaks = breaks[(breaks > self.rest_map.begin) & (breaks < self.rest_map.end)]
-        return TimingGrid(
-            self.rest_map,
-            np.insert(parameters, places, middles),
-            ways,
-            *_seen(curve, ways, breaks, limits),
-            self.is_cut,
-        )
+        seen = yield from _seen(curve, ways, breaks, limits)
+        parameters = np.insert(parameters, places, middles)
+        return TimingGrid(self.rest_map, parameters, ways, *seen, self.is_cut)
 
 
 def timing_grid(
@@ -121,14 +119,14 @@ def timing_grid(
         last = first + most_pieces
         end = float(breaks[last])
     inside = breaks[first:last]
-    estimate = estimated(heights, samples(begin, end, inside), speed, limits)
+    estimate = yield from estimated(heights, samples(begin, end, inside), speed, limits)
     yield
     if estimate.cells[-1] > most:
         is_cut = True
         index = int(np.searchsorted(estimate.cells, most))
         end = float(estimate.places[max(index, 2)])
         inside = inside[inside < end]
-        estimate = estimated(heights, samples(begin, end, inside), speed, limits)
+        estimate = yield from estimated(heights, samples(begin, end, inside), speed, limits)
         yield
     shortest = 0.5 * (end - begin) / 0.6
     rest_map = RestMap(
@@ -141,7 +139,8 @@ def timing_grid(
     if first_places is not None:
         parameters, ways = _begun(rest_map, parameters, ways, first_places)
     yield
-    return TimingGrid(rest_map, parameters, ways, *_seen(heights, ways, inside, limits), is_cut)
+    seen = yield from _seen(heights, ways, inside, limits)
+    return TimingGrid(rest_map, parameters, ways, *seen, is_cut)
 
 
 def pieces_ahead(heights: PathHeights, begin: float, end: float) -> int:
@@ -207,7 +206,7 @@ def _seen(
     ways: FloatArray,
     breaks: FloatArray,
     limits: SliderLimits,
-) -> tuple[CellHeights, CellLimits]:
+) -> Interruptible[tuple[CellHeights, CellLimits]]:
     """Return heights by u, and limits of the cells."""
     driven = heights.driven
     count = ways.shape[1] - 1
@@ -218,7 +217,9 @@ def _seen(
     )
     both, rates = heights.derivatives_on(pieces, places.ravel())
     _, h1, h2, h3 = both.reshape(4, 3, 2, count).swapaxes(1, 2)
-    highest, lowest = _widened(heights, ways[0], breaks, h3)
+    yield
+    highest, lowest = yield from _widened(heights, ways[0], breaks, h3)
+    yield
     s1, s2, s3 = s1[:, np.newaxis], s2[:, np.newaxis], s3[:, np.newaxis]
     first, square = h1 * s1, s1 * s1
     rest = 3.0 * h2 * s1 * s2 + h1 * s3
@@ -241,7 +242,7 @@ def _seen(
 
 def _widened(
     heights: PathHeights, knots: FloatArray, breaks: FloatArray, thirds: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+) -> Interruptible[tuple[FloatArray, FloatArray]]:
     """Return the largest and the least third derivatives by the way that cells have to allow.
 
     Args:
@@ -257,18 +258,14 @@ def _widened(
     # Of breaks inside cells, the third derivatives on both sides count as well.
     owner, hidden_breaks = owner[hidden], breaks[hidden]
     pieces = heights.driven.pieces_of(hidden_breaks)
-    sides = (
-        heights.derivatives_on(
-            np.concatenate((pieces - 1, pieces)), np.concatenate((hidden_breaks, hidden_breaks))
-        )
-        .heights[3]
-        .reshape(3, 2, -1)
-    )
+    before = heights.derivatives_on(pieces - 1, hidden_breaks).heights[3]
+    yield
+    after = heights.derivatives_on(pieces, hidden_breaks).heights[3]
     firsts = np.flatnonzero(np.diff(owner, prepend=-1))
     owners = owner[firsts]
     highest, lowest = thirds.copy(), thirds.copy()
-    most = np.maximum.reduceat(sides.max(axis=1), firsts, axis=1)
-    least = np.minimum.reduceat(sides.min(axis=1), firsts, axis=1)
+    most = np.maximum.reduceat(np.maximum(before, after), firsts, axis=1)
+    least = np.minimum.reduceat(np.minimum(before, after), firsts, axis=1)
     highest[:, :, owners] = np.maximum(thirds.max(axis=0)[:, owners], most)
     lowest[:, :, owners] = np.minimum(thirds.min(axis=0)[:, owners], least)
     return highest, lowest

@@ -131,7 +131,7 @@ class TimingSearch:
         self._own = np.repeat(own, 1 + coarse, axis=1)
         self._guess = solution.coefficients
         if coarse.any():
-            self._grid = grid.divided(self._curve, self._limits, coarse)
+            self._grid = yield from grid.divided(self._curve, self._limits, coarse)
             self._guess = divided(self._guess, rows, coarse)
 
     def go_steadily(self) -> Interruptible[None]:
@@ -150,6 +150,7 @@ class TimingSearch:
             self.converged = False
             return
         self.scaling = self.scaling.with_ends(self._begin, self._grid.rest_map.end)
+        yield
         bounds = yield from bounds_in_pieces(self._curve, self.scaling)
         self.parts = bounds.parts(self._limits)
         self.slower = slowdown(self.parts)
