@@ -7,6 +7,7 @@ browser show that each of these works.
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
@@ -22,6 +23,8 @@ from viser import _messages as messages
 
 from tri_glide_kinematics.panel.errors import PortTakenError
 from tri_glide_kinematics.panel.hold import RENEWALS
+from tri_glide_kinematics.panel.presence import close_when_silent
+from tri_glide_kinematics.panel.scene import light_plainly
 
 # After so long without a word from us, the page says so [ms].
 SILENCE = 3000
@@ -76,7 +79,9 @@ class Page:
         self._settings = ""
         self._host = host
         self._refuse_sharing()
-        self._socket._client_connect_cb.insert(0, self._check_origin)
+        self._watches: set[asyncio.Task[None]] = set()
+        self._socket._client_connect_cb.insert(0, self._check)
+        light_plainly(server.scene)
         server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
 
     @property
@@ -126,13 +131,18 @@ class Page:
             self._socket.register_handler(kind, refuse)
         self.server.request_share_url = refuse  # type: ignore[method-assign]
 
-    async def _check_origin(self, connection: Any) -> None:
-        """Close a connection that another page than ours has opened in somebody's browser."""
+    async def _check(self, connection: Any) -> None:
+        """Close a connection of another page than ours at once, and of ours when it is silent."""
         socket = self._socket._live_connections[connection.client_id]
         headers = socket.request.headers if socket.request else {}
         if not is_own_page(headers, self._host):
             self._log(f"refused a connection from the page {headers.get('Origin')}: it is not ours")
             await socket.close(POLICY_VIOLATION, "not from this page")
+            return
+        watch = asyncio.create_task(close_when_silent(socket))
+        # asyncio forgets a task that nobody keeps.
+        self._watches.add(watch)
+        watch.add_done_callback(self._watches.discard)
 
 
 def is_own_page(headers: Mapping[str, str], host: str) -> bool:
