@@ -40,7 +40,7 @@ OPTIONS = (
     "--mute-audio",
     "--remote-debugging-port=0",
 )
-TIMEOUT = 30.0  # s
+TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
 # What stays where it is for so long does not move [s].
 STEADY = 0.1
 DESKTOP, PHONE = (1280, 720), (390, 844)

@@ -75,6 +75,9 @@ def rival(panel: Panel) -> Iterator[tuple[Browser, Page]]:
 def page(panel: Panel, operator: Page) -> Page:
     """Return the operator's page, with the machine at rest in its middle."""
     operator.click(tab("Drive"))
+    # Whatever a test before this one has left.
+    if panel.machine.state in ("fault", "disabled"):
+        panel.client.wait_for(lambda: panel.client.enable().success, "a machine that may move")
     panel.client.send_pose(HOME)
     panel.wait_until_at(HOME)
     panel.wait_for_state(operator, "idle")
@@ -197,8 +200,10 @@ def fault(panel: Panel) -> None:
     client = panel.client
     # The measurements jump, and back again.
     client.set_parameters("simulator_node", {"encoder_offsets": (0.2,) * 3})
-    panel.machine.wait_for_state("fault")
-    client.set_parameters("simulator_node", {"encoder_offsets": (0.0,) * 3})
+    try:
+        panel.machine.wait_for_state("fault")
+    finally:
+        client.set_parameters("simulator_node", {"encoder_offsets": (0.0,) * 3})
     client.wait_for(lambda: client.enable().success, "the end of the fault")
     panel.machine.wait_for_state("idle")
 
@@ -215,9 +220,11 @@ def test_a_step_that_came_to_nothing_is_not_gone_on_with(
     choose_step(page, "10")
     panel.client.set_parameters("ik_node", {"speed_scale": 0.02})
     page.evaluate(f"{pad('Z+')}.click()")
-    panel.wait_for_motion()
-    interrupt(panel)
-    panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
+    try:
+        panel.wait_for_motion()
+        interrupt(panel)
+    finally:
+        panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
     page.evaluate(f"{pad('X+')}.click()")
     panel.client.wait_for(lambda: panel.is_at_rest and panel.position[0] > 0.00998, "the step")
     assert panel.position[2] < HOME[2] + 0.009, "it leads on from where nobody wants to go"

@@ -7,95 +7,109 @@ import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
+from websockets.asyncio.client import ClientConnection, connect
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect as connect_thread
 
-from tri_glide_kinematics.panel.presence import PING_PERIOD, SILENT_PERIODS, close_when_silent
+from tri_glide_kinematics.panel.presence import PING_PERIOD, SILENT_PERIODS, watch
 
 SILENCE = PING_PERIOD * SILENT_PERIODS  # s
 TIMEOUT = 20.0  # s
-HANDSHAKE = (
-    b"GET /%s HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-)
 # More than is kept on the way for one who does not read [bytes].
-FLOOD = 32_000_000
+FLOOD = 64_000_000
 
 
 class Server:
-    """A server that watches its pages, and notes after how long each of them was gone [s]."""
+    """A server that watches its pages.
+
+    Attributes:
+        sockets: of pages that have answered, by their names.
+        gone: pages that answer no more.
+        back: pages that answer again.
+        ended: pages of which nobody is watched any more.
+    """
 
     def __init__(self) -> None:
-        self.gone: dict[str, float] = {}
-        self.port = 0
+        self.sockets: dict[str, ServerConnection] = {}
+        self.gone: list[str] = []
+        self.back: list[str] = []
+        self.ended: list[str] = []
+        self._port = 0
 
-    async def on_page(self, socket: ServerConnection) -> None:
-        assert socket.request
-        name, begin = socket.request.path[1:], time.monotonic()
-        watch = asyncio.create_task(close_when_silent(socket))
-        with suppress(ConnectionClosed):
-            if name == "flooded":
-                await socket.send(bytes(FLOOD))
-            await socket.recv()
-        self.gone[name] = time.monotonic() - begin
-        await watch
-
-    async def join_silently(self, name: str) -> asyncio.StreamWriter:
-        """Connect as a page that reads nothing and never answers."""
-        _, writer = await asyncio.open_connection("127.0.0.1", self.port, limit=1)
-        writer.write(HANDSHAKE % name.encode())
-        return writer
-
-    async def join(self) -> ClientConnection:
-        """Connect as a page that says nothing, but answers pings, as browsers do by themselves."""
-        return await asyncio.to_thread(connect, f"ws://127.0.0.1:{self.port}/answering")
-
-
-def run(test: Callable[[Server], Awaitable[None]]) -> None:
-    async def served() -> None:
-        mine = Server()
-        async with serve(mine.on_page, "127.0.0.1", 0) as server:
+    async def run(self, test: Callable[[Server], Awaitable[None]]) -> None:
+        async with serve(self._on_page, "127.0.0.1", 0) as server:
             (socket,) = server.sockets
-            mine.port = socket.getsockname()[1]
-            await test(mine)
+            self._port = socket.getsockname()[1]
+            await test(self)
 
-    asyncio.run(served())
+    async def _on_page(self, socket: ServerConnection) -> None:
+        assert socket.request
+        name = socket.request.path[1:]
+
+        def tell(is_there: bool) -> None:
+            (self.back if is_there else self.gone).append(name)
+
+        watching = asyncio.create_task(watch(socket, tell))
+        # With the second answer, that to the first ping of the watch has come, too.
+        for _ in range(2):
+            await (await socket.ping())
+        self.sockets[name] = socket
+        with suppress(ConnectionClosed):
+            await socket.recv()
+        await watching
+        self.ended.append(name)
+
+    def address(self, name: str) -> str:
+        return f"ws://127.0.0.1:{self._port}/{name}"
+
+    async def join(self, name: str) -> ClientConnection:
+        """Connect as a page that says nothing, but answers pings, as browsers do by themselves."""
+        page = await connect(self.address(name), max_size=None, ping_interval=None)
+        await until(lambda: name in self.sockets)
+        return page
 
 
-def test_the_silent_are_gone_soon_and_those_who_answer_stay() -> None:
+async def until(condition: Callable[[], object]) -> None:
+    end = time.monotonic() + TIMEOUT
+    while not condition():
+        assert time.monotonic() < end
+        await asyncio.sleep(0.01)
+
+
+def test_the_silent_are_gone_soon_and_come_back_when_they_answer() -> None:
     async def test(server: Server) -> None:
-        with await server.join():
-            _silent = [await server.join_silently(name) for name in ("silent", "flooded")]
-            end = time.monotonic() + TIMEOUT
-            while len(server.gone) < 2 and time.monotonic() < end:
-                await asyncio.sleep(0.01)
-            assert sorted(server.gone) == ["flooded", "silent"]
-            # Of a hiccup nobody is taken for gone.
-            assert min(server.gone.values()) > SILENCE - PING_PERIOD
+        answering = await server.join("answering")
+        silent, flooded = [await server.join(name) for name in ("silent", "flooded")]
+        for page in (silent, flooded):
+            page.transport.pause_reading()
+        begin = time.monotonic()
+        sending = asyncio.create_task(server.sockets["flooded"].send(bytes(FLOOD)))
+        await until(lambda: len(server.gone) == 2)
+        assert set(server.gone) == {"silent", "flooded"}
+        assert time.monotonic() - begin > SILENCE - PING_PERIOD, "it was a hiccup only"
+        assert not sending.done(), "all of it was kept on the way"
+        assert not server.back
+        for page in (silent, flooded):
+            page.transport.resume_reading()
+        await until(lambda: len(server.back) == 2)
+        await sending
+        for page in (answering, silent, flooded):
+            await page.close()
+        await until(lambda: len(server.ended) == 3)
+        assert len(server.gone) == len(server.back) == 2
 
-    run(test)
+    asyncio.run(Server().run(test))
 
 
 def test_who_was_held_up_itself_takes_nobody_for_gone() -> None:
     async def test(server: Server) -> None:
-        with await server.join():
-            await asyncio.sleep(0.1)
+        # Its answers come from a thread of its own.
+        with await asyncio.to_thread(connect_thread, server.address("answering")):
+            await until(lambda: server.sockets)
             # Meanwhile the server hears nobody.
             time.sleep(SILENCE + PING_PERIOD)
             await asyncio.sleep(2.0 * PING_PERIOD)
             assert not server.gone
 
-    run(test)
-
-
-def test_the_watch_ends_with_its_page() -> None:
-    async def test(server: Server) -> None:
-        (await server.join()).close()
-        end = time.monotonic() + TIMEOUT
-        while len(asyncio.all_tasks()) > 1 and time.monotonic() < end:
-            await asyncio.sleep(0.01)
-        assert list(server.gone) == ["answering"]
-        assert len(asyncio.all_tasks()) == 1
-
-    run(test)
+    asyncio.run(Server().run(test))

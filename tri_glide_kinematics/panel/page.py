@@ -23,7 +23,7 @@ from viser import _messages as messages
 
 from tri_glide_kinematics.panel.errors import PortTakenError
 from tri_glide_kinematics.panel.hold import RENEWALS
-from tri_glide_kinematics.panel.presence import close_when_silent
+from tri_glide_kinematics.panel.presence import watch
 from tri_glide_kinematics.panel.scene import light_plainly
 
 # After so long without a word from us, the page says so [ms].
@@ -59,6 +59,7 @@ class Page:
 
     Attributes:
         server: of viser.
+        on_presence: gets the number of a page, and whether it answers, when that changes.
     """
 
     def __init__(self, host: str, port: int, log: Log) -> None:
@@ -79,6 +80,7 @@ class Page:
         self._settings = ""
         self._host = host
         self._refuse_sharing()
+        self.on_presence: Callable[[int, bool], None] = lambda *_: None
         self._watches: set[asyncio.Task[None]] = set()
         self._socket._client_connect_cb.insert(0, self._check)
         light_plainly(server.scene)
@@ -132,17 +134,20 @@ class Page:
         self.server.request_share_url = refuse  # type: ignore[method-assign]
 
     async def _check(self, connection: Any) -> None:
-        """Close a connection of another page than ours at once, and of ours when it is silent."""
+        """Close a connection of another page than ours, and watch that of ours."""
         socket = self._socket._live_connections[connection.client_id]
         headers = socket.request.headers if socket.request else {}
         if not is_own_page(headers, self._host):
             self._log(f"refused a connection from the page {headers.get('Origin')}: it is not ours")
             await socket.close(POLICY_VIOLATION, "not from this page")
             return
-        watch = asyncio.create_task(close_when_silent(socket))
+        page = connection.client_id
+        watching = asyncio.create_task(
+            watch(socket, lambda is_there: self.on_presence(page, is_there))
+        )
         # asyncio forgets a task that nobody keeps.
-        self._watches.add(watch)
-        watch.add_done_callback(self._watches.discard)
+        self._watches.add(watching)
+        watching.add_done_callback(self._watches.discard)
 
 
 def is_own_page(headers: Mapping[str, str], host: str) -> bool:

@@ -106,6 +106,7 @@ class PanelNode(Node):
         server.on_client_connect(desk.opened)
         server.on_client_connect(self._greet)
         server.on_client_disconnect(desk.closed)
+        self._page.on_presence = desk.answers
 
     async def _greet(self, client: viser.ClientHandle) -> None:
         self._page.greet(client)
