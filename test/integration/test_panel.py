@@ -76,8 +76,7 @@ def page(panel: Panel, operator: Page) -> Page:
     """Return the operator's page, with the machine at rest in its middle."""
     operator.click(tab("Drive"))
     # Whatever a test before this one has left.
-    if panel.machine.state in ("fault", "disabled"):
-        panel.client.wait_for(lambda: panel.client.enable().success, "a machine that may move")
+    panel.recover()
     panel.client.send_pose(HOME)
     panel.wait_until_at(HOME)
     panel.wait_for_state(operator, "idle")
