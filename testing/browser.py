@@ -40,7 +40,7 @@ OPTIONS = (
     "--mute-audio",
     "--remote-debugging-port=0",
 )
-TIMEOUT = 30.0  # s
+TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
 # What stays where it is for so long does not move [s].
 STEADY = 0.1
 DESKTOP, PHONE = (1280, 720), (390, 844)
@@ -118,6 +118,11 @@ class Page:
 
     def open(self, address: str, size: tuple[int, int] = DESKTOP) -> None:
         """Open an address in a window of a ``size`` in pixels."""
+        self.resize(size)
+        self.call("Page.navigate", url=address)
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Give the window another ``size`` in pixels; what is open stays so."""
         width, height = size
         self.call(
             "Emulation.setDeviceMetricsOverride",
@@ -126,7 +131,6 @@ class Page:
             deviceScaleFactor=1,
             mobile=False,
         )
-        self.call("Page.navigate", url=address)
 
     def evaluate(self, expression: str) -> Any:
         """Return the value of an expression in JavaScript.
@@ -300,8 +304,12 @@ class Browser:
     def kill(self) -> None:
         """End it at once, as a crash would."""
         with suppress(ProcessLookupError):
-            os.killpg(self.process.pid, signal.SIGKILL)
+            self.signal(signal.SIGKILL)
         self.process.wait()
+
+    def signal(self, number: int) -> None:
+        """Send a signal to all of its processes."""
+        os.killpg(self.process.pid, number)
 
     def __enter__(self) -> Browser:
         """Return itself."""

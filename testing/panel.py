@@ -90,10 +90,17 @@ class Panel:
     def open(self, page: Page, size: tuple[int, int] = SMALL) -> Page:
         """Open the panel in a ``page`` and wait until it shows the machine."""
         page.open(self.address, size)
-        self.wait_for_state(page, "idle")
         names = "Object.keys(window.__viserSceneTree.getState())"
         page.wait_for(f"{names}.includes('/measured/platform')", "the machine", spin=self.spin)
+        # A browser that is started may leave the simulator too little time.
+        self.recover()
+        self.wait_for_state(page, "idle")
         return page
+
+    def recover(self) -> None:
+        """Enable the machine if something has ended in a fault, or with it disabled."""
+        if self.machine.state in ("fault", "disabled"):
+            self.client.wait_for(lambda: self.client.enable().success, "a machine that may move")
 
     def spin(self) -> None:
         """Let a moment pass."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -15,11 +16,12 @@ from rclpy.context import Context
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from testing.browser import PHONE, Browser, Page, Pixels, browser, find_browser
+from testing.browser import DESKTOP, PHONE, SMALL, Browser, Page, Pixels, browser, find_browser
 from testing.client import Client
 from testing.panel import STOP, STRIP, Panel, button, difference, field, pad, tab
 from testing.processes import launched
 from tri_glide_kinematics.driving.drive_file import PathStep, load_drive
+from tri_glide_kinematics.panel.presence import PING_PERIOD, SILENT_PERIODS
 
 pytestmark = [
     # A browser without a graphics card needs all of the computer to be heard in time.
@@ -34,6 +36,9 @@ SCENE = (slice(60, 340), slice(60, 470))
 TWIST_TIMEOUT = 0.1  # s
 # What a busy computer may add to that, and the ramp to rest [s].
 SLACK = 0.5
+# A page that does not answer is taken for gone after this, and a busy computer is late [s].
+SILENCE = PING_PERIOD * (SILENT_PERIODS + 1)
+BUSY = 3.0
 
 
 @pytest.fixture(scope="module")
@@ -59,10 +64,19 @@ def operator(panel: Panel, chromium: Browser) -> Page:
     return panel.open(chromium.page())
 
 
+@pytest.fixture(scope="module")
+def rival(panel: Panel) -> Iterator[tuple[Browser, Page]]:
+    """Return a page that looks on, in a browser of its own that may be frozen and killed."""
+    with browser() as running:
+        yield running, panel.open(running.page())
+
+
 @pytest.fixture
 def page(panel: Panel, operator: Page) -> Page:
     """Return the operator's page, with the machine at rest in its middle."""
     operator.click(tab("Drive"))
+    # Whatever a test before this one has left.
+    panel.recover()
     panel.client.send_pose(HOME)
     panel.wait_until_at(HOME)
     panel.wait_for_state(operator, "idle")
@@ -145,11 +159,13 @@ def test_a_hidden_page_jogs_no_more(panel: Panel, page: Page, chromium: Browser)
     other = chromium.new_page()
     page.wait_for("document.hidden", "the page to be hidden")
     assert panel.rest_after(begin) < TWIST_TIMEOUT + SLACK
-    panel.client.spin_for(1.5)
+    panel.client.spin_for(SILENCE + 0.5)
     assert panel.is_at_rest, "a hidden page goes on now and then"
     other.call("Page.close")
     page.call("Page.bringToFront")
     page.release(place)
+    # It was never taken for gone.
+    assert page.evaluate(f"{STRIP}.querySelector('.pages').textContent") == ""
 
 
 def choose_step(page: Page, size: str) -> None:
@@ -167,6 +183,51 @@ def test_steps_add_up(panel: Panel, page: Page) -> None:
     panel.wait_until_at((0.0, 0.002, 0.24))
     page.click(button("hold"))
     page.wait_for(f"{pad('X+')}?.dataset.hold", "buttons to hold")
+
+
+def stop(panel: Panel) -> None:
+    panel.client.stop()
+
+
+def disable(panel: Panel) -> None:
+    panel.client.enable(False)
+    panel.machine.wait_for_state("disabled")
+    panel.client.enable(True)
+
+
+def fault(panel: Panel) -> None:
+    client = panel.client
+    # The measurements jump, and back again.
+    client.set_parameters("simulator_node", {"encoder_offsets": (0.2,) * 3})
+    try:
+        panel.machine.wait_for_state("fault")
+    finally:
+        client.set_parameters("simulator_node", {"encoder_offsets": (0.0,) * 3})
+    client.wait_for(lambda: client.enable().success, "the end of the fault")
+    panel.machine.wait_for_state("idle")
+
+
+def send_elsewhere(panel: Panel) -> None:
+    panel.client.send_pose((0.0, 0.01, 0.252))
+    panel.client.wait_for(lambda: panel.position[1] > 2e-4, "a way of another's")
+
+
+@pytest.mark.parametrize("interrupt", [stop, disable, fault, send_elsewhere])
+def test_a_step_that_came_to_nothing_is_not_gone_on_with(
+    panel: Panel, page: Page, interrupt: Callable[[Panel], None]
+) -> None:
+    choose_step(page, "10")
+    panel.client.set_parameters("ik_node", {"speed_scale": 0.02})
+    page.evaluate(f"{pad('Z+')}.click()")
+    try:
+        panel.wait_for_motion()
+        interrupt(panel)
+    finally:
+        panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
+    page.evaluate(f"{pad('X+')}.click()")
+    panel.client.wait_for(lambda: panel.is_at_rest and panel.position[0] > 0.00998, "the step")
+    assert panel.position[2] < HOME[2] + 0.009, "it leads on from where nobody wants to go"
+    page.click(button("hold"))
 
 
 def test_go_to_numbers_and_a_refusal_with_its_reason(panel: Panel, page: Page) -> None:
@@ -224,7 +285,8 @@ def test_points_are_taught_driven_paused_and_saved(panel: Panel, page: Page) -> 
     page.click(tab("Drive"))
     page.click(button("pause"))
     panel.client.wait_for(lambda: "pause" in panel.machine.reason, "the pause")
-    assert panel.rest_after(time.monotonic()) < 2.0
+    panel.client.wait_for(lambda: panel.is_at_rest, "rest on the path")
+    assert panel.position[2] < places[-1][2] - 1e-3
     panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
     page.click(button("resume"))
     panel.wait_until_at(places[-1])
@@ -242,40 +304,6 @@ def test_the_handle_sends_a_target_when_it_is_released(panel: Panel, page: Page)
     assert panel.is_at_rest
     send("{type: 'TransformControlsDragEndMessage', name: '/go_to'}")
     panel.wait_until_at((0.02, 0.01, 0.26))
-
-
-def test_a_second_page_cannot_take_the_controls_unasked(
-    panel: Panel, page: Page, chromium: Browser
-) -> None:
-    second = panel.open(chromium.new_page())
-    panel.wait_for_words(second, "page 1 has the controls", "pages")
-    before = panel.position
-    # A page that was just opened does not hear each click.
-    panel.click_for_words(second, button("disable"), "nothing done", "refusal")
-    place = second.press(pad("X+"))
-    panel.client.spin_for(0.4)
-    second.release(place)
-    second.click(button("take"))
-    panel.wait_for_words(second, "asked for", "pages")
-    assert panel.position == before
-    assert panel.machine.state == "idle"
-    # Stop is everybody's.
-    stop_on_the_way(panel, second)
-    # Only if the first one gives them up.
-    page.call("Page.bringToFront")
-    page.click(button("give up"))
-    second.call("Page.bringToFront")
-    panel.wait_for_words(second, "you have the controls", "pages")
-    second.click(button("disable"))
-    panel.machine.wait_for_state("disabled")
-    second.click(button("enable"))
-    panel.machine.wait_for_state("idle")
-    # Who vanishes has them no more, and nobody gets them unasked.
-    second.call("Page.close")
-    page.call("Page.bringToFront")
-    panel.wait_for_words(page, "nobody has the controls", "pages")
-    page.click(button("take"))
-    page.wait_for(f"!{STRIP}.querySelector('.pages').textContent", "the controls")
 
 
 def test_sharing_is_refused(panel: Panel, page: Page) -> None:
@@ -307,33 +335,154 @@ def test_nothing_is_asked_of_other_hosts(panel: Panel, page: Page) -> None:
     assert not others
 
 
-def test_a_narrow_page_has_state_stop_and_controls_in_sight(
-    panel: Panel, page: Page, chromium: Browser
-) -> None:
-    narrow = panel.open(chromium.new_page(), PHONE)
+@pytest.fixture
+def narrow(page: Page) -> Iterator[Page]:
+    """Return the operator's page as it is on a phone."""
+    page.resize(PHONE)
+    yield page
+    page.resize(SMALL)
+
+
+def test_a_narrow_page_has_state_stop_and_controls_in_sight(panel: Panel, narrow: Page) -> None:
     for element in (f"{STRIP}.querySelector('.state')", STOP, tab("Drive")):
         # Nothing lies above it, so that it can be pressed.
         x, y = narrow.middle_of(element)
         assert 0 <= x <= PHONE[0]
         assert 0 <= y <= PHONE[1]
-    narrow.call("Page.close")
-    page.call("Page.bringToFront")
 
 
-def test_a_killed_browser_ends_its_jog(panel: Panel, page: Page) -> None:
+LONG_WORDS = "slider_2 is measured 12.345678 mm away from where it is commanded to be; " * 6
+# Shows words, and returns where they and the buttons then are: left, top, right, bottom.
+SHOW = """(() => {
+  triGlide.show(WORDS);
+  const strip = STRIP, stop = STOP, words = strip.querySelector(".words");
+  const box = (each) => {
+    const place = each.getBoundingClientRect();
+    return [place.left, place.top, place.right, place.bottom];
+  };
+  words.scrollTop = 1e6;
+  const others = [...document.querySelectorAll("button")].filter((each) => each !== stop);
+  return {
+    stop: box(stop), state: box(strip.querySelector(".state")), words: box(words),
+    last: box(strip.querySelector(".pages")), others: others.map(box),
+  };
+})()"""
+
+Box = tuple[float, float, float, float]
+
+
+def lie_apart(first: Box, second: Box) -> bool:
+    return (
+        first[2] <= second[0]
+        or second[2] <= first[0]
+        or first[3] <= second[1]
+        or second[3] <= first[1]
+    )
+
+
+def area(box: Box) -> float:
+    return (box[2] - box[0]) * (box[3] - box[1])
+
+
+@pytest.mark.parametrize("size", [PHONE, SMALL, DESKTOP])
+def test_long_words_hide_neither_stop_nor_their_own_end(
+    page: Page, narrow: Page, size: tuple[int, int]
+) -> None:
+    narrow.resize(size)
+    words = dict.fromkeys(("reason", "refusal", "pages"), LONG_WORDS)
+    told = json.dumps({"color": "fault", "state": "stopping", "stop": "ramps to rest", **words})
+    show = SHOW.replace("WORDS", told).replace("STRIP", STRIP).replace("STOP", STOP)
+    found = narrow.wait_for(f"innerWidth === {size[0]} && {show}", "the page in its new size")
+    stop, state, place = found["stop"], found["state"], found["words"]
+    for box in (stop, state, place):
+        assert box[0] >= 0 and box[1] >= 0 and box[2] <= size[0] and box[3] <= size[1]
+    assert lie_apart(stop, state)
+    assert lie_apart(stop, place)
+    assert lie_apart(state, place)
+    # What does not fit is scrolled into sight.
+    assert found["last"][3] <= place[3] + 1.0
+    assert max(map(area, found["others"])) < 0.5 * area(stop)
+
+
+def test_a_second_page_cannot_take_the_controls_unasked(
+    panel: Panel, page: Page, rival: tuple[Browser, Page]
+) -> None:
+    _, second = rival
+    panel.wait_for_words(second, "page 1 has the controls", "pages")
+    before = panel.position
+    # A page that was just opened does not hear each click.
+    panel.click_for_words(second, button("disable"), "nothing done", "refusal")
+    place = second.press(pad("X+"))
+    panel.client.spin_for(0.4)
+    second.release(place)
+    second.click(button("take"))
+    panel.wait_for_words(second, "asked for", "pages")
+    assert panel.position == before
+    assert panel.machine.state == "idle"
+    # Stop is everybody's.
+    stop_on_the_way(panel, second)
+    # Only if the first one gives them up.
     page.click(button("give up"))
+    panel.wait_for_words(second, "you have the controls", "pages")
+    second.click(button("disable"))
+    panel.machine.wait_for_state("disabled")
+    second.click(button("enable"))
+    panel.machine.wait_for_state("idle")
+    hand_over(panel, second, page)
+
+
+def hand_over(panel: Panel, giver: Page, taker: Page) -> None:
+    """Have one page give the controls, and another take them."""
+    panel.click_for_words(giver, button("give up"), "nobody has the controls", "pages")
+    panel.wait_for_words(taker, "nobody has the controls", "pages")
+    panel.click_for_words(taker, button("take"), "you have the controls", "pages")
+
+
+def is_gone_soon(panel: Panel, page: Page, begin: float) -> bool:
+    """Tell whether whoever had the controls has them no more soon after ``begin``."""
     panel.wait_for_words(page, "nobody has the controls", "pages")
-    with browser() as other:
-        operator = panel.open(other.page())
-        operator.click(button("take"))
-        panel.wait_for_words(operator, "you have the controls", "pages")
-        operator.press(pad("Y+"))
-        panel.wait_for_motion()
-        begin = time.monotonic()
-        other.kill()
-        assert panel.rest_after(begin) < TWIST_TIMEOUT + SLACK
-    panel.wait_for_words(page, "nobody has the controls", "pages")
+    return time.monotonic() - begin < SILENCE + BUSY
+
+
+def take(page: Page) -> None:
+    """Take the controls that nobody has."""
     page.click(button("take"))
+    page.wait_for(f"!{STRIP}.querySelector('.pages').textContent.includes('nobody')", "them")
+
+
+def test_a_frozen_browser_ends_its_jog_and_loses_the_controls(
+    panel: Panel, page: Page, rival: tuple[Browser, Page]
+) -> None:
+    running, operator = rival
+    hand_over(panel, page, operator)
+    place = operator.press(pad("Y+"))
+    panel.wait_for_motion()
+    running.signal(signal.SIGSTOP)
+    begin = time.monotonic()
+    try:
+        assert panel.rest_after(begin) < TWIST_TIMEOUT + SLACK
+        assert is_gone_soon(panel, page, begin)
+    finally:
+        running.signal(signal.SIGCONT)
+    # It comes back, with its button pressed, and moves nothing.
+    panel.wait_for_words(operator, "nobody has the controls", "pages")
+    assert panel.is_at_rest
+    operator.release(place)
+    take(page)
+
+
+def test_a_killed_browser_ends_its_jog_and_loses_the_controls(
+    panel: Panel, page: Page, rival: tuple[Browser, Page]
+) -> None:
+    running, operator = rival
+    hand_over(panel, page, operator)
+    operator.press(pad("Y+"))
+    panel.wait_for_motion()
+    begin = time.monotonic()
+    running.kill()
+    assert panel.rest_after(begin) < TWIST_TIMEOUT + SLACK
+    assert is_gone_soon(panel, page, begin)
+    take(page)
 
 
 def test_a_killed_panel_ends_its_jog_and_nothing_else(panel: Panel, page: Page) -> None:

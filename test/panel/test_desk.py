@@ -139,6 +139,19 @@ def test_who_gets_the_controls_while_holding_has_to_press_again(table: Table) ->
     assert SPEED in table.hold(page=OTHER)
 
 
+def test_a_page_that_answers_no_more_has_no_controls_until_it_presses_again(table: Table) -> None:
+    desk = table.desk
+    assert SPEED in table.hold()
+    desk.answers(OPERATOR, False)
+    assert desk.controls.holder is None
+    desk.answers(OPERATOR, True)
+    assert desk.controls.holder is None
+    assert desk.controls.ask(OPERATOR)
+    assert SPEED not in table.hold()
+    table.release(OPERATOR)
+    assert SPEED in table.hold()
+
+
 def test_an_input_goes_back_if_its_page_only_looks_on(table: Table) -> None:
     taken: list[float] = []
     number = OperatorsInput(table.desk, table.number, taken.append)

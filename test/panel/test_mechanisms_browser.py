@@ -13,6 +13,7 @@ from testing.browser import DESKTOP, PHONE, browser, find_browser
 from tri_glide_kinematics.panel.curves.limits import CurveLimits
 from tri_glide_kinematics.panel.curves.plots import Curves
 from tri_glide_kinematics.panel.mechanisms.drawing import BLUE, GREEN, ORANGE, PALE
+from tri_glide_kinematics.panel.scene import light_plainly
 
 pytestmark = [
     pytest.mark.nodes,
@@ -57,8 +58,8 @@ class Screen:
         self.curves.draw(now)
         self.rig.probe.spin_once(0.01)
 
-    def open(self, size):
-        self.page.open(f"http://127.0.0.1:{self.rig.server.get_port()}", size)
+    def open(self):
+        self.page.open(f"http://127.0.0.1:{self.rig.server.get_port()}", DESKTOP)
         self.wait_for("document.readyState === 'complete'", "the page")
         self.wait_for(CHOICE, "the choice of a mechanism")
 
@@ -108,9 +109,10 @@ def screen(tmp_path_factory):
         browser() as running,
     ):
         server.gui.main_panel.dock_right()
+        light_plainly(server.scene)
         rig = Rig(context, namespace, server)
         screen = Screen(rig, running.page())
-        screen.open(DESKTOP)
+        screen.open()
         yield screen
         rig.close()
 
@@ -181,12 +183,25 @@ def test_none_gives_the_view_back(screen):
     screen.wait_for_pixels(lambda now: len(places(now, GREEN)) < 200, "an empty scene")
 
 
-def test_on_a_phone_the_drawing_lies_above_the_controls(screen):
-    screen.open(PHONE)
-    screen.choose("none")
-    screen.choose("four_bar_textbook")
-    pixels = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 500, "the drawing")
-    screen.open(DESKTOP)
+@pytest.fixture
+def phone(screen):
+    """Return the page as it is on a phone."""
+    resize(screen, PHONE)
+    yield screen
+    resize(screen, DESKTOP)
+
+
+def resize(screen, size):
+    screen.page.resize(size)
+    is_narrow = size == PHONE
+    (client,) = screen.rig.server.get_clients().values()
+    screen.rig.wait_for(lambda: (client.camera.aspect < 1.0) == is_narrow, "the page to tell it")
+
+
+def test_on_a_phone_the_drawing_lies_above_the_controls(phone):
+    phone.choose("none")
+    phone.choose("four_bar_textbook")
+    pixels = phone.wait_for_pixels(lambda now: len(places(now, BLUE)) > 500, "the drawing")
     rows, columns = places(pixels[:480], BLUE).T
     assert len(rows) > 300 and rows.min() > 150
     assert 20 < columns.min() and columns.max() < 385

@@ -139,6 +139,16 @@ class Desk:
         self._end_hold(client.client_id)
         self.controls.closed(client.client_id)
 
+    def answers(self, page: int, is_there: bool) -> None:
+        """Take a page that does not answer for one that has vanished, until it does again."""
+        if is_there:
+            self.controls.opened(page)
+            return
+        self._end_hold(page)
+        # When it comes back, it has to press again.
+        self._hold.bar(page)
+        self.controls.closed(page)
+
     def _next(self) -> Wish | None:
         # Stop may empty it at any moment.
         try:

@@ -7,6 +7,7 @@ browser show that each of these works.
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
@@ -22,6 +23,8 @@ from viser import _messages as messages
 
 from tri_glide_kinematics.panel.errors import PortTakenError
 from tri_glide_kinematics.panel.hold import RENEWALS
+from tri_glide_kinematics.panel.presence import watch
+from tri_glide_kinematics.panel.scene import light_plainly
 
 # After so long without a word from us, the page says so [ms].
 SILENCE = 3000
@@ -56,6 +59,7 @@ class Page:
 
     Attributes:
         server: of viser.
+        on_presence: gets the number of a page, and whether it answers, when that changes.
     """
 
     def __init__(self, host: str, port: int, log: Log) -> None:
@@ -76,7 +80,10 @@ class Page:
         self._settings = ""
         self._host = host
         self._refuse_sharing()
-        self._socket._client_connect_cb.insert(0, self._check_origin)
+        self.on_presence: Callable[[int, bool], None] = lambda *_: None
+        self._watches: set[asyncio.Task[None]] = set()
+        self._socket._client_connect_cb.insert(0, self._check)
+        light_plainly(server.scene)
         server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
 
     @property
@@ -126,13 +133,21 @@ class Page:
             self._socket.register_handler(kind, refuse)
         self.server.request_share_url = refuse  # type: ignore[method-assign]
 
-    async def _check_origin(self, connection: Any) -> None:
-        """Close a connection that another page than ours has opened in somebody's browser."""
+    async def _check(self, connection: Any) -> None:
+        """Close a connection of another page than ours, and watch that of ours."""
         socket = self._socket._live_connections[connection.client_id]
         headers = socket.request.headers if socket.request else {}
         if not is_own_page(headers, self._host):
             self._log(f"refused a connection from the page {headers.get('Origin')}: it is not ours")
             await socket.close(POLICY_VIOLATION, "not from this page")
+            return
+        page = connection.client_id
+        watching = asyncio.create_task(
+            watch(socket, lambda is_there: self.on_presence(page, is_there))
+        )
+        # asyncio forgets a task that nobody keeps.
+        self._watches.add(watching)
+        watching.add_done_callback(self._watches.discard)
 
 
 def is_own_page(headers: Mapping[str, str], host: str) -> bool:

@@ -25,7 +25,8 @@ from tri_glide_kinematics.panel.mechanisms.tab import MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip, is_loopback
 from tri_glide_kinematics.panel.pages_bar import PagesBar, pages_text
 from tri_glide_kinematics.panel.points_tab import PointsTab
-from tri_glide_kinematics.panel.status_words import IDLE, MOVING, WARNING
+from tri_glide_kinematics.panel.status_words import WARNING
+from tri_glide_kinematics.panel.steps import Steps
 from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.parameters import PANEL_NODE
@@ -37,7 +38,6 @@ POINTS_FILE = "taught_points.yaml"
 FRAMES = 30.0  # 1/s
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 PATIENCE = 5.0  # s after which it is asked again
-STEP_PATIENCE = 0.5  # s until a step that was sent is seen as a motion
 STRIP_PERIOD = 0.5  # s after which a page is told again what it knows
 
 
@@ -68,8 +68,7 @@ class PanelNode(Node):
         self._identity = NOBODY
         self._asked_at = -math.inf
         self._jog_watch = JogWatch()
-        self._stepped_at = -math.inf
-        self._step_target: Vector3 | None = None
+        self._steps = Steps()
         self._told: dict[int, tuple[Strip, float]] = {}
         self._refused = 0
         link = MachineLink(self, lambda reason: self._desk.refuse(reason))
@@ -107,6 +106,7 @@ class PanelNode(Node):
         server.on_client_connect(desk.opened)
         server.on_client_connect(self._greet)
         server.on_client_disconnect(desk.closed)
+        self._page.on_presence = desk.answers
 
     async def _greet(self, client: viser.ClientHandle) -> None:
         self._page.greet(client)
@@ -123,7 +123,7 @@ class PanelNode(Node):
 
     def _forget(self) -> None:
         self._facts, self._asked_at = None, -math.inf
-        self._step_target = None
+        self._steps.drop()
         self._link.forget()
         self._desk.end_hold()
 
@@ -183,14 +183,13 @@ class PanelNode(Node):
 
     def _look_for_ends(self) -> None:
         """Let nothing go on by itself that has ended."""
-        state = self._feeds.status.state
-        if self._jog_watch.has_ended(state, self._feeds.status.reason):
+        status = self._feeds.status
+        if self._jog_watch.has_ended(status.state, status.reason):
             self._desk.end_hold()
-        if state not in (IDLE, MOVING):
-            self._step_target = None
+        self._steps.look(status.state)
 
     def _on_stop(self) -> None:
-        self._step_target = None
+        self._steps.drop()
         self._link.cancel()
 
     def _tell(self, clients: dict[int, viser.ClientHandle]) -> None:
@@ -223,7 +222,7 @@ class PanelNode(Node):
         return self._position(self._feeds.measured)
 
     def _move_to(self, position: Vector3) -> None:
-        self._step_target = None
+        self._steps.drop()
         if self._is_known():
             self._link.move_to(position)
 
@@ -231,19 +230,19 @@ class PanelNode(Node):
         """Go on by a step, from where the last one leads to if it is not there yet."""
         if not self._is_known():
             return
-        now = time.monotonic()
-        goes_on = self._feeds.status.state == MOVING or now - self._stepped_at < STEP_PATIENCE
-        start = self._step_target if goes_on and self._link.goal is not None else None
-        start = start or self._position(self._feeds.commanded)
-        if start is None:
+        target = self._steps.go_on(
+            step,
+            self._position(self._feeds.commanded),
+            self._feeds.status.state,
+            is_on_way=self._link.goal is not None,
+            now=time.monotonic(),
+        )
+        if target is None:
             self._desk.refuse("no step: it is not known where the platform is")
-            return
-        x, y, z = start
-        self._step_target = target = (x + step[0], y + step[1], z + step[2])
-        self._stepped_at = now
-        self._link.move_to(target)
+        else:
+            self._link.move_to(target)
 
     def _follow(self, points: list[Vector3], tolerance: float, speed: float) -> None:
-        self._step_target = None
+        self._steps.drop()
         if self._is_known():
             self._link.follow(points, tolerance, speed)

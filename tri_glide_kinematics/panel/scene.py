@@ -27,6 +27,7 @@ DRIVEN: RGB = (26, 153, 255)
 TRACE: RGB = (230, 90, 20)
 TARGET: RGB = (220, 40, 30)
 COMMANDED_OPACITY = 0.3
+AMBIENT_LIGHT = 2.0
 
 _ROOTS = (
     *("tower_0", "tower_1", "tower_2", "floor", "measured", "commanded", "target", "workspace"),
@@ -229,6 +230,16 @@ class Scene:
             section_size=0.25,
             position=(0.0, 0.0, max(floor, 0.0)),
         )
+
+
+def light_plainly(scene: viser.SceneApi) -> None:
+    """Light a scene without reflections and shadows.
+
+    They show nothing of a machine, and a computer without a graphics card draws them for seconds.
+    """
+    scene.configure_environment_map(None)
+    scene.configure_default_lights(cast_shadow=False)
+    scene.add_light_ambient("/light", intensity=AMBIENT_LIGHT)
 
 
 def view_of(facts: MachineFacts) -> tuple[Vector3, Vector3]:
