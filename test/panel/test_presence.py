@@ -104,11 +104,12 @@ def test_the_silent_are_gone_soon_and_come_back_when_they_answer() -> None:
 def test_who_was_held_up_itself_takes_nobody_for_gone() -> None:
     async def test(server: Server) -> None:
         # Its answers come from a thread of its own.
-        with await asyncio.to_thread(connect_thread, server.address("answering")):
-            await until(lambda: server.sockets)
-            # Meanwhile the server hears nobody.
-            time.sleep(SILENCE + PING_PERIOD)
-            await asyncio.sleep(2.0 * PING_PERIOD)
-            assert not server.gone
+        page = await asyncio.to_thread(connect_thread, server.address("answering"))
+        await until(lambda: server.sockets)
+        # Meanwhile the server hears nobody.
+        time.sleep(SILENCE + PING_PERIOD)
+        await asyncio.sleep(2.0 * PING_PERIOD)
+        assert not server.gone
+        await asyncio.to_thread(page.close)
 
     asyncio.run(Server().run(test))
