@@ -8,7 +8,7 @@ import pytest
 from benchmarks.judge import SCENARIOS, Findings, Judge
 from benchmarks.soak_motion import soak
 
-STEPS = 16_000
+STEPS = 12_000
 
 
 @pytest.mark.slow

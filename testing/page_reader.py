@@ -1,0 +1,39 @@
+"""Reads what the panel sends to a page, as a browser on another computer does, and draws nothing.
+
+Run it as ``python -m testing.page_reader ADDRESS``; it ends with the connection.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import msgspec
+from websockets.sync.client import connect
+
+PROTOCOL = "viser-v1.1.1"
+# A page is there once it has told where its camera is.
+CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    "position": (1.0, 1.0, 1.0),
+    "fov": 1.0,
+    "near": 0.01,
+    "far": 100.0,
+    "image_height": 720,
+    "image_width": 1280,
+    "look_at": (0.0, 0.0, 0.0),
+    "up_direction": (0.0, 0.0, 1.0),
+}
+
+
+def main() -> None:
+    """Read until nothing more comes."""
+    address = sys.argv[1].replace("http", "ws", 1)
+    with connect(address, subprotocols=[PROTOCOL], max_size=None) as socket:  # type: ignore[list-item]
+        socket.send(msgspec.msgpack.encode(CAMERA))
+        for _ in socket:
+            pass
+
+
+if __name__ == "__main__":
+    main()
