@@ -29,7 +29,8 @@ ROSDEP_KEYS = {
 }
 PIP_NAMES = {"PIL": "pillow", "mpl_toolkits": "matplotlib", "yaml": "pyyaml"}
 
-# There is no rosdep key for these; numba makes things faster where it is found, msgspec comes with viser.
+# There is no rosdep key for these; numba makes things faster where it is found, and msgspec comes
+# with viser.
 WITHOUT_KEY = {"ruckig", "viser", "numba", "msgspec"}
 
 
