@@ -1,7 +1,7 @@
 """LAPACK's Cholesky factors of matrices with few bands, as scipy has them.
 
-They are those of ``scipy.linalg.lapack``. What else that package imports takes 0.3 s of processor
-time, as long as all the rest of ``ik_node``; so the one library that is needed is loaded by itself.
+They are those of ``scipy.linalg.lapack``. To import all of that package takes a sixth of the
+processor time in which ``ik_node`` starts; so the one library that is needed is loaded by itself.
 """
 
 from __future__ import annotations
