@@ -16,6 +16,7 @@ from rclpy.context import Context
 
 from testing.client import Probe
 from testing.domain import own_context, own_domain, set_transport
+from testing.forks import ForkedNodes
 from testing.processes import Launcher, launched
 from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests
 from tri_glide_kinematics.panel.mechanisms.tab import NONE, MechanismsTab
@@ -80,7 +81,7 @@ def joined_domain() -> Iterator[Context]:
 def mechanism_nodes(folder: Path) -> Iterator[tuple[Launcher, str]]:
     """Run mechanism_node in a namespace of its own, and start more nodes."""
     namespace = f"/mechanisms_{os.getpid()}_{next(_COUNTER)}"
-    with launched(folder, namespace) as launcher:
+    with launched(folder, namespace, ForkedNodes) as launcher:
         launcher.start("mechanism_node")
         yield launcher, namespace
 

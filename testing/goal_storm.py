@@ -65,7 +65,8 @@ class GoalStorm:
         self._goals = goals
         self._source = random.Random(seed)
         self._sent: list[SentGoal] = []
-        self._arrivals: list[float] = []
+        # When the state said that the newest target is reached; None while it does not say so [s].
+        self._arrival: float | None = None
         self._client.node.create_subscription(
             DiagnosticStatus, f"{machine.namespace}/ik_node/status", self._on_status, LATCHED
         )
@@ -95,8 +96,10 @@ class GoalStorm:
         return self.report
 
     def _on_status(self, message: DiagnosticStatus) -> None:
-        if "is reached" in message.message:
-            self._arrivals.append(time.monotonic())
+        if "is reached" not in message.message:
+            self._arrival = None
+        elif self._arrival is None:
+            self._arrival = time.monotonic()
 
     def _place(self) -> Vector3:
         x, y = (self._source.uniform(-0.03, 0.03) for _ in "xy")
@@ -156,10 +159,9 @@ class GoalStorm:
         if result.code != SUCCEEDED or max(map(abs, _minus(at, place))) > TOLERANCE:
             self.report.wrong.append(f"not reached: {result}")
         else:
-            self._client.wait_for(
-                lambda: self._arrivals and self._arrivals[-1] > goal.ended - 0.05, "the state"
-            )
-            self.report.delays.setdefault("arrival", []).append(goal.ended - self._arrivals[-1])
+            self._client.wait_for(lambda: self._arrival is not None, "the state")
+            assert self._arrival is not None
+            self.report.delays.setdefault("arrival", []).append(goal.ended - self._arrival)
 
     def _reach(self) -> None:
         self._reaches(*self._send())

@@ -133,6 +133,16 @@ class Machine:
             lambda: max(map(abs, self.commands[-1].velocity)) > speed, "full motion"
         )
 
+    def forget(self) -> None:
+        """Forget what was heard so far, but for the latest state, and what the nodes have written.
+
+        So a machine that others have used is as good as a new one.
+        """
+        self.catch_up()
+        del self.commands[:-1], self.measured[:-1], self.states[:-1]
+        self.ik.forget_output()
+        self.simulator.forget_output()
+
     def catch_up(self) -> None:
         """Wait until a command of this moment is here: messages wait in a queue before that."""
         now = self.client.now()

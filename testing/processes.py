@@ -8,10 +8,9 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from subprocess import Popen
 from typing import Any
 
-from tri_glide_kinematics.ros.processes import NodeProcesses, default_parameter_file
+from tri_glide_kinematics.ros.processes import NodeProcesses, Process, default_parameter_file
 
 # So many characters of what a node has written are shown if something goes wrong with it.
 LAST_WORDS = 2000
@@ -22,12 +21,13 @@ ROOT = Path(__file__).resolve().parents[1]
 class RunningNode:
     """One node as a process."""
 
-    def __init__(self, name: str, namespace: str, process: Popen[bytes], log: Path | None) -> None:
+    def __init__(self, name: str, namespace: str, process: Process, log: Path | None) -> None:
         """Watch the ``process`` of a node; without a ``log`` its output goes where ours goes."""
         self.name = name
         self.namespace = namespace
         self.process = process
         self._log = log
+        self._forgotten = 0
 
     @property
     def pid(self) -> int:
@@ -36,7 +36,15 @@ class RunningNode:
 
     @property
     def output(self) -> str:
-        """All that it has written so far."""
+        """All that it has written so far, but for what was forgotten."""
+        return self._written[self._forgotten :]
+
+    def forget_output(self) -> None:
+        """Forget what it has written so far."""
+        self._forgotten = len(self._written)
+
+    @property
+    def _written(self) -> str:
         return self._log.read_text(errors="replace") if self._log else ""
 
     @property
@@ -53,9 +61,14 @@ class RunningNode:
 class Launcher:
     """Starts nodes, those of this project with the parameter file of the README."""
 
-    def __init__(self, namespace: str = "/", folder: Path | None = None) -> None:
+    def __init__(
+        self,
+        namespace: str = "/",
+        folder: Path | None = None,
+        processes: type[NodeProcesses] = NodeProcesses,
+    ) -> None:
         """Start nodes in ``namespace``, with one log each in ``folder`` if there is one."""
-        self._processes = NodeProcesses({"PYTHONPATH": _python_path()})
+        self._processes = processes({"PYTHONPATH": python_path()})
         self._folder = folder
         self._namespace = namespace
         self._count = itertools.count()
@@ -105,16 +118,18 @@ class Launcher:
         return self._folder / f"{name}_{next(self._count)}.log" if self._folder else None
 
     def _watched(
-        self, name: str, namespace: str, process: Popen[bytes], log: Path | None
+        self, name: str, namespace: str, process: Process, log: Path | None
     ) -> RunningNode:
         self.started.append(RunningNode(name, namespace, process, log))
         return self.started[-1]
 
 
 @contextmanager
-def launched(folder: Path, namespace: str) -> Iterator[Launcher]:
+def launched(
+    folder: Path, namespace: str, processes: type[NodeProcesses] = NodeProcesses
+) -> Iterator[Launcher]:
     """Start nodes; afterwards none of them has ended by an error of its own, and all are gone."""
-    launcher = Launcher(namespace, folder)
+    launcher = Launcher(namespace, folder, processes)
     try:
         yield launcher
     except BaseException:
@@ -129,7 +144,7 @@ def launched(folder: Path, namespace: str) -> Iterator[Launcher]:
         assert node.process.returncode in (0, -9), f"{node.name}:\n{node.output}"
 
 
-def _python_path() -> str:
+def python_path() -> str:
     """Return where processes find modules: this folder is only for those that are not installed.
 
     Where it comes first, a node is made of the sources in it, which are compiled at each start.

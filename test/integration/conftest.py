@@ -14,6 +14,7 @@ from rclpy.node import Node
 
 from testing.client import Client
 from testing.domain import own_context, own_domain, set_transport
+from testing.forks import ForkedNodes
 from testing.machine import Machine
 from testing.processes import Launcher, launched
 from tri_glide_kinematics.ros.transport import COMPUTER
@@ -72,7 +73,7 @@ def other_machine(client: Client, nodes: Launcher, namespace: str) -> Machine:
 
 @pytest.fixture
 def nodes(ros_domain: int, tmp_path: Path, namespace: str) -> Iterator[Launcher]:
-    with launched(tmp_path, namespace) as launcher:
+    with launched(tmp_path, namespace, ForkedNodes) as launcher:
         yield launcher
 
 

@@ -13,6 +13,7 @@ from action_msgs.msg import GoalStatus
 from std_srvs.srv import Trigger
 
 from testing.commands import KINEMATICS, assert_within_limits
+from testing.forks import ForkedNodes
 from testing.goals import ERROR_NONE
 from testing.processes import launched
 from testing.scenarios import HEALTHY
@@ -27,7 +28,7 @@ CANCELED = GoalStatus.STATUS_CANCELED
 @pytest.fixture(scope="module")
 def bench(ros_domain, ros_context, tmp_path_factory):
     namespace = f"/actions_{os.getpid()}"
-    with launched(tmp_path_factory.mktemp("actions"), namespace) as launcher:
+    with launched(tmp_path_factory.mktemp("actions"), namespace, ForkedNodes) as launcher:
         bench = ActionBench(ros_context, launcher, namespace)
         yield bench.start()
         assert_within_limits(bench.machine)

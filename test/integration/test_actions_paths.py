@@ -15,6 +15,7 @@ from nav_msgs.msg import Path
 from std_srvs.srv import Trigger
 
 from testing.commands import KINEMATICS, assert_within_limits
+from testing.forks import ForkedNodes
 from testing.goal_storm import GoalStorm
 from testing.goals import GoalClient
 from testing.processes import launched
@@ -35,7 +36,7 @@ TOLERANCE = 0.001  # m, path_tolerance by default
 @pytest.fixture(scope="module")
 def bench(ros_domain, ros_context, tmp_path_factory):
     namespace = f"/paths_{os.getpid()}"
-    with launched(tmp_path_factory.mktemp("paths"), namespace) as launcher:
+    with launched(tmp_path_factory.mktemp("paths"), namespace, ForkedNodes) as launcher:
         bench = ActionBench(ros_context, launcher, namespace)
         yield bench.start()
         assert_within_limits(bench.machine)
@@ -218,7 +219,7 @@ def test_target_path_does_the_same_without_an_answer(bench):
 def test_in_a_storm_of_goals_each_ends_once_and_as_it_has_to(machine, client):
     """The short form of ``benchmarks.soak_goals``."""
     machine.start()
-    report = GoalStorm(machine, GoalClient(client), seed=7).run(60)
+    report = GoalStorm(machine, GoalClient(client), seed=7).run(40)
     assert report.wrong == []
-    assert report.codes.total() >= 60
+    assert report.codes.total() >= 40
     assert set(report.codes) >= {GoalCode.SUCCEEDED, GoalCode.SUPERSEDED, GoalCode.CANCELED}

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 
 import pytest
 from geometry_msgs.msg import Point, PoseStamped
 
+from testing.client import Client
 from testing.commands import assert_within_limits
+from testing.forks import ForkedNodes
+from testing.machine import Machine
+from testing.processes import launched
 from tri_glide_interfaces.srv import (
     DropMeasurement,
     ListMeasurements,
@@ -74,8 +79,28 @@ def calibration(machine, client, nodes):
     return Calibration(machine, client, nodes)
 
 
-def test_a_probe_finds_the_plate_and_comes_back(calibration, machine, client):
-    calibration.start()
+@pytest.fixture(scope="module")
+def shared_calibration(ros_domain, ros_context, tmp_path_factory):
+    """Start one machine for all tests that leave it as it was."""
+    namespace = f"/calibration_{os.getpid()}"
+    with launched(tmp_path_factory.mktemp("calibration"), namespace, ForkedNodes) as launcher:
+        client = Client(ros_context, namespace)
+        yield Calibration(Machine(client, launcher), client, launcher).start()
+        client.close()
+
+
+@pytest.fixture
+def started(shared_calibration):
+    """Return one that has not measured yet, with its machine at rest."""
+    shared_calibration.machine.wait_for_state("idle")
+    shared_calibration.machine.forget()
+    while shared_calibration.lines:
+        shared_calibration.call(DropMeasurement, "drop")
+    return shared_calibration
+
+
+def test_a_probe_finds_the_plate_and_comes_back(started):
+    calibration, machine, client = started, started.machine, started.client
     poses = client.record(PoseStamped, "true_pose")
     machine.move(ABOVE)
     first = len(machine.commands)
@@ -98,8 +123,8 @@ def test_a_probe_finds_the_plate_and_comes_back(calibration, machine, client):
     assert calibration.lines[0].startswith("1: touch of plate 'bed' ±10 µm at heights")
 
 
-def test_a_probe_does_not_go_on_after_its_node_was_held_up(calibration, machine, client):
-    calibration.start()
+def test_a_probe_does_not_go_on_after_its_node_was_held_up(started):
+    calibration, machine, client = started, started.machine, started.client
     machine.move(ABOVE)
     asked = calibration.ask(ProbePlate, "probe")
     machine.wait_for_state("jogging")
@@ -242,8 +267,8 @@ def test_no_parameter_file_is_written_of_what_contradicts_the_priors(
     assert load_measurements(measurements).workspace.lower_heights == pytest.approx((0.3,) * 3)
 
 
-def test_requests_without_a_meaning_get_a_reason(calibration, machine, tmp_path):
-    calibration.start()
+def test_requests_without_a_meaning_get_a_reason(started, tmp_path):
+    calibration = started
     nan = float("nan")
     for kind, service, fields, words in (
         (RecordTouch, "record_touch", {"standard_deviation": nan}, "standard_deviation"),
@@ -265,10 +290,11 @@ def test_requests_without_a_meaning_get_a_reason(calibration, machine, tmp_path)
     assert "internal error" not in calibration.node.output
 
 
-def test_moving_sliders_are_not_noted(calibration, machine, client):
-    calibration.start()
+def test_moving_sliders_are_not_noted(started):
+    calibration, machine, client = started, started.machine, started.client
     client.set_parameters("ik_node", {"speed_scale": 0.05})
     machine.get_going((0.1, 0.0, 0.3), 0.02)
     answer = calibration.call(RecordTouch, "record_touch")
+    client.set_parameters("ik_node", {"speed_scale": 1.0})
     assert not answer.success
     assert "moves" in answer.message

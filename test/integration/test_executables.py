@@ -13,15 +13,24 @@ from ament_index_python.packages import get_package_prefix
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters, GetParameters
 
-from testing.processes import TIMEOUT
+from testing.forks import ForkedNodes
+from testing.processes import TIMEOUT, launched, python_path
 from tri_glide_kinematics.ros.parameters import NODES
 from tri_glide_kinematics.ros.processes import executable
 
 
+@pytest.fixture
+def installed_nodes(ros_domain, tmp_path, namespace):
+    """Start nodes as a user does, and not as forks."""
+    with launched(tmp_path, namespace) as launcher:
+        yield launcher
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_signals_end_every_node_in_silence(client, nodes, number):
+def test_signals_end_every_node_in_silence(client, installed_nodes, number):
     # A panel may be running on the usual port.
-    started = [nodes.start(name, {"port": 0} if name == "panel_node" else {}) for name in NODES]
+    port = {"panel_node": {"port": 0}}
+    started = [installed_nodes.start(name, port.get(name)) for name in NODES]
     for name in NODES:
         client.wait_for(
             lambda name=name: (
@@ -70,7 +79,7 @@ def test_signals_end_every_node_in_silence(client, nodes, number):
         ("panel_node", ["-p", "port:=70000"], "port = 70000 must be at most 65535"),
     ],
 )
-def test_bad_parameters_get_one_line(ros_domain, name, arguments, reason):
+def test_bad_parameters_get_one_line(run_node, name, arguments, reason):
     check_refused(run_node(name, "--ros-args", *arguments), reason)
 
 
@@ -88,7 +97,7 @@ def test_bad_parameters_get_one_line(ros_domain, name, arguments, reason):
         ("/**:\n  ros__parameters:\n    speed_scale: [0.1\n", "line 4, column 1"),
     ],
 )
-def test_bad_parameter_files_get_one_line(ros_domain, tmp_path, text, reason):
+def test_bad_parameter_files_get_one_line(run_node, tmp_path, text, reason):
     path = tmp_path / "parameters.yaml"
     path.write_text(text)
     arguments = ("--ros-args", "--params-file", str(path), "-r", "__ns:=/cell_1")
@@ -102,39 +111,48 @@ def test_bad_parameter_files_get_one_line(ros_domain, tmp_path, text, reason):
         (["--ros-arg", "-p", "rate:=500.0"], "did you mean --ros-args?"),
     ],
 )
-def test_arguments_outside_of_those_of_ros_get_one_line(ros_domain, arguments, reason):
+def test_arguments_outside_of_those_of_ros_get_one_line(run_node, arguments, reason):
     check_refused(run_node("mechanism_node", *arguments), reason)
 
 
-def test_the_demo_refuses_what_it_would_ignore(ros_domain):
-    run = run_node("demo", "--ros-args", "-p", "speed_scale:=0.1")
-    assert run.returncode == 2
-    assert "unrecognized arguments: --ros-args -p speed_scale:=0.1" in run.stderr
+def test_the_demo_refuses_what_it_would_ignore(run_node):
+    code, output = run_node("demo", "--ros-args", "-p", "speed_scale:=0.1")
+    assert code == 2
+    assert "unrecognized arguments: --ros-args -p speed_scale:=0.1" in output
 
 
-@pytest.mark.parametrize("option", ["--help", "-h"])
-@pytest.mark.parametrize("name", [*NODES, "mechanism_node", "demo"])
-def test_help_helps(ros_domain, name, option):
-    run = run_node(name, option)
-    assert run.returncode == 0
-    assert run.stderr == ""
-    assert f"{name} [" in run.stdout
+@pytest.mark.parametrize(
+    ("name", "option"),
+    [("ik_node", "-h"), *((name, "--help") for name in (*NODES, "mechanism_node", "demo"))],
+)
+def test_help_helps(run_node, name, option):
+    code, output = run_node(name, option)
+    assert code == 0
+    assert f"{name} [" in output
     for entry in NODES.get(name, ()):
-        assert f"  {entry.name} (" in run.stdout
+        assert f"  {entry.name} (" in output
 
 
-def run_node(name, *arguments):
-    return subprocess.run(
-        [executable(name), *arguments], capture_output=True, text=True, timeout=TIMEOUT
-    )
+@pytest.fixture
+def run_node(ros_domain, tmp_path):
+    """Run an executable to its end, and return its exit code and what it has written."""
+
+    def run(name, *arguments):
+        log = tmp_path / "output.log"
+        with ForkedNodes({"PYTHONPATH": python_path()}) as processes:
+            process = processes.start_command([str(executable(name)), *arguments], log)
+            return process.wait(TIMEOUT), log.read_text()
+
+    return run
 
 
 def check_refused(run, reason):
-    assert run.returncode == 1
-    errors = [line for line in run.stderr.splitlines() if line.startswith("error: ")]
+    code, output = run
+    assert code == 1
+    errors = [line for line in output.splitlines() if line.startswith("error: ")]
     assert len(errors) == 1
     assert reason in errors[0]
-    assert "Traceback" not in run.stderr
+    assert "Traceback" not in output
 
 
 def test_a_node_tells_what_it_works_with_and_what_changes(client, nodes):

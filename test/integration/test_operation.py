@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import signal
 
 import numpy as np
@@ -10,14 +11,34 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import JointState
 
-from testing.client import LATCHED
+from testing.client import LATCHED, Client
 from testing.commands import KINEMATICS, assert_within_limits, stream_of
-from testing.machine import JOINTS
+from testing.forks import ForkedNodes
+from testing.machine import JOINTS, Machine
+from testing.processes import launched
 from testing.scenarios import HEALTHY
 
 FAR, NEAR = (0.08, 0.03, 0.35), (0.0, 0.0, 0.25)
 # Slow enough to be in motion still when a fault is noticed, or a service is called.
 SLOW = {"speed_scale": 0.05, "jump_limit": 0.02, "tracking_error_limit": 0.05}
+
+
+@pytest.fixture(scope="module")
+def shared_machine(ros_domain, ros_context, tmp_path_factory):
+    """Start one machine for all tests that leave it as it was."""
+    namespace = f"/operation_{os.getpid()}"
+    with launched(tmp_path_factory.mktemp("operation"), namespace, ForkedNodes) as launcher:
+        client = Client(ros_context, namespace)
+        yield Machine(client, launcher).start(SLOW)
+        client.close()
+
+
+@pytest.fixture
+def slow_machine(shared_machine):
+    """Return the machine at rest, as if it had just been started."""
+    shared_machine.wait_for_state("idle")
+    shared_machine.forget()
+    return shared_machine
 
 
 def reach_a_target(machine):
@@ -123,9 +144,9 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(machine, client, name):
+def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(slow_machine, name):
+    machine, client = slow_machine, slow_machine.client
     fault, reason = FAULTS[name]
-    machine.start(SLOW)
     diagnostics = client.record(DiagnosticArray, "/diagnostics")
     machine.get_going(FAR, 0.04)
     assert client.set_parameters("simulator_node", fault).successful
@@ -164,8 +185,8 @@ def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(machine, cli
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_not_finite_measurement_is_a_fault(machine, client, value):
-    machine.start(SLOW)
+def test_not_finite_measurement_is_a_fault(slow_machine, value):
+    machine, client = slow_machine, slow_machine.client
     publisher = client.publisher(JointState, "joint_states")
     client.wait_for(lambda: publisher.get_subscription_count() >= 1, "ik_node")
     machine.get_going(FAR, 0.04)

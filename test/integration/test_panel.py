@@ -18,6 +18,7 @@ from websockets.sync.client import connect
 
 from testing.browser import DESKTOP, PHONE, SMALL, Browser, Page, Pixels, browser, find_browser
 from testing.client import Client
+from testing.forks import ForkedNodes
 from testing.panel import STOP, STRIP, Panel, button, difference, field, pad, tab
 from testing.processes import launched
 from tri_glide_kinematics.driving.drive_file import PathStep, load_drive
@@ -47,7 +48,7 @@ def panel(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Ite
     folder = tmp_path_factory.mktemp("panel")
     namespace = f"/panel_{os.getpid()}"
     client = Client(ros_context, namespace)
-    with launched(folder, namespace) as launcher:
+    with launched(folder, namespace, ForkedNodes) as launcher:
         yield Panel(client, launcher, folder)
     client.close()
 

@@ -95,7 +95,7 @@ def test_flood_of_targets(machine, kind):
 
 def test_hostile_messages_on_every_input(machine):
     machine.start()
-    hostility(machine, duration=6.0)
+    hostility(machine, duration=4.0)
     assert machine.ik.is_running
     assert machine.simulator.is_running
     assert_normal_target_is_reached(machine)
@@ -104,7 +104,7 @@ def test_hostile_messages_on_every_input(machine):
 
 def test_parameter_storm(machine, client):
     machine.start()
-    assert parameter_storm(machine, duration=4.0) > 20
+    assert parameter_storm(machine, duration=3.0) > 20
     assert client.set_parameters("ik_node", NORMAL_VALUES).successful
     assert_normal_target_is_reached(machine)
     assert_stretches_within_limits(machine)

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from testing.domain import set_transport
+from testing.forks import ForkedNodes
 from testing.machine import Machine
 from testing.processes import TIMEOUT, launched
 from tri_glide_kinematics.ros.processes import executable
@@ -53,7 +54,7 @@ def uses_shared_memory(pid: int) -> bool:
 def chosen(request, ros_domain, client, namespace, tmp_path, monkeypatch):
     """Return a running machine that has one of the transports; the client has the loopback."""
     set_transport(monkeypatch, request.param)
-    with launched(tmp_path, namespace) as launcher:
+    with launched(tmp_path, namespace, ForkedNodes) as launcher:
         yield request.param, Machine(client, launcher).start()
 
 
@@ -92,7 +93,7 @@ def test_what_brings_shared_memory_is_warned_of(
     for variable in (*MIDDLEWARE_VARIABLES, VARIABLE):
         monkeypatch.delenv(variable, raising=False)
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    with launched(tmp_path, namespace) as launcher:
+    with launched(tmp_path, namespace, ForkedNodes) as launcher:
         node = launcher.start("mechanism_node")
         client.wait_for(lambda: "transport as chosen by" in node.output, "its transport")
         assert uses_shared_memory(node.pid)
@@ -104,7 +105,7 @@ def test_the_loopback_serves_the_highest_domain(
     ros_domain, client, namespace, tmp_path, monkeypatch
 ):
     monkeypatch.setenv("ROS_DOMAIN_ID", "232")
-    with launched(tmp_path, namespace) as launcher:
+    with launched(tmp_path, namespace, ForkedNodes) as launcher:
         node = launcher.start("mechanism_node")
         client.wait_for(lambda: f"{VARIABLE}=computer" in node.output, "its transport")
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
+from typing import Any, Protocol
 
 from ament_index_python.packages import get_package_prefix, get_package_share_directory
 
@@ -26,13 +27,33 @@ def default_parameter_file() -> Path:
     return Path(get_package_share_directory(PACKAGE), "config", "tri_glide.yaml")
 
 
+class Process(Protocol):
+    """What is used of a ``subprocess.Popen``, and in tests of other processes."""
+
+    pid: int
+    args: Any
+    returncode: int | None
+
+    def poll(self) -> int | None:
+        """Return the exit code, None while it runs."""
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait for its end, for at most ``timeout`` seconds, and return the exit code."""
+
+    def send_signal(self, number: int, /) -> None:
+        """Send a signal, unless it has ended."""
+
+    def kill(self) -> None:
+        """Kill it, unless it has ended."""
+
+
 class NodeProcesses:
     """Processes of nodes; leaving the context ends those that still run."""
 
     def __init__(self, environment: Mapping[str, str] | None = None) -> None:
         """Start processes with ``environment`` on top of this process's own."""
         self._environment = {**os.environ, **(environment or {})}
-        self._processes: list[subprocess.Popen[bytes]] = []
+        self._processes: list[Process] = []
 
     def start(
         self,
@@ -40,7 +61,7 @@ class NodeProcesses:
         ros_arguments: Sequence[str] = (),
         log: Path | None = None,
         prefix: Sequence[str] = (),
-    ) -> subprocess.Popen[bytes]:
+    ) -> Process:
         """Start the node ``name``.
 
         Args:
@@ -55,9 +76,7 @@ class NodeProcesses:
         command = [*prefix, str(executable(name)), "--ros-args", *ros_arguments]
         return self.start_command(command, log)
 
-    def start_command(
-        self, command: Sequence[str], log: Path | None = None
-    ) -> subprocess.Popen[bytes]:
+    def start_command(self, command: Sequence[str], log: Path | None = None) -> Process:
         """Start a node by its whole ``command``; ``log`` as for ``start``."""
         with ExitStack() as stack:
             output = stack.enter_context(log.open("ab")) if log else None
@@ -72,7 +91,7 @@ class NodeProcesses:
         self._processes.append(process)
         return process
 
-    def ended(self) -> list[subprocess.Popen[bytes]]:
+    def ended(self) -> list[Process]:
         """Return the processes that have ended by themselves."""
         return [process for process in self._processes if process.poll() is not None]
 

@@ -1,0 +1,135 @@
+"""A process that has imported all nodes, and forks whenever one of them is to be started.
+
+Two thirds of the work of starting a node are imports, which are the same for all of them. A fork
+runs the installed executable, as it is, from its first line to its last. It only leaves out the end
+of the interpreter, as LTTng, a part of rcl, would end its threads there, which are not in a fork.
+
+Run it as ``python -m testing.node_server FILE_DESCRIPTOR``.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import runpy
+import signal
+import sys
+from importlib import import_module
+from importlib.util import find_spec
+from multiprocessing.connection import Connection, wait
+from threading import active_count
+from traceback import print_exc
+from typing import Any, NamedTuple, NoReturn
+
+MODULES = (
+    "rclpy.executors",
+    "tri_glide_kinematics.nodes.calibration_node",
+    "tri_glide_kinematics.nodes.fk_node",
+    "tri_glide_kinematics.nodes.ik_node",
+    "tri_glide_kinematics.nodes.mechanism_node",
+    "tri_glide_kinematics.nodes.simulator_node",
+    "tri_glide_kinematics.ros.command_line",
+    "tri_glide_kinematics.ros.parameter_sources",
+    "tri_glide_kinematics.ros.realtime",
+    "tri_glide_kinematics.ros.transport",
+)
+# Only where what the page needs is installed.
+PANEL = "tri_glide_kinematics.panel.panel_node"
+
+
+class Job(NamedTuple):
+    """What a fork is to do.
+
+    Attributes:
+        command: path of an executable written in Python, and its arguments.
+        environment: all variables.
+        log: file to which its output is appended; None for the output of the server.
+    """
+
+    command: tuple[str, ...]
+    environment: dict[str, str]
+    log: str | None
+
+
+def load() -> None:
+    """Import all that nodes need, and the libraries of those messages that every node uses."""
+    # As the executables do: a thread of OpenBLAS would not survive a fork.
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    for module in (*MODULES, *([PANEL] if find_spec("viser") else [])):
+        import_module(module)
+    from rcl_interfaces.msg import Log, ParameterEvent
+    from rclpy.type_support import check_for_type_support
+
+    for kind in (Log, ParameterEvent):
+        check_for_type_support(kind)
+    # Those of LTTng, which sleep unless somebody traces, do not count.
+    if active_count() > 1:
+        raise RuntimeError(f"{active_count()} threads run: only one of them would be in a fork")
+    gc.collect()
+    gc.freeze()
+
+
+def serve(connection: Connection) -> Job | None:
+    """Fork once for each job that comes in, and tell the ends of the forks.
+
+    What is sent for a start is a number, that of the process; for an end this number and the exit
+    code as subprocess has it, -9 after SIGKILL.
+
+    Returns:
+        In a fork its job, in the server None, when nobody asks any more.
+    """
+    forks: dict[int, int] = {}
+    while True:
+        for ready in wait([connection, *forks]):
+            if isinstance(ready, int):
+                pid, status = os.waitpid(forks.pop(ready), 0)
+                os.close(ready)
+                connection.send((pid, os.waitstatus_to_exitcode(status)))
+                continue
+            try:
+                job: Any = connection.recv()
+            except EOFError:
+                for pid in forks.values():
+                    os.kill(pid, signal.SIGKILL)
+                return None
+            pid = os.fork()
+            if pid == 0:
+                connection.close()
+                for other in forks:
+                    os.close(other)
+                return Job(*job)
+            forks[os.pidfd_open(pid)] = pid
+            connection.send(pid)
+
+
+def run(job: Job) -> NoReturn:
+    """Be the process that was asked for."""
+    # In a session of its own, as all processes of nodes.
+    os.setsid()
+    os.environ.clear()
+    os.environ.update(job.environment)
+    if job.log is not None:
+        log = os.open(job.log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+        os.dup2(log, 1)
+        os.dup2(log, 2)
+        os.close(log)
+    sys.argv = list(job.command)
+    code = 1
+    try:
+        runpy.run_path(job.command[0], run_name="__main__")
+    except SystemExit as end:
+        code = int(end.code or 0)
+    except BaseException:
+        print_exc()
+    # What is left of a node says goodbye to the others.
+    gc.collect()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
+if __name__ == "__main__":
+    load()
+    todo = serve(Connection(int(sys.argv[1])))
+    if todo is not None:
+        run(todo)
