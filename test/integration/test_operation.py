@@ -3,42 +3,22 @@
 from __future__ import annotations
 
 import math
-import os
 import signal
 
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import JointState
+from shared_machine import shared_machine
 
-from testing.client import LATCHED, Client
+from testing.client import LATCHED
 from testing.commands import KINEMATICS, assert_within_limits, stream_of
-from testing.forks import ForkedNodes
-from testing.machine import JOINTS, Machine
-from testing.processes import launched
+from testing.machine import JOINTS
 from testing.scenarios import HEALTHY
 
 FAR, NEAR = (0.08, 0.03, 0.35), (0.0, 0.0, 0.25)
 # Slow enough to be in motion still when a fault is noticed, or a service is called.
 SLOW = {"speed_scale": 0.05, "jump_limit": 0.02, "tracking_error_limit": 0.05}
-
-
-@pytest.fixture(scope="module")
-def shared_machine(ros_domain, ros_context, tmp_path_factory):
-    """Start one machine for all tests that leave it as it was."""
-    namespace = f"/operation_{os.getpid()}"
-    with launched(tmp_path_factory.mktemp("operation"), namespace, ForkedNodes) as launcher:
-        client = Client(ros_context, namespace)
-        yield Machine(client, launcher).start(SLOW)
-        client.close()
-
-
-@pytest.fixture
-def slow_machine(shared_machine):
-    """Return the machine at rest, as if it had just been started."""
-    shared_machine.wait_for_state("idle")
-    shared_machine.forget()
-    return shared_machine
 
 
 def reach_a_target(machine):
@@ -143,64 +123,79 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("name", FAULTS)
-def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(slow_machine, name):
-    machine, client = slow_machine, slow_machine.client
-    fault, reason = FAULTS[name]
-    diagnostics = client.record(DiagnosticArray, "/diagnostics")
-    machine.get_going(FAR, 0.04)
-    assert client.set_parameters("simulator_node", fault).successful
-    machine.wait_for_state("fault")
-    assert reason in machine.reason
-    assert machine.states[-1].level == DiagnosticStatus.ERROR
-    assert f"fault: {machine.reason}" in machine.ik.output
-    ramped_down(machine)
-    client.wait_for(
-        lambda: any(
-            status.level == DiagnosticStatus.ERROR and reason in status.message
-            for array in diagnostics
-            for status in array.status
-            if status.name == f"{client.namespace[1:]}/ik_node"
-        ),
-        "the fault in the diagnostics",
-    )
-    # Once at rest it is silent, and takes no target.
-    now = client.now()
-    client.send_pose(NEAR)
-    client.wait_for(lambda: "no motion while fault" in machine.ik.output, "a refusal")
-    assert not machine.commands_since(now)
-    if name == "silent":
-        response = client.enable()
-        assert not response.success
-        assert "no measured slider heights" in response.message
-    assert client.set_parameters("simulator_node", HEALTHY).successful
-    # What was measured before may be far from what is measured now, which would be the next fault.
-    machine.wait_for_measured_rest()
-    client.wait_for(lambda: client.enable().success, "the fault to be cleared")
-    machine.wait_for_state("idle")
-    reach_a_target(machine)
-    # A target that comes before the first cycle makes the first setpoint one of motion.
-    assert max(map(abs, machine.commands_since(now)[0].velocity)) < 0.01
-    assert_within_limits(machine, len(machine.commands) - len(machine.commands_since(now)))
+@pytest.fixture(scope="class")
+def shared(ros_domain, ros_context, tmp_path_factory):
+    with shared_machine(ros_context, tmp_path_factory, "operation", SLOW) as machine:
+        yield machine
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_not_finite_measurement_is_a_fault(slow_machine, value):
-    machine, client = slow_machine, slow_machine.client
-    publisher = client.publisher(JointState, "joint_states")
-    client.wait_for(lambda: publisher.get_subscription_count() >= 1, "ik_node")
-    machine.get_going(FAR, 0.04)
-    message = JointState(name=JOINTS, position=[0.6, value, 0.6])
+class TestFaults:
+    """Each of them is cleared at its end, so that all have the same machine."""
 
-    def faulty():
-        publisher.publish(message)
-        return machine.state == "fault"
+    @pytest.fixture
+    def slow_machine(self, shared):
+        """Return the machine at rest, as if it had just been started."""
+        shared.wait_for_state("idle")
+        shared.forget()
+        return shared
 
-    client.wait_for(faulty, "the fault")
-    assert f"measured height of slider_2 is {value}" in machine.reason
-    ramped_down(machine)
-    client.wait_for(lambda: client.enable().success, "the fault to be cleared")
-    reach_a_target(machine)
+    @pytest.mark.parametrize("name", FAULTS)
+    def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(self, slow_machine, name):
+        machine, client = slow_machine, slow_machine.client
+        fault, reason = FAULTS[name]
+        diagnostics = client.record(DiagnosticArray, "/diagnostics")
+        machine.get_going(FAR, 0.04)
+        assert client.set_parameters("simulator_node", fault).successful
+        machine.wait_for_state("fault")
+        assert reason in machine.reason
+        assert machine.states[-1].level == DiagnosticStatus.ERROR
+        assert f"fault: {machine.reason}" in machine.ik.output
+        ramped_down(machine)
+        client.wait_for(
+            lambda: any(
+                status.level == DiagnosticStatus.ERROR and reason in status.message
+                for array in diagnostics
+                for status in array.status
+                if status.name == f"{client.namespace[1:]}/ik_node"
+            ),
+            "the fault in the diagnostics",
+        )
+        # Once at rest it is silent, and takes no target.
+        now = client.now()
+        client.send_pose(NEAR)
+        client.wait_for(lambda: "no motion while fault" in machine.ik.output, "a refusal")
+        assert not machine.commands_since(now)
+        if name == "silent":
+            response = client.enable()
+            assert not response.success
+            assert "no measured slider heights" in response.message
+        assert client.set_parameters("simulator_node", HEALTHY).successful
+        # What was measured before may be far from what comes now, which would be the next fault.
+        machine.wait_for_measured_rest()
+        client.wait_for(lambda: client.enable().success, "the fault to be cleared")
+        machine.wait_for_state("idle")
+        reach_a_target(machine)
+        # A target that comes before the first cycle makes the first setpoint one of motion.
+        assert max(map(abs, machine.commands_since(now)[0].velocity)) < 0.01
+        assert_within_limits(machine, len(machine.commands) - len(machine.commands_since(now)))
+
+    @pytest.mark.parametrize("value", [math.nan, math.inf])
+    def test_not_finite_measurement_is_a_fault(self, slow_machine, value):
+        machine, client = slow_machine, slow_machine.client
+        publisher = client.publisher(JointState, "joint_states")
+        client.wait_for(lambda: publisher.get_subscription_count() >= 1, "ik_node")
+        machine.get_going(FAR, 0.04)
+        message = JointState(name=JOINTS, position=[0.6, value, 0.6])
+
+        def faulty():
+            publisher.publish(message)
+            return machine.state == "fault"
+
+        client.wait_for(faulty, "the fault")
+        assert f"measured height of slider_2 is {value}" in machine.reason
+        ramped_down(machine)
+        client.wait_for(lambda: client.enable().success, "the fault to be cleared")
+        reach_a_target(machine)
 
 
 def test_a_frozen_simulator_process_is_a_fault_by_the_bounds_that_are_shipped(machine, client):
