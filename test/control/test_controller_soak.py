@@ -7,7 +7,7 @@ import pytest
 from benchmarks.judge import SCENARIOS, Findings
 from benchmarks.soak_controller import soak
 
-STEPS = 12_000
+STEPS = 10_000
 
 
 @pytest.mark.slow

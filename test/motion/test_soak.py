@@ -8,7 +8,7 @@ import pytest
 from benchmarks.judge import SCENARIOS, Findings, Judge
 from benchmarks.soak_motion import soak
 
-STEPS = 12_000
+STEPS = 9_000
 
 
 @pytest.mark.slow

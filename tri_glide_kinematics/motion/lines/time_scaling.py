@@ -42,6 +42,8 @@ class TimeScaling(NamedTuple):
 
     def delayed(self, delay: float) -> TimeScaling:
         """Return the same motion after ``delay`` seconds of rest where it begins."""
+        if delay == 0.0:
+            return self
         zero = np.zeros(1)
         return TimeScaling(
             np.concatenate((zero, self.times + delay)),
