@@ -9,10 +9,12 @@ import time
 import pytest
 from motion_machine import HOME, TARGET, engine
 from rclpy.node import Node
+from rclpy.serialization import serialize_message
 
 from testing.domain import own_context, own_domain, set_transport
 from tri_glide_interfaces.msg import MotionState
-from tri_glide_kinematics.ros.motion_state import NEWEST, MotionStates
+from tri_glide_kinematics.motion.engine import SliderState
+from tri_glide_kinematics.ros.motion_state import NEWEST, Motion, MotionStates, read_motion
 from tri_glide_kinematics.ros.transport import COMPUTER
 
 pytestmark = pytest.mark.nodes
@@ -134,3 +136,28 @@ def test_what_is_not_known_is_nan(telling):
     message = told.take()
     assert all(map(math.isnan, message.measured_heights))
     assert tuple(message.commanded_heights) == HOME
+
+
+def marked(frame, stamp, *triples):
+    message = MotionState()
+    message.header.frame_id = frame
+    message.header.stamp.sec, message.header.stamp.nanosec = stamp
+    (
+        message.commanded_heights,
+        message.commanded_velocities,
+        message.commanded_accelerations,
+        message.measured_heights,
+    ) = triples
+    return message
+
+
+@pytest.mark.parametrize("frame", ["", *("abcdefghi"[:size] for size in range(1, 10)), "säule"])
+def test_bytes_are_read_as_the_message_is_whatever_its_frame(frame):
+    setpoint = SliderState((0.1, 0.2, 0.3), (0.4, -0.5, 0.6), (7.0, 8.0, -9.0))
+    data = serialize_message(marked(frame, (12, 500_000_000), *setpoint, HOME))
+    assert read_motion(data) == Motion(12.5, setpoint, HOME)
+    unknown = (math.nan,) * 3
+    data = serialize_message(marked(frame, (3, 0), *[unknown] * 3, HOME))
+    assert read_motion(data) == Motion(3.0, None, HOME)
+    data = serialize_message(marked(frame, (3, 0), *setpoint, unknown))
+    assert read_motion(data) == Motion(3.0, setpoint, None)

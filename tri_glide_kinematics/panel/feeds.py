@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -18,6 +17,7 @@ from tri_glide_interfaces.msg import MotionState
 from tri_glide_kinematics.motion.engine import SliderState
 from tri_glide_kinematics.panel.status_words import MachineStatus
 from tri_glide_kinematics.ros.markers import DRIVEN, PROGRAMMED, TARGET
+from tri_glide_kinematics.ros.motion_state import Motion, read_motion
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # As many as come in some frames at the usual rate: the curves show every one.
@@ -29,20 +29,6 @@ SILENCE = 0.5
 
 LATE = "late cycles in the last second"
 LATE_SINCE_START = "late cycles"
-
-
-class Motion(NamedTuple):
-    """What a message tells of the sliders.
-
-    Attributes:
-        stamp: when that was, by the clock of ``ik_node`` [s].
-        commanded: None while the machine is not led.
-        measured: true heights. Shape (3,) [m]; None if they are not known.
-    """
-
-    stamp: float
-    commanded: SliderState | None
-    measured: Vector3 | None
 
 
 class MotionFeed:
@@ -59,7 +45,7 @@ class MotionFeed:
         self._newest: Motion | None = None
         self._time = 0.0
         self.subscription = node.create_subscription(
-            MotionState, "ik_node/motion_state", self._take, SOME
+            MotionState, "ik_node/motion_state", self._take, SOME, raw=True
         )
 
     def forget(self) -> None:
@@ -80,17 +66,8 @@ class MotionFeed:
     def _is_fresh(self) -> bool:
         return time.monotonic() - self._time < SILENCE
 
-    def _take(self, message: MotionState) -> None:
-        stamp = message.header.stamp
-        commanded, measured = _vector(message.commanded_heights), _vector(message.measured_heights)
-        velocities = _vector(message.commanded_velocities)
-        accelerations = _vector(message.commanded_accelerations)
-        self._newest = Motion(
-            stamp.sec + 1e-9 * stamp.nanosec,
-            SliderState(commanded, velocities, accelerations) if _is_known(commanded) else None,
-            measured if _is_known(measured) else None,
-        )
-        self._time = time.monotonic()
+    def _take(self, data: bytes) -> None:
+        self._newest, self._time = read_motion(data), time.monotonic()
         self.unseen.append(self._newest)
 
 
@@ -152,12 +129,3 @@ class Feeds:
 
 def _points(marker: Marker) -> FloatArray:
     return np.array([(point.x, point.y, point.z) for point in marker.points]).reshape(-1, 3)
-
-
-def _vector(numbers: Any) -> Vector3:
-    first, second, third = numbers.tolist()
-    return first, second, third
-
-
-def _is_known(numbers: Vector3) -> bool:
-    return all(map(math.isfinite, numbers))

@@ -15,12 +15,13 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.curves.limits import CurveLimits
 from tri_glide_kinematics.panel.curves.plots import Curves
 from tri_glide_kinematics.panel.desk import Desk
-from tri_glide_kinematics.panel.feeds import Feeds, Motion, MotionFeed
+from tri_glide_kinematics.panel.feeds import Feeds, MotionFeed
 from tri_glide_kinematics.panel.go_to_handle import GoToHandle
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import note
 from tri_glide_kinematics.panel.numbers import numbers_table
 from tri_glide_kinematics.panel.scene import Pose, Scene, view_of
+from tri_glide_kinematics.ros.motion_state import Motion
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.outline import edge_rings
 
