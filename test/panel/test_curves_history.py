@@ -60,7 +60,7 @@ def test_a_bin_holds_the_newest_height_and_the_largest_rates():
 
 def test_a_time_without_samples_is_empty_and_the_rest_moves_on():
     history = History()
-    history.add(20.01, SOMEWHERE, AT_REST)
+    history.add(20.01, SOMEWHERE, AT_REST, AT_REST)
     history.advance(21.01)
     heights = history.values(HEIGHTS)
     assert np.isnan(heights[:, -20:]).all()
@@ -71,9 +71,9 @@ def test_a_time_without_samples_is_empty_and_the_rest_moves_on():
 
 def test_a_sample_that_is_late_gets_its_own_place():
     history = History()
-    history.add(20.01, SOMEWHERE, AT_REST)
+    history.add(20.01, SOMEWHERE, AT_REST, AT_REST)
     history.advance(20.51)
-    history.add(20.26, (0.7, 0.8, 0.9), AT_REST)
+    history.add(20.26, (0.7, 0.8, 0.9), AT_REST, AT_REST)
     heights = history.values(HEIGHTS)
     assert heights[:, -11] == pytest.approx(SOMEWHERE)
     assert heights[:, -6] == pytest.approx((0.7, 0.8, 0.9))
@@ -82,35 +82,9 @@ def test_a_sample_that_is_late_gets_its_own_place():
 
 def test_a_clock_that_goes_back_starts_anew():
     history = History()
-    history.add(20.0, SOMEWHERE, AT_REST)
-    history.add(3.0, SOMEWHERE, (1.0, 1.0, 1.0))
+    history.add(20.0, SOMEWHERE, AT_REST, AT_REST)
+    history.add(3.0, SOMEWHERE, AT_REST, AT_REST)
     assert np.isfinite(history.values(HEIGHTS)).sum() == 3
-    # There is no acceleration between two clocks.
-    assert np.isnan(history.values(ACCELERATIONS)).all()
-
-
-def test_accelerations_that_are_not_told_are_means_between_samples():
-    history = History()
-    rate, largest = 30.0, 0.1 * 3.0**2
-    times = np.arange(300) / rate
-    for time in times:
-        heights, velocities, _ = swing(time)
-        history.add(time, heights, velocities)
-    shown = history.values(ACCELERATIONS)
-    known = np.isfinite(shown)
-    assert known.sum() > 0.9 * shown.size
-    # A mean is never above the largest one, and comes near to it.
-    assert np.abs(shown[known]).max() <= largest * (1.0 + 1e-9)
-    assert np.abs(shown[2][known[2]]).max() == pytest.approx(largest, rel=0.01)
-
-
-def test_no_acceleration_over_a_pause():
-    history = History()
-    history.add(1.0, SOMEWHERE, AT_REST)
-    history.add(2.0, SOMEWHERE, (1.0, 1.0, 1.0))
-    assert np.isnan(history.values(ACCELERATIONS)).all()
-    history.add(2.02, SOMEWHERE, (1.2, 1.0, 1.0))
-    assert history.values(ACCELERATIONS)[0, -1] == pytest.approx(10.0)
 
 
 def test_nothing_is_shown_before_the_first_sample():

@@ -44,7 +44,7 @@ def test_curves_and_limits_are_drawn_in_their_units(curves):
 
 
 def test_a_few_times_a_second_and_on_without_samples(curves):
-    curves.add(100.0, (0.4, 0.5, 0.6), (0.0, 0.0, 0.0))
+    curves.add(100.0, (0.4, 0.5, 0.6), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     changes, before = 0, None
     for step in range(300):
         curves.draw(100.0 + step / 100.0)
@@ -78,11 +78,11 @@ def test_limits_are_three_finite_numbers():
 
 @pytest.mark.alone
 def test_curves_cost_less_than_two_hundredths_of_a_core(curves):
-    seconds, rate = 30, 30
+    seconds, rate = 30, 50
     spent = time.process_time()
     for step in range(seconds * rate):
         now = 1000.0 + step / rate
-        curves.add(now, (0.4, 0.5, 0.6), (np.sin(now), 0.2, 0.3))
+        curves.add(now, (0.4, 0.5, 0.6), (np.sin(now), 0.2, 0.3), (np.cos(now), 0.0, 0.0))
         curves.draw(now)
     spent = time.process_time() - spent
     assert spent / seconds <= 0.02

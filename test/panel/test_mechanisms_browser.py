@@ -54,7 +54,8 @@ class Screen:
     def spin(self):
         now = time.monotonic()
         self.rig.tab.step(now)
-        self.curves.add(now, (0.5 + 0.1 * math.sin(3.0 * now), 0.6, 0.7), (0.3, 0.0, -0.3))
+        heights = (0.5 + 0.1 * math.sin(3.0 * now), 0.6, 0.7)
+        self.curves.add(now, heights, (0.3, 0.0, -0.3), (3.0, 0.0, -3.0))
         self.curves.draw(now)
         self.rig.probe.spin_once(0.01)
 

@@ -45,6 +45,7 @@ from tri_glide_kinematics.ros.messages import (
     target_position,
     target_velocity,
 )
+from tri_glide_kinematics.ros.motion_state import MotionStates
 from tri_glide_kinematics.ros.other_publishers import OtherPublishers
 from tri_glide_kinematics.ros.parameter_table import Values
 from tri_glide_kinematics.ros.parameters import IK_NODE
@@ -102,6 +103,7 @@ class IkNode(Node):
         self._reports = StateReports(self, self._refused)
         self._stream_topics: tuple[str, ...] = ()
         self._outputs = CommandOutputs(self, values)
+        self._motion_states = MotionStates(self, values)
         self._supervisor = Supervisor(supervision_bounds_of(values), values["joint_names"])
         machine = machine_of(values)
         self._engine = MotionEngine(
@@ -179,6 +181,10 @@ class IkNode(Node):
         finally:
             self._reports.tell()
         self._actions.answer()
+        if self._motion_states.is_due():
+            is_fresh = self._supervisor.is_fresh(now)
+            measured = self._controller.measured_heights if is_fresh else None
+            self._motion_states.publish(setpoint, measured)
 
     def _end(self) -> None:
         self._actions.end()

@@ -27,11 +27,10 @@ def serve(port: int, points_file: str) -> int:
     file = ["--params-file", str(default_parameter_file())]
     with NodeProcesses() as processes:
         for name in NODES:
+            # What stands last wins; mechanism_node has no parameters.
+            parameters = file if name != "mechanism_node" else ()
             patience = PATIENCE if name == "ik_node" else ()
-            # mechanism_node has no parameters.
-            processes.start(
-                name, [*space, *quiet, *patience, *(file if "mech" not in name else ())]
-            )
+            processes.start(name, [*space, *quiet, *parameters, *patience])
         page = ["-p", f"port:={port}", "-p", f"points_file:={points_file}"]
         processes.start("panel_node", [*space, *page])
         while not (ended := processes.ended()):

@@ -11,18 +11,17 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import JointState
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_interfaces.msg import MotionState
+from tri_glide_kinematics.motion.engine import SliderState
 from tri_glide_kinematics.panel.status_words import MachineStatus
 from tri_glide_kinematics.ros.markers import DRIVEN, PROGRAMMED, TARGET
-from tri_glide_kinematics.ros.slider_measurements import SliderMeasurements, StampedReading
+from tri_glide_kinematics.ros.motion_state import Motion, read_motion
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
-NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-# As many commands as come in two frames at 1 kHz: the curves show every one.
-SOME = QoSProfile(depth=64, reliability=ReliabilityPolicy.BEST_EFFORT)
+# As many as come in some frames at the usual rate: the curves show every one.
+SOME = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 # What is older than this is no longer where the machine is [s].
@@ -32,50 +31,51 @@ LATE = "late cycles in the last second"
 LATE_SINCE_START = "late cycles"
 
 
-class Feed:
-    """One topic of joint states, of which a message is only read when it is wanted.
+class MotionFeed:
+    """The topic on which ``ik_node`` tells how the sliders move.
 
     Attributes:
         subscription: of the topic; its messages are taken once for each frame.
-        readings: those that have come since they were last looked at.
+        unseen: what has come since the curves were last drawn, oldest first.
     """
 
-    def __init__(self, node: Node, topic: str, qos: QoSProfile) -> None:
-        """Subscribe to a ``topic``."""
-        self.readings: deque[StampedReading] = deque(maxlen=qos.depth)
-        self._reader: SliderMeasurements | None = None
-        self._newest: StampedReading | None = None
+    def __init__(self, node: Node) -> None:
+        """Subscribe as a part of ``node``."""
+        self.unseen: deque[Motion] = deque(maxlen=SOME.depth)
+        self._newest: Motion | None = None
         self._time = 0.0
-        self.subscription = node.create_subscription(JointState, topic, self._take, qos, raw=True)
+        self.subscription = node.create_subscription(
+            MotionState, "ik_node/motion_state", self._take, SOME, raw=True
+        )
 
-    def look_for(self, joints: tuple[str, ...], height_offsets: Vector3) -> None:
-        """Read these joints from now on, and add to their heights what makes them true ones [m]."""
-        self._reader = SliderMeasurements(joints, height_offsets)
+    def forget(self) -> None:
+        """Know nothing, as it was told by another ``ik_node``."""
         self._newest = None
+        self.unseen.clear()
 
     @property
-    def newest(self) -> StampedReading | None:
-        """What came last, None if that is long ago."""
-        return self._newest if time.monotonic() - self._time < SILENCE else None
+    def commanded(self) -> SliderState | None:
+        """Where the sliders are to be, None if that was told long ago or is not known."""
+        return self._newest.commanded if self._newest and self._is_fresh() else None
+
+    @property
+    def measured(self) -> Vector3 | None:
+        """Where the sliders are [m], None if that was told long ago or is not known."""
+        return self._newest.measured if self._newest and self._is_fresh() else None
+
+    def _is_fresh(self) -> bool:
+        return time.monotonic() - self._time < SILENCE
 
     def _take(self, data: bytes) -> None:
-        if self._reader is None:
-            return
-        try:
-            reading = self._reader.read(data)
-        except KinematicsError:
-            return
-        if reading is not None and all(map(np.isfinite, reading.heights)):
-            self.readings.append(reading)
-            self._newest, self._time = reading, time.monotonic()
+        self._newest, self._time = read_motion(data), time.monotonic()
+        self.unseen.append(self._newest)
 
 
 class Feeds:
     """All topics that the panel listens to.
 
     Attributes:
-        measured: where the sliders are.
-        commanded: where they are told to be.
+        motion: where the sliders are and where they are to be.
         status: what ``ik_node`` says about itself.
         target: where the machine goes, None for nowhere [m].
         late: what ``ik_node`` says about its cycles.
@@ -91,8 +91,7 @@ class Feeds:
             server: full name of ``ik_node``.
             on_lines: gets a line that has changed, by name. Shape (n, 3) [m].
         """
-        self.measured = Feed(node, "joint_states", NEWEST)
-        self.commanded = Feed(node, "joint_commands", SOME)
+        self.motion = MotionFeed(node)
         self.status = MachineStatus()
         self.target: Vector3 | None = None
         self.late = "not known"
@@ -105,7 +104,7 @@ class Feeds:
     @property
     def urgent(self) -> tuple[Any, ...]:
         """What is taken once for each frame."""
-        return self.measured.subscription, self.commanded.subscription
+        return (self.motion.subscription,)
 
     def _on_status(self, message: DiagnosticStatus) -> None:
         self.status = MachineStatus.of({entry.key: entry.value for entry in message.values})

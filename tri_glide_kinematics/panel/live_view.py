@@ -15,13 +15,13 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.curves.limits import CurveLimits
 from tri_glide_kinematics.panel.curves.plots import Curves
 from tri_glide_kinematics.panel.desk import Desk
-from tri_glide_kinematics.panel.feeds import Feed, Feeds
+from tri_glide_kinematics.panel.feeds import Feeds, MotionFeed
 from tri_glide_kinematics.panel.go_to_handle import GoToHandle
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import note
 from tri_glide_kinematics.panel.numbers import numbers_table
 from tri_glide_kinematics.panel.scene import Pose, Scene, view_of
-from tri_glide_kinematics.ros.slider_measurements import StampedReading
+from tri_glide_kinematics.ros.motion_state import Motion
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.outline import edge_rings
 
@@ -31,9 +31,7 @@ TRACE_PERIOD = 0.2  # s
 # Of a frame, what may be spent on the shape of the workspace [s].
 PIECE = 0.004
 
-# Of the commands that come in a frame, the curves show each of so many.
-CURVE_STEP = 5
-# Readings that are later than this are of another clock [s].
+# What is told later than this is of another clock [s].
 LARGEST_LAG = 1.0
 
 # The trace: its points, and how far the platform moves from one to the next [m].
@@ -110,8 +108,9 @@ class LiveView:
         scene, handle = self._scene, self._handle
         if scene is None or handle is None:
             return
-        measured = pose_of(feeds.measured, facts)
-        commanded = pose_of(feeds.commanded, facts)
+        setpoint = feeds.motion.commanded
+        measured = pose_of(feeds.motion.measured, facts)
+        commanded = pose_of(setpoint.heights if setpoint is not None else None, facts)
         with self._server.atomic():
             for drawn, pose in ((scene.measured, measured), (scene.commanded, commanded)):
                 if pose is None:
@@ -121,34 +120,33 @@ class LiveView:
             scene.show_target(feeds.target)
             is_idle = feeds.status.state == "idle"
             handle.follow(commanded.position if is_idle and commanded else feeds.target)
-            self._draw_curves(feeds.commanded.readings)
+            self._draw_curves(feeds.motion)
             if measured is not None:
                 self._draw_trace(scene, measured.position)
                 self._draw_numbers(facts, measured, feeds)
         self._shape(scene)
 
-    def _draw_curves(self, readings: deque[StampedReading]) -> None:
+    def _draw_curves(self, feed: MotionFeed) -> None:
         if self._curves is None:
             return
         now = time.monotonic()
-        for reading in (*list(readings)[:-1:CURVE_STEP], *list(readings)[-1:]):
-            moment = self._moment_of(reading, now)
-            if reading.velocities is not None and moment > self._curves_at:
+        for motion in feed.unseen:
+            moment = self._moment_of(motion, now)
+            if motion.commanded is not None and moment > self._curves_at:
                 self._curves_at = moment
-                self._curves.add(moment, reading.heights, reading.velocities)
-        readings.clear()
+                self._curves.add(moment, *motion.commanded)
+        feed.unseen.clear()
         # In silence they go on, too.
         if now - self._curves_at > LARGEST_LAG:
             self._curves_at = now
         self._curves.draw(self._curves_at)
 
-    def _moment_of(self, reading: StampedReading, now: float) -> float:
-        """Return when a reading was, by its own stamp: what is late by itself makes no step."""
-        seconds = reading.seconds + 1e-9 * reading.nanoseconds
+    def _moment_of(self, motion: Motion, now: float) -> float:
+        """Return when that was, by its own stamp: what is late by itself makes no step."""
         # A clock that is set begins anew.
-        if not -LARGEST_LAG <= seconds + self._clock_offset - now <= 0.0:
-            self._clock_offset = now - seconds
-        return seconds + self._clock_offset
+        if not -LARGEST_LAG <= motion.stamp + self._clock_offset - now <= 0.0:
+            self._clock_offset = now - motion.stamp
+        return motion.stamp + self._clock_offset
 
     def _draw_trace(self, scene: Scene, position: Vector3) -> None:
         if not self._trace or math.dist(self._trace[-1], position) > TRACE_STEP:
@@ -160,8 +158,8 @@ class LiveView:
 
     def _draw_numbers(self, facts: MachineFacts, pose: Pose, feeds: Feeds) -> None:
         if self._is_due("numbers", NUMBERS_PERIOD):
-            command = feeds.commanded.newest
-            velocities = command.velocities if command else None
+            setpoint = feeds.motion.commanded
+            velocities = setpoint.velocities if setpoint is not None else None
             self._numbers.content = numbers_table(facts, pose, velocities, feeds.late)
 
     def _shape(self, scene: Scene) -> None:
@@ -182,12 +180,11 @@ class LiveView:
         return True
 
 
-def pose_of(feed: Feed, facts: MachineFacts) -> Pose | None:
-    """Return where a machine is by what came last of a feed; None if that is not known."""
-    reading = feed.newest
-    if reading is None:
+def pose_of(heights: Vector3 | None, facts: MachineFacts) -> Pose | None:
+    """Return where a machine is by its true heights [m]; None if that is not known."""
+    if heights is None:
         return None
     try:
-        return Pose(reading.heights, facts.machine.forward(reading.heights))
+        return Pose(heights, facts.machine.forward(heights))
     except KinematicsError:
         return None

@@ -1,7 +1,7 @@
 """The page: viser's server on this machine alone, with a strip and Stop above all else.
 
-This is the only module that uses what viser does not offer to its users: to refuse connections, to
-have something above its page, and to switch off its share link. viser is pinned, and tests in a
+This module uses what viser does not offer to its users: to refuse connections, to have something
+above its page, and to switch off its share link. viser is pinned, and tests in a
 browser show that each of these works.
 """
 

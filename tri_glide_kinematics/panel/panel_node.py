@@ -15,7 +15,7 @@ from rclpy.parameter import parameter_value_to_python
 
 from tri_glide_kinematics.panel.desk import Desk
 from tri_glide_kinematics.panel.drive_tab import DriveTab
-from tri_glide_kinematics.panel.feeds import Feed, Feeds
+from tri_glide_kinematics.panel.feeds import Feeds
 from tri_glide_kinematics.panel.hold import JogWatch
 from tri_glide_kinematics.panel.live_view import LiveView, pose_of
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
@@ -123,6 +123,7 @@ class PanelNode(Node):
 
     def _forget(self) -> None:
         self._facts, self._asked_at = None, -math.inf
+        self._feeds.motion.forget()
         self._steps.drop()
         self._link.forget()
         self._desk.end_hold()
@@ -139,8 +140,6 @@ class PanelNode(Node):
             return
         self._facts = facts
         self._desk.follow_twist_timeout(facts.values["twist_timeout"])
-        for feed in (self._feeds.measured, self._feeds.commanded):
-            feed.look_for(facts.joints, facts.values["height_offsets"])
         self._view.show_machine(facts)
 
     def _on_parameters(self, event: ParameterEvent) -> None:
@@ -169,7 +168,7 @@ class PanelNode(Node):
         self._mechanisms.step(time.monotonic())
         self._tell(clients)
         if self._facts is not None:
-            self._drive.show(self._facts, self._position(self._feeds.commanded))
+            self._drive.show(self._facts, self._commanded_position())
             self._view.draw(self._facts, self._feeds)
 
     def _look_for_refusals(self) -> None:
@@ -214,12 +213,16 @@ class PanelNode(Node):
             status.color, status.state, status.reason, refusal, pages, "ramps to rest (Esc)"
         )
 
-    def _position(self, feed: Feed) -> Vector3 | None:
-        pose = pose_of(feed, self._facts) if self._facts is not None else None
+    def _position(self, heights: Vector3 | None) -> Vector3 | None:
+        pose = pose_of(heights, self._facts) if self._facts is not None else None
         return pose.position if pose is not None else None
 
     def _measured_position(self) -> Vector3 | None:
-        return self._position(self._feeds.measured)
+        return self._position(self._feeds.motion.measured)
+
+    def _commanded_position(self) -> Vector3 | None:
+        setpoint = self._feeds.motion.commanded
+        return self._position(setpoint.heights if setpoint is not None else None)
 
     def _move_to(self, position: Vector3) -> None:
         self._steps.drop()
@@ -232,7 +235,7 @@ class PanelNode(Node):
             return
         target = self._steps.go_on(
             step,
-            self._position(self._feeds.commanded),
+            self._commanded_position(),
             self._feeds.status.state,
             is_on_way=self._link.goal is not None,
             now=time.monotonic(),

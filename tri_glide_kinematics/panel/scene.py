@@ -9,7 +9,8 @@ import viser
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
-from tri_glide_kinematics.panel.shapes import Parts, Quaternion, rod_pair, skin
+from tri_glide_kinematics.panel.placing import place, turn
+from tri_glide_kinematics.panel.shapes import Parts, rod_pair, skin
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # What moved by less is not sent: it would not be seen [m].
@@ -117,18 +118,15 @@ class DrawnMachine:
         self._shown = pose
         for index, height in enumerate(pose.heights):
             x, y = self._parts.towers[index]
-            self._carriages[index].position = (x, y, height)
-            self._arms[index].wxyz = self._arm_turn(index, height, pose.position)
-        self._platform.position = pose.position
+            place(self._carriages[index], (x, y, height))
+            turn(self._arms[index], self._parts.arm_turn(index, height, pose.position))
+        place(self._platform, pose.position)
 
     def hide(self) -> None:
         """Show it no more, until it is moved again."""
         if self._shown is not None:
             self._shown = None
             self._root.visible = False
-
-    def _arm_turn(self, index: int, height: float, position: Vector3) -> Quaternion:
-        return self._parts.arm_turn(index, height, position)
 
 
 class Scene:
@@ -163,7 +161,7 @@ class Scene:
         self._target = scene.add_icosphere(
             "/target", 0.5 * size, TARGET, visible=False, cast_shadow=False
         )
-        self._size = size
+        self._target_place: Vector3 | None = None
 
     def remove(self) -> None:
         """Remove all of it, with what stands below it."""
@@ -173,6 +171,9 @@ class Scene:
 
     def show_target(self, position: Vector3 | None) -> None:
         """Show where the machine goes, if it goes anywhere [m]."""
+        if position == self._target_place:
+            return
+        self._target_place = position
         self._target.visible = position is not None
         if position is not None:
             self._target.position = position

@@ -288,6 +288,14 @@ IK_NODE = (
         0.001,
         1.0,
     ),
+    Parameter(
+        "state_publish_rate",
+        50.0,
+        "messages of `~/motion_state` while somebody listens; above `rate`, one in each cycle",
+        "1/s",
+        1.0,
+        2000.0,
+    ),
     *SYSTEM,
 )
 

@@ -14,7 +14,7 @@ from rclpy.serialization import serialize_message
 
 # Each has bytes of its own, and no message holds them by chance.
 MARKS = tuple(1e-300 * (1.0 / 3.0 + number) for number in range(200))
-FIRST, SECOND = MARKS[0:3], MARKS[3:6]
+FIRST, SECOND, THIRD, FOURTH = PLACES = MARKS[0:3], MARKS[3:6], MARKS[6:9], MARKS[9:12]
 
 # Of the encoding: what kind it is, then the stamp, as the header is the first part.
 KIND = slice(0, 4)
@@ -27,13 +27,13 @@ class NoSuchPlaceError(Exception):
 
 
 class StampedTriples:
-    """The bytes of a message with a header and with one or two places for three numbers."""
+    """The bytes of a message with a header and with one to four places for three numbers."""
 
     def __init__(self, message: Any, places: int) -> None:
         """Write all of ``message`` once.
 
         Args:
-            message: holds ``FIRST``, and ``SECOND`` if there are two places.
+            message: holds ``FIRST``, and those after it if there are more places.
             places: number of these.
 
         Raises:
@@ -44,7 +44,7 @@ class StampedTriples:
         order = byte_order(written)
         self._stamp = Struct(f"{order}iI")
         self._triple = Struct(f"{order}3d")
-        self._offsets = [offset_of(written, marks) for marks in (FIRST, SECOND)[:places]]
+        self._offsets = [offset_of(written, marks) for marks in PLACES[:places]]
 
     def at(self, seconds: int, nanoseconds: int, *triples: Sequence[float]) -> bytes:
         """Return the bytes with this stamp and these numbers, each of shape (3,)."""

@@ -14,7 +14,6 @@ BIN = 0.05  # s
 SLIDERS = 3
 HEIGHTS, VELOCITIES, ACCELERATIONS = QUANTITIES = range(3)
 LATEST = 1.0  # s that a sample may come after newer ones
-LONGEST_STEP = 0.5  # s between two velocities that still make an acceleration
 
 
 class History:
@@ -29,7 +28,6 @@ class History:
         self._count = round(SPAN / BIN)
         self._bins = np.full((len(QUANTITIES), SLIDERS, self._count), math.nan)
         self._newest: int | None = None
-        self._last: tuple[float, FloatArray] | None = None
         self.ages = (np.arange(self._count) - (self._count - 1)) * BIN
 
     def add(
@@ -37,7 +35,7 @@ class History:
         time: float,
         heights: Sequence[float],
         velocities: Sequence[float],
-        accelerations: Sequence[float] | None = None,
+        accelerations: Sequence[float],
     ) -> None:
         """Take in a sample, a little late at most; a clock that goes back starts the history anew.
 
@@ -45,20 +43,15 @@ class History:
             time: of a steady clock [s].
             heights: Shape (3,) [m].
             velocities: Shape (3,) [m/s].
-            accelerations: Shape (3,) [m/s^2]; without them, their mean since the last sample.
+            accelerations: Shape (3,) [m/s^2].
         """
         self.advance(time)
-        velocity = np.array(velocities, dtype=np.float64)
-        if accelerations is None:
-            acceleration = self._mean_acceleration(time, velocity)
-        else:
-            acceleration = np.array(accelerations, dtype=np.float64)
-        self._last = time, velocity
         place = math.floor(time / BIN) % self._count
         self._bins[HEIGHTS, :, place] = heights
-        for quantity, new in ((VELOCITIES, velocity), (ACCELERATIONS, acceleration)):
+        for quantity, new in ((VELOCITIES, velocities), (ACCELERATIONS, accelerations)):
             bins = self._bins[quantity, :, place]
-            keep = np.isnan(new) | (np.abs(bins) >= np.abs(new))
+            # A bin without a sample, which is NaN, keeps nothing.
+            keep = np.abs(bins) >= np.abs(new)
             self._bins[quantity, :, place] = np.where(keep, bins, new)
 
     def advance(self, time: float) -> None:
@@ -66,7 +59,6 @@ class History:
         bin_now = math.floor(time / BIN)
         if self._newest is None or bin_now < self._newest - LATEST / BIN:
             self._bins[:] = math.nan
-            self._last = None
         elif bin_now < self._newest:
             return
         else:
@@ -79,10 +71,3 @@ class History:
         if self._newest is None:
             return self._bins[quantity].copy()
         return np.roll(self._bins[quantity], -(self._newest + 1), axis=1)
-
-    def _mean_acceleration(self, time: float, velocity: FloatArray) -> FloatArray:
-        if self._last is not None:
-            before, last_velocity = self._last
-            if 0.0 < time - before <= LONGEST_STEP:
-                return (velocity - last_velocity) / (time - before)
-        return np.full(SLIDERS, math.nan)

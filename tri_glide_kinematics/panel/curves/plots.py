@@ -84,7 +84,7 @@ class Curves:
         time: float,
         heights: Sequence[float],
         velocities: Sequence[float],
-        accelerations: Sequence[float] | None = None,
+        accelerations: Sequence[float],
     ) -> None:
         """Take in a sample, at any rate; arguments as for ``History.add``."""
         self._history.add(time, heights, velocities, accelerations)

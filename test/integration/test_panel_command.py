@@ -1,0 +1,38 @@
+"""The command behind make panel: all nodes, patient ones, and none of them is left."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+
+import pytest
+from rclpy.parameter_client import AsyncParameterClient
+
+from testing.processes import TIMEOUT
+from tri_glide_kinematics.ros.processes import executable
+
+pytest.importorskip("viser")
+
+NODES = {"simulator_node", "ik_node", "fk_node", "mechanism_node", "panel_node"}
+
+
+def test_a_simulated_machine_waits_longer_for_its_measurements_and_ends_with_the_command(client):
+    with subprocess.Popen([str(executable("panel")), "--port", "0"]) as process:
+        namespace = f"/tri_glide_panel_{process.pid}"
+
+        def nodes():
+            found = client.node.get_node_names_and_namespaces()
+            return {name for name, space in found if space == namespace}
+
+        try:
+            client.wait_for(lambda: nodes() >= NODES, "all nodes")
+            parameters = AsyncParameterClient(client.node, f"{namespace}/ik_node")
+            client.wait_for(parameters.services_are_ready, "the parameters")
+            asked = parameters.get_parameters(["measured_timeout"])
+            client.wait_for(asked.done, "the answer")
+            assert asked.result().values[0].double_value == 2.0
+        finally:
+            process.send_signal(signal.SIGINT)
+            code = process.wait(TIMEOUT)
+    assert code == 128 + signal.SIGINT
+    client.wait_for(lambda: not nodes(), "the end of all nodes")
