@@ -7,7 +7,7 @@ import pytest
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import bar, note, table
-from tri_glide_kinematics.panel.numbers import edge_distance, numbers_table
+from tri_glide_kinematics.panel.numbers import edge_distance, edge_row, numbers_table
 from tri_glide_kinematics.panel.scene import Pose
 from tri_glide_kinematics.ros.parameters import IK_NODE
 
@@ -32,7 +32,8 @@ def test_the_nearest_edge_is_an_edge() -> None:
 
 def test_the_table_has_all_numbers() -> None:
     pose = Pose(FACTS.machine.inverse(POSITION), POSITION)
-    text = numbers_table(FACTS, pose, (0.5, -0.95, 0.0), "3 in a second, 7 in all")
+    edge = edge_row(FACTS, POSITION)
+    text = numbers_table(FACTS, pose, edge, (0.5, -0.95, 0.0), "3 in a second, 7 in all")
     for part in (
         "20.00 mm",
         "-10.00 mm",
@@ -40,6 +41,8 @@ def test_the_table_has_all_numbers() -> None:
         "500.0 mm/s",
         "3 in a second",
         "condition number",
+        "edge",
+        edge[1],
     ):
         assert part in text
     # 0.95 of the limit is much, 0.5 is not.
@@ -49,13 +52,17 @@ def test_the_table_has_all_numbers() -> None:
 def test_limits_are_scaled_with_the_speed() -> None:
     slow = FACTS.with_changes({"speed_scale": 0.5})
     pose = Pose(FACTS.machine.inverse(POSITION), POSITION)
-    assert 'class="much" style="width:100%"' in numbers_table(slow, pose, (0.5, 0.0, 0.0), "")
+    assert 'class="much" style="width:100%"' in numbers_table(
+        slow, pose, edge_row(slow, POSITION), (0.5, 0.0, 0.0), ""
+    )
 
 
 def test_a_place_outside_is_told() -> None:
     heights = (0.95, 0.95, 0.95)
     pose = Pose(heights, FACTS.machine.forward(heights))
-    assert "0.0 mm" in numbers_table(FACTS, pose, None, "")
+    edge = edge_row(FACTS, pose.position)
+    assert edge[1] == "0.0 mm"
+    assert "0.0 mm" in numbers_table(FACTS, pose, edge, None, "")
 
 
 def test_what_comes_from_elsewhere_is_text() -> None:

@@ -19,14 +19,15 @@ from tri_glide_kinematics.panel.feeds import Feeds, MotionFeed
 from tri_glide_kinematics.panel.go_to_handle import GoToHandle
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import note
-from tri_glide_kinematics.panel.numbers import numbers_table
+from tri_glide_kinematics.panel.numbers import Row, edge_row, numbers_table
 from tri_glide_kinematics.panel.scene import Pose, Scene, view_of
 from tri_glide_kinematics.ros.motion_state import Motion
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.outline import edge_rings
 
+NUMBERS_PERIOD = 0.5  # s
 # The edge is looked for in six directions, which takes some milliseconds [s].
-NUMBERS_PERIOD = 0.5
+EDGE_PERIOD = 1.0
 TRACE_PERIOD = 0.2  # s
 # Of a frame, what may be spent on the shape of the workspace [s].
 PIECE = 0.004
@@ -72,7 +73,8 @@ class LiveView:
         self._curves_at = 0.0
         self._trace: deque[Vector3] = deque(maxlen=TRACE_POINTS)
         self._is_traced = True
-        self._due = {"numbers": 0.0, "trace": 0.0}
+        self._due = {"numbers": 0.0, "edge": 0.0, "trace": 0.0}
+        self._edge: Row = ("edge", "", "")
         with tabs.add_tab("Numbers"):
             self._numbers = server.gui.add_html(note("no machine yet"))
         self._curves_tab = tabs.add_tab("Curves")
@@ -160,7 +162,9 @@ class LiveView:
         if self._is_due("numbers", NUMBERS_PERIOD):
             setpoint = feeds.motion.commanded
             velocities = setpoint.velocities if setpoint is not None else None
-            self._numbers.content = numbers_table(facts, pose, velocities, feeds.late)
+            if self._is_due("edge", EDGE_PERIOD):
+                self._edge = edge_row(facts, pose.position)
+            self._numbers.content = numbers_table(facts, pose, self._edge, velocities, feeds.late)
 
     def _shape(self, scene: Scene) -> None:
         """Go on for a moment to find the edge of the workspace, and show it when it is found."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -27,6 +28,9 @@ AXES: tuple[Vector3, ...] = (
 )
 NAMES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
+# What it is, how much, and a bar or a word beside it.
+Row = tuple[str, str, str]
+
 
 @dataclass(frozen=True)
 class EdgeDistance:
@@ -49,14 +53,31 @@ def edge_distance(facts: MachineFacts, position: Vector3) -> EdgeDistance:
     return EdgeDistance(distances[nearest], NAMES[nearest])
 
 
+def edge_row(facts: MachineFacts, position: Vector3) -> Row:
+    """Return how far the edge is as a row of the table, or why the platform is outside.
+
+    It takes some milliseconds.
+    """
+    try:
+        edge = edge_distance(facts, position)
+    except KinematicsError as error:
+        return "workspace", "outside", str(error)
+    return "edge", f"{1000.0 * edge.distance:.1f} mm", edge.direction
+
+
 def numbers_table(
-    facts: MachineFacts, pose: Pose, velocities: Sequence[float] | None, late_cycles: str
+    facts: MachineFacts,
+    pose: Pose,
+    edge: Row,
+    velocities: Sequence[float] | None,
+    late_cycles: str,
 ) -> str:
     """Return the numbers as a table for the page.
 
     Args:
         facts: of the machine.
         pose: as it is measured.
+        edge: the row that tells how far it is to the edge.
         velocities: of the sliders, as they are commanded; None if they are not known [m/s].
         late_cycles: of ``ik_node``, as it tells them.
     """
@@ -76,16 +97,12 @@ def numbers_table(
                     bar(part, is_much=part > MUCH),
                 )
             )
-    try:
+    with suppress(KinematicsError):
         condition = facts.machine.condition_number(pose.position)
         limit = facts.values["max_condition_number"]
         used = bar(condition / limit, is_much=condition > MUCH * limit)
         rows.append(("condition number", f"{condition:.2f}", used))
-        edge = edge_distance(facts, pose.position)
-        distance = f"{1000.0 * edge.distance:.1f} mm"
-        rows.append(("edge", distance, edge.direction))
-    except KinematicsError as error:
-        rows.append(("workspace", "outside", str(error)))
+    rows.append(edge)
     rows.append(("speed scale", f"{100.0 * facts.speed_scale:.0f} %", ""))
     rows.append(("late cycles", late_cycles, ""))
     return table(rows)
