@@ -8,15 +8,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import cache
 from multiprocessing import Pipe
 from pathlib import Path
 
-from testing.node_server import Job
+from testing.fork_server import Job
 from tri_glide_kinematics.ros.processes import NodeProcesses, Process, executable
 
 
-class NodeServer:
+class ForkServer:
     """The process that forks; it ends with this one."""
 
     def __init__(self, environment: Mapping[str, str]) -> None:
@@ -25,7 +26,7 @@ class NodeServer:
         self._codes: dict[int, int] = {}
         with its:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "testing.node_server", str(its.fileno())],
+                [sys.executable, "-m", "testing.fork_server", str(its.fileno())],
                 pass_fds=[its.fileno()],
                 stdin=subprocess.DEVNULL,
                 env=environment,
@@ -46,9 +47,14 @@ class NodeServer:
         end = None if timeout is None else time.monotonic() + timeout
         while pid not in self._codes:
             left = None if end is None else max(end - time.monotonic(), 0.0)
-            if not self._connection.poll(left):
-                return None
-            self._take(*self._connection.recv())
+            try:
+                if not self._connection.poll(left):
+                    return None
+                self._take(*self._connection.recv())
+            except (EOFError, OSError):
+                # The server is gone, and its forks with it.
+                _server.cache_clear()
+                self._take(pid, -signal.SIGKILL)
         return self._codes[pid]
 
     def _take(self, pid: int, code: int) -> None:
@@ -58,7 +64,7 @@ class NodeServer:
 class Fork:
     """One node; it has those methods of a subprocess.Popen that are used here."""
 
-    def __init__(self, server: NodeServer, pid: int, command: Sequence[str]) -> None:
+    def __init__(self, server: ForkServer, pid: int, command: Sequence[str]) -> None:
         """Watch the process ``pid`` of a ``server``."""
         self.pid = pid
         self.args = command
@@ -79,7 +85,8 @@ class Fork:
     def send_signal(self, number: int) -> None:
         """Send a signal, unless it has ended."""
         if self.poll() is None:
-            os.kill(self.pid, number)
+            with suppress(ProcessLookupError):
+                os.kill(self.pid, number)
 
     def kill(self) -> None:
         """Kill it, unless it has ended."""
@@ -108,6 +115,6 @@ class ForkedNodes(NodeProcesses):
 
 
 @cache
-def _server(python_path: str) -> NodeServer:
+def _server(python_path: str) -> ForkServer:
     """Return the only server of this process that finds modules in ``python_path``."""
-    return NodeServer({**os.environ, "PYTHONPATH": python_path})
+    return ForkServer({**os.environ, "PYTHONPATH": python_path})

@@ -23,6 +23,7 @@ from tri_glide_kinematics.vectors import Vector3
 TOLERANCE = 0.0005  # m, position_tolerance by default
 PART_OF_PATHS = 0.3
 LONGEST_DELAY = 0.15  # s, about what a motion takes here
+LONGEST_SILENCE = 1.0  # s, from the state to the result on a busy computer
 BURST = 5
 # What is sent while the machine is not ready for it is sent again, for this long [s].
 PATIENCE = 10.0
@@ -161,6 +162,8 @@ class GoalStorm:
         else:
             self._client.wait_for(lambda: self._arrival is not None, "the state")
             assert self._arrival is not None
+            if goal.ended > self._arrival + LONGEST_SILENCE:
+                self.report.wrong.append("the result came long after the state")
             self.report.delays.setdefault("arrival", []).append(goal.ended - self._arrival)
 
     def _reach(self) -> None:

@@ -36,15 +36,16 @@ class RunningNode:
 
     @property
     def output(self) -> str:
-        """All that it has written so far, but for what was forgotten."""
-        return self._written[self._forgotten :]
+        """What it has written since ``forget_output``, or since it was started."""
+        return self.written[self._forgotten :]
 
     def forget_output(self) -> None:
         """Forget what it has written so far."""
-        self._forgotten = len(self._written)
+        self._forgotten = len(self.written)
 
     @property
-    def _written(self) -> str:
+    def written(self) -> str:
+        """All that it has written so far."""
         return self._log.read_text(errors="replace") if self._log else ""
 
     @property
@@ -135,13 +136,13 @@ def launched(
     except BaseException:
         for node in launcher.started:
             state = "runs" if node.is_running else f"has ended: {node.process.returncode}"
-            print(f"{node.name} {state}\n{node.output[-LAST_WORDS:]}")
+            print(f"{node.name} {state}\n{node.written[-LAST_WORDS:]}")
         raise
     finally:
         launcher.stop()
     for node in launcher.started:
-        assert "Traceback" not in node.output, f"{node.name}:\n{node.output}"
-        assert node.process.returncode in (0, -9), f"{node.name}:\n{node.output}"
+        assert "Traceback" not in node.written, f"{node.name}:\n{node.written}"
+        assert node.process.returncode in (0, -9), f"{node.name}:\n{node.written}"
 
 
 def python_path() -> str:

@@ -98,7 +98,7 @@ class TestOneMachine:
         shared_calibration.machine.wait_for_state("idle")
         shared_calibration.machine.forget()
         while shared_calibration.lines:
-            shared_calibration.call(DropMeasurement, "drop")
+            assert shared_calibration.call(DropMeasurement, "drop").success
         return shared_calibration
 
     def test_a_probe_finds_the_plate_and_comes_back(self, started):
@@ -179,6 +179,7 @@ def test_the_way_back_of_a_probe_needs_no_height_offsets(calibration, machine, c
     assert answer.success, answer.message
     machine.wait_for_measured_rest()
     place = poses[-1].pose.position
+    # A busy computer lets it rise a little too long: at this speed 0.5 mm in 0.1 s.
     assert (place.x, place.y, place.z) == pytest.approx(ABOVE, abs=1e-3)
     assert PLATE - 5e-4 < min(pose.pose.position.z for pose in poses)
     assert max(pose.pose.position.z for pose in poses[-200:]) < ABOVE[2] + 1e-3

@@ -29,6 +29,20 @@ def ended(kind: type[NodeProcesses], command: Sequence[str], log: Path) -> tuple
 
 
 @pytest.mark.parametrize(("command", "code"), WORDS)
+def test_words_go_where_a_shell_expects_them(
+    ros_domain: int, command: list[str], code: int
+) -> None:
+    name, *arguments = command
+    run = subprocess.run(
+        [executable(name), *arguments], capture_output=True, text=True, timeout=TIMEOUT
+    )
+    silent, told = (run.stdout, run.stderr) if code else (run.stderr, run.stdout)
+    assert run.returncode == code
+    assert told
+    assert not silent
+
+
+@pytest.mark.parametrize(("command", "code"), WORDS)
 def test_they_write_and_return_the_same(
     ros_domain: int, tmp_path: Path, command: list[str], code: int
 ) -> None:

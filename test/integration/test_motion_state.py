@@ -23,7 +23,7 @@ def is_known(numbers):
     return all(map(math.isfinite, numbers))
 
 
-def test_the_motion_of_the_sliders_is_told_in_every_state(machine, client):
+def test_the_motion_of_the_sliders_is_told_in_motion_at_rest_and_in_a_fault(machine, client):
     told = client.record(MotionState, "ik_node/motion_state", NEWEST)
     offsets = {"height_offsets": OFFSETS}
     machine.start({**offsets, "state_publish_rate": RATE}, offsets)

@@ -135,6 +135,10 @@ class TestFaults:
     @pytest.fixture
     def slow_machine(self, shared):
         """Return the machine at rest, as if it had just been started."""
+        if shared.state == "fault":
+            # Another test has failed.
+            shared.client.set_parameters("simulator_node", HEALTHY)
+            shared.client.wait_for(lambda: shared.client.enable().success, "an end of the fault")
         shared.wait_for_state("idle")
         shared.forget()
         return shared

@@ -33,6 +33,10 @@ def test_a_simulated_machine_waits_longer_for_its_measurements_and_ends_with_the
             assert asked.result().values[0].double_value == 2.0
         finally:
             process.send_signal(signal.SIGINT)
-            code = process.wait(TIMEOUT)
+            try:
+                code = process.wait(TIMEOUT)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                raise
     assert code == 128 + signal.SIGINT
     client.wait_for(lambda: not nodes(), "the end of all nodes")

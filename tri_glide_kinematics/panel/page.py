@@ -1,8 +1,8 @@
 """The page: viser's server on this machine alone, with a strip and Stop above all else.
 
-This module uses what viser does not offer to its users: to refuse connections, to have something
-above its page, and to switch off its share link. viser is pinned, and tests in a
-browser show that each of these works.
+This module and ``placing`` use what viser does not offer to its users: to refuse connections, to
+have something above its page, to switch off its share link, and to move parts cheaply. viser is
+pinned, and tests in a browser show that each of these works.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from struct import Struct
 from typing import NamedTuple
 
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile
 
 from tri_glide_interfaces.msg import MotionState
 from tri_glide_kinematics.motion.engine import SliderState
@@ -25,8 +25,8 @@ from tri_glide_kinematics.ros.stamped_triples import (
 from tri_glide_kinematics.vectors import Vector3
 
 TOPIC = "~/motion_state"
-# One that is lost is as good as the next one; nobody holds the cycle.
-NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+# Only the newest one counts. Who is slow may take it as best effort.
+NEWEST = QoSProfile(depth=1)
 
 UNKNOWN: Vector3 = (math.nan, math.nan, math.nan)
 NO_SETPOINT = SliderState(UNKNOWN, UNKNOWN, UNKNOWN)
@@ -44,7 +44,7 @@ class Motion(NamedTuple):
 
     Attributes:
         stamp: when that was, by the clock of ``ik_node`` [s].
-        commanded: None while the machine is not led.
+        commanded: None while there is no setpoint.
         measured: true heights. Shape (3,) [m]; None if they are not known.
     """
 

@@ -293,7 +293,7 @@ IK_NODE = (
         50.0,
         "messages of `~/motion_state` while somebody listens; above `rate`, one in each cycle",
         "1/s",
-        1.0,
+        5.0,
         2000.0,
     ),
     *SYSTEM,

@@ -28,7 +28,7 @@ def default_parameter_file() -> Path:
 
 
 class Process(Protocol):
-    """What is used of a ``subprocess.Popen``, and in tests of other processes."""
+    """What is used of a ``subprocess.Popen``; tests put forks in its place."""
 
     pid: int
     args: Any

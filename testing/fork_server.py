@@ -4,7 +4,7 @@ Two thirds of the work of starting a node are imports, which are the same for al
 runs the installed executable, as it is, from its first line to its last. It only leaves out the end
 of the interpreter, as LTTng, a part of rcl, would end its threads there, which are not in a fork.
 
-Run it as ``python -m testing.node_server FILE_DESCRIPTOR``.
+Run it as ``python -m testing.fork_server FILE_DESCRIPTOR``.
 """
 
 from __future__ import annotations
@@ -81,25 +81,27 @@ def serve(connection: Connection) -> Job | None:
     forks: dict[int, int] = {}
     while True:
         for ready in wait([connection, *forks]):
-            if isinstance(ready, int):
-                pid, status = os.waitpid(forks.pop(ready), 0)
-                os.close(ready)
-                connection.send((pid, os.waitstatus_to_exitcode(status)))
-                continue
             try:
+                if isinstance(ready, int):
+                    pid, status = os.waitpid(forks.pop(ready), 0)
+                    os.close(ready)
+                    connection.send((pid, os.waitstatus_to_exitcode(status)))
+                    continue
                 job: Any = connection.recv()
-            except EOFError:
+                pid = os.fork()
+                if pid:
+                    forks[os.pidfd_open(pid)] = pid
+                    connection.send(pid)
+                    continue
+            except (EOFError, OSError):
+                # Nobody is there any more who would end them.
                 for pid in forks.values():
                     os.kill(pid, signal.SIGKILL)
                 return None
-            pid = os.fork()
-            if pid == 0:
-                connection.close()
-                for other in forks:
-                    os.close(other)
-                return Job(*job)
-            forks[os.pidfd_open(pid)] = pid
-            connection.send(pid)
+            connection.close()
+            for other in forks:
+                os.close(other)
+            return Job(*job)
 
 
 def run(job: Job) -> NoReturn:
@@ -117,6 +119,7 @@ def run(job: Job) -> NoReturn:
     code = 1
     try:
         runpy.run_path(job.command[0], run_name="__main__")
+        code = 0
     except SystemExit as end:
         code = int(end.code or 0)
     except BaseException:
@@ -129,6 +132,9 @@ def run(job: Job) -> NoReturn:
 
 
 if __name__ == "__main__":
+    # Nodes come from where they are installed, not from the folder in which this runs.
+    if sys.path[0] == os.getcwd():
+        del sys.path[0]
     load()
     todo = serve(Connection(int(sys.argv[1])))
     if todo is not None:
