@@ -11,8 +11,8 @@ from tri_glide_kinematics.control.in_position import Arrival, InPosition, InPosi
 from tri_glide_kinematics.control.inbox import Command, Target
 
 # A newer command ends a goal when it is carried out, as it may still be refused. Its plan takes
-# some milliseconds; but after this time, two cycles at 500 Hz, who waits is told anyhow [s].
-GRACE = 0.003
+# some milliseconds; but after this time the one who waits is told in any case [s].
+GRACE = 0.004
 
 
 class GoalCode(IntEnum):

@@ -35,10 +35,8 @@ RESULT_KEPT = 900.0
 MOST_RESULTS = 2000
 
 FEEDBACK = QoSProfile(depth=10)
-# As few requests of each kind are taken in a cycle, those of a burst have to wait somewhere.
+# As one request of each kind is taken in a cycle, those of a burst have to wait somewhere.
 REQUESTS = QoSProfile(depth=200)
-# To take a request for a result costs little, and whoever has sent a burst asks for all of them.
-RESULTS_IN_A_CYCLE = 3
 
 GoalEvent = rclpy_implementation.GoalEvent
 EVENTS = {GoalCode.SUCCEEDED: GoalEvent.SUCCEED, GoalCode.CANCELED: GoalEvent.CANCELED}
@@ -128,33 +126,29 @@ class ActionServer:
         # How many goals that have ended are told of.
         self._told = 0
         self._takers = (
-            (self._handle.take_goal_request, self._impl.SendGoalService.Request, self._on_goal, 1),
+            (self._handle.take_goal_request, self._impl.SendGoalService.Request, self._on_goal),
             (
                 self._handle.take_cancel_request,
                 self._impl.CancelGoalService.Request,
                 self._on_cancel,
-                1,
             ),
             (
                 self._handle.take_result_request,
                 self._impl.GetResultService.Request,
                 self._on_result_wanted,
-                RESULTS_IN_A_CYCLE,
             ),
         )
 
     def look(self) -> None:
-        """Take one request of each kind, or some of those for results; answers wait."""
-        for take, kind, handle, most in self._takers:
-            for _ in range(most):
-                try:
-                    header, request = take(kind)
-                    if header is None:
-                        break
+        """Take one request of each kind, if there are any, and act on them; answers wait."""
+        for take, kind, handle in self._takers:
+            try:
+                header, request = take(kind)
+                if header is not None:
                     handle(header, request)
-                except Exception as error:
-                    # The sender's mistake must not stop a machine.
-                    self._drop(error)
+            except Exception as error:
+                # The sender's mistake must not stop a machine.
+                self._drop(error)
 
     def answer(self) -> None:
         """Give all answers, tell the states of the goals, and give results of those that ended."""
