@@ -10,17 +10,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-import pytest
 import viser
 from rclpy.context import Context
 
 from testing.client import Probe
-from testing.domain import own_context, own_domain, set_transport
 from testing.forks import ForkedNodes
 from testing.processes import Launcher, launched
 from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests
 from tri_glide_kinematics.panel.mechanisms.tab import NONE, MechanismsTab
-from tri_glide_kinematics.ros.transport import COMPUTER
 
 CONFIG = Path(__file__).parents[1] / "config"
 NAP = 0.01  # s
@@ -66,15 +63,6 @@ class Rig:
 
     def is_visible(self, name):
         return self.tab.drawing.nodes[name].visible
-
-
-@contextmanager
-def joined_domain() -> Iterator[Context]:
-    """Join a domain that no other test run uses."""
-    with own_domain(), pytest.MonkeyPatch.context() as patch:
-        set_transport(patch, COMPUTER)
-        with own_context() as context:
-            yield context
 
 
 @contextmanager

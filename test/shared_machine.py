@@ -13,7 +13,19 @@ from rclpy.context import Context
 from testing.client import Client
 from testing.forks import ForkedNodes
 from testing.machine import Machine
-from testing.processes import launched
+from testing.processes import Launcher, launched
+
+
+@contextmanager
+def shared_nodes(
+    context: Context, folders: pytest.TempPathFactory, name: str
+) -> Iterator[tuple[Client, Launcher]]:
+    """Give a client and a launcher in a namespace that begins with ``name``, for several tests."""
+    namespace = f"/{name}_{os.getpid()}"
+    with launched(folders.mktemp(name), namespace, ForkedNodes) as launcher:
+        client = Client(context, namespace)
+        yield client, launcher
+        client.close()
 
 
 @contextmanager
@@ -31,8 +43,5 @@ def shared_machine(
         name: of the tests.
         parameters: of ik_node.
     """
-    namespace = f"/{name}_{os.getpid()}"
-    with launched(folders.mktemp(name), namespace, ForkedNodes) as launcher:
-        client = Client(context, namespace)
+    with shared_nodes(context, folders, name) as (client, launcher):
         yield Machine(client, launcher).start(dict(parameters or {}))
-        client.close()

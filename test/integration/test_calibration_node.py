@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import re
 import signal
 
 import pytest
 from geometry_msgs.msg import Point, PoseStamped
+from shared_machine import shared_nodes
 
-from testing.client import Client
 from testing.commands import assert_within_limits
-from testing.forks import ForkedNodes
 from testing.machine import Machine
-from testing.processes import launched
 from tri_glide_interfaces.srv import (
     DropMeasurement,
     ListMeasurements,
@@ -82,11 +79,8 @@ def calibration(machine, client, nodes):
 @pytest.fixture(scope="class")
 def shared_calibration(ros_domain, ros_context, tmp_path_factory):
     """Start one machine for all tests that leave it as it was."""
-    namespace = f"/calibration_{os.getpid()}"
-    with launched(tmp_path_factory.mktemp("calibration"), namespace, ForkedNodes) as launcher:
-        client = Client(ros_context, namespace)
+    with shared_nodes(ros_context, tmp_path_factory, "calibration") as (client, launcher):
         yield Calibration(Machine(client, launcher), client, launcher).start()
-        client.close()
 
 
 class TestOneMachine:

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
-from mechanisms_rig import joined_domain, page_server
+from joined_domain import joined_domain
+from mechanisms_rig import page_server
 from rclpy.context import Context
 from std_srvs.srv import Trigger
 from viser import GuiEvent, ViserServer

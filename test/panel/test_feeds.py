@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 import pytest
-from mechanisms_rig import joined_domain
+from joined_domain import joined_domain
 from rclpy.node import Node
 from rclpy.serialization import serialize_message
 

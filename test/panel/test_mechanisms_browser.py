@@ -7,7 +7,8 @@ import time
 
 import numpy as np
 import pytest
-from mechanisms_rig import Rig, joined_domain, mechanism_nodes, page_server
+from joined_domain import joined_domain
+from mechanisms_rig import Rig, mechanism_nodes, page_server
 
 from testing.browser import DESKTOP, PHONE, browser, find_browser
 from tri_glide_kinematics.panel.curves.limits import CurveLimits

@@ -7,7 +7,8 @@ import time
 
 import numpy as np
 import pytest
-from mechanisms_rig import NAP, Rig, joined_domain, mechanism_nodes, page_server
+from joined_domain import joined_domain
+from mechanisms_rig import NAP, Rig, mechanism_nodes, page_server
 
 from tri_glide_interfaces.srv import SolveFMechanism
 from tri_glide_kinematics.panel.mechanisms.tab import NONE

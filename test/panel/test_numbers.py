@@ -62,6 +62,9 @@ def test_a_place_outside_is_told() -> None:
     pose = Pose(heights, FACTS.machine.forward(heights))
     edge = edge_row(FACTS, pose.position)
     assert edge[1] == "0.0 mm"
+    text = numbers_table(FACTS, pose, edge, None, "")
+    assert "0.0 mm" in text
+    assert "velocity" not in text
 
 
 def test_what_comes_from_elsewhere_is_text() -> None:

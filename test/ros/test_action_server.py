@@ -9,11 +9,12 @@ import pytest
 from action_msgs.msg import GoalStatus, GoalStatusArray
 from action_msgs.srv import CancelGoal
 from geometry_msgs.msg import PoseStamped
+from joined_domain import joined_domain
 from rclpy.action import ActionClient
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from testing.client import Client
-from testing.domain import own_context, own_domain, set_transport
+from testing.domain import own_context
 from testing.goals import SentGoal
 from tri_glide_interfaces.action import MoveTo
 from tri_glide_kinematics.control.goals import Goal, GoalCode
@@ -21,7 +22,6 @@ from tri_glide_kinematics.control.inbox import TargetPosition
 from tri_glide_kinematics.ros import action_server
 from tri_glide_kinematics.ros.action_server import ActionServer
 from tri_glide_kinematics.ros.patient_services import PatientServices
-from tri_glide_kinematics.ros.transport import COMPUTER
 
 pytestmark = pytest.mark.nodes
 
@@ -90,12 +90,10 @@ class Desk:
 
 @pytest.fixture
 def desk():
-    with own_domain(), pytest.MonkeyPatch.context() as patch:
-        set_transport(patch, COMPUTER)
-        with own_context() as context:
-            client = Client(context, f"/desk_{next(NUMBERS)}")
-            yield Desk(client)
-            client.close()
+    with joined_domain() as context:
+        client = Client(context, f"/desk_{next(NUMBERS)}")
+        yield Desk(client)
+        client.close()
 
 
 @pytest.mark.parametrize("code", GoalCode)

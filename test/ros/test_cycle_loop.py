@@ -11,15 +11,14 @@ import threading
 import time
 
 import pytest
+from joined_domain import joined_domain
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Int32
 from std_srvs.srv import Trigger
 
-from testing.domain import own_context, own_domain, set_transport
 from tri_glide_kinematics.ros.cycle_loop import Cycle, CycleLoop
-from tri_glide_kinematics.ros.transport import COMPUTER
 
 pytestmark = [pytest.mark.nodes, pytest.mark.alone]
 
@@ -36,10 +35,8 @@ class EndOfTest(Exception):  # noqa: N818 - it is none
 
 @pytest.fixture
 def context():
-    with own_domain(), pytest.MonkeyPatch.context() as patch:
-        set_transport(patch, COMPUTER)
-        with own_context() as context:
-            yield context
+    with joined_domain() as context:
+        yield context
 
 
 @pytest.fixture

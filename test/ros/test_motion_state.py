@@ -7,15 +7,14 @@ import math
 import time
 
 import pytest
+from joined_domain import joined_domain
 from motion_machine import HOME, TARGET, engine
 from rclpy.node import Node
 from rclpy.serialization import serialize_message
 
-from testing.domain import own_context, own_domain, set_transport
 from tri_glide_interfaces.msg import MotionState
 from tri_glide_kinematics.motion.engine import SliderState
 from tri_glide_kinematics.ros.motion_state import NEWEST, Motion, MotionStates, read_motion
-from tri_glide_kinematics.ros.transport import COMPUTER
 
 pytestmark = pytest.mark.nodes
 
@@ -26,12 +25,10 @@ NUMBERS = itertools.count()
 
 @pytest.fixture(scope="module")
 def node():
-    with own_domain(), pytest.MonkeyPatch.context() as patch:
-        set_transport(patch, COMPUTER)
-        with own_context() as context:
-            node = Node("telling", context=context)
-            yield node
-            node.destroy_node()
+    with joined_domain() as context:
+        node = Node("telling", context=context)
+        yield node
+        node.destroy_node()
 
 
 class Telling:
