@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import sys
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +16,7 @@ from tri_glide_kinematics.ros.processes import NodeProcesses, Process, default_p
 # So many characters of what a node has written are shown if something goes wrong with it.
 LAST_WORDS = 2000
 TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
+NAP = 0.05  # s, between two looks at all processes
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -171,3 +173,34 @@ def _as_yaml(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(map(_as_yaml, value)) + "]"
     return str(value)
+
+
+def processes_in(namespace: str) -> list[str]:
+    """Return the command lines of the processes whose nodes were started in a ``namespace``.
+
+    The graph of ROS does not tell whether a node has ended: on a busy computer one in a hundred
+    remains in the graph of another process, whichever way it ends, when its last news of itself is
+    read after the end of its participant.
+    """
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (folder / "cmdline").read_text(errors="replace").split("\0")
+        except OSError:  # it has ended meanwhile
+            continue
+        if f"__ns:={namespace}" in words:
+            found.append(" ".join(words))
+    return found
+
+
+def wait_for_end_of_processes_in(namespace: str) -> None:
+    """Wait until ``processes_in`` a namespace have ended.
+
+    Raises:
+        TimeoutError: if one of them remains.
+    """
+    end = time.monotonic() + TIMEOUT
+    while left := processes_in(namespace):
+        if time.monotonic() > end:
+            raise TimeoutError(f"after {TIMEOUT:g} s there is still {left}")
+        time.sleep(NAP)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import time
 from pathlib import Path
 
 import pytest
 import yaml
 
+from testing.processes import wait_for_end_of_processes_in
 from tri_glide_kinematics.calibrating.solving import solved
 from tri_glide_kinematics.calibration.measurement_file import load_measurements
 from tri_glide_kinematics.ros.processes import executable
@@ -73,14 +73,4 @@ def test_ctrl_c_leaves_no_process_behind(start) -> None:
     output = "".join(lines) + demo.communicate(timeout=TIMEOUT)[0]
     assert demo.returncode == 128 + signal.SIGINT, output
     assert "Traceback" not in output
-    name = f"__ns:=/tri_glide_demo_{demo.pid}"
-    end = time.monotonic() + TIMEOUT
-    while left := [folder for folder in Path("/proc").glob("[0-9]*") if _has(folder, name)]:
-        assert time.monotonic() < end, left
-
-
-def _has(folder: Path, word: str) -> bool:
-    try:
-        return word in (folder / "cmdline").read_text().split("\0")
-    except OSError:  # it has ended meanwhile
-        return False
+    wait_for_end_of_processes_in(f"/tri_glide_demo_{demo.pid}")

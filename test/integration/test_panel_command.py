@@ -8,7 +8,7 @@ import subprocess
 import pytest
 from rclpy.parameter_client import AsyncParameterClient
 
-from testing.processes import TIMEOUT
+from testing.processes import TIMEOUT, processes_in, wait_for_end_of_processes_in
 from tri_glide_kinematics.ros.processes import executable
 
 pytest.importorskip("viser")
@@ -26,6 +26,7 @@ def test_a_simulated_machine_waits_longer_for_its_measurements_and_ends_with_the
 
         try:
             client.wait_for(lambda: nodes() >= NODES, "all nodes")
+            assert len(processes_in(namespace)) == len(NODES)
             parameters = AsyncParameterClient(client.node, f"{namespace}/ik_node")
             client.wait_for(parameters.services_are_ready, "the parameters")
             asked = parameters.get_parameters(["measured_timeout"])
@@ -39,4 +40,4 @@ def test_a_simulated_machine_waits_longer_for_its_measurements_and_ends_with_the
                 process.kill()
                 raise
     assert code == 128 + signal.SIGINT
-    client.wait_for(lambda: not nodes(), "the end of all nodes")
+    wait_for_end_of_processes_in(namespace)
