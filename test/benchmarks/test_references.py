@@ -14,10 +14,12 @@ from benchmarks.references import (
     f_mechanism_sextic,
     four_bar_numpy,
     four_bar_pylinkage,
+    square_optimum,
     tri_glide_c,
     tri_glide_floats,
 )
 from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
 UNEVEN = TriGlideGeometry(((0.0, 0.21), (0.18, -0.1), (-0.2, -0.12)), (0.4, 0.42, 0.38))
@@ -91,3 +93,19 @@ def test_pylinkage_follows_the_open_branch():
     # It starts at the crank angle zero and returns the position after each step.
     ours = FourBar(*LENGTHS).sweep(np.roll(crank_angles(360), -1)).open.rocker_pins
     np.testing.assert_allclose(joints[:, 3], ours, rtol=0.0, atol=1e-9)
+
+
+def test_the_least_time_about_a_square_follows_freedom_and_jerk():
+    corners = [(0.0, 0.0), (0.04, 0.0), (0.04, 0.04), (0.0, 0.04), (0.0, 0.0)]
+    points = np.array([(x - 0.02, y - 0.02, 0.3) for x, y in corners])
+
+    def least(jerk, tolerance, outside):
+        limits = SliderLimits.uniform(10.0, 1000.0, jerk)
+        machine = TriGlide(GEOMETRY)
+        return square_optimum.least_time(machine, points, limits, tolerance, outside, steps=60)
+
+    inside = least(200.0, 1e-3, 0.0)
+    # Where only jerks are limited, time goes with the cubic root of their limit.
+    assert least(100.0, 1e-3, 0.0) == pytest.approx(inside * 2.0 ** (1.0 / 3.0), rel=1e-3)
+    assert least(200.0, 0.5e-3, 0.0) > 1.02 * inside
+    assert least(200.0, 1e-3, 1e-3) < 0.98 * inside
