@@ -39,19 +39,21 @@ class StormReport:
         goals: how many were sent.
         codes: how many ended in which way.
         wrong: goals that ended in a way that they must not, in words.
-        delays: time from what ended a goal to its result, by what that was [s].
+        ends: when something ended a goal, and when its result came, by what that was [s].
     """
 
     goals: int = 0
     codes: Counter[GoalCode] = field(default_factory=Counter)
     wrong: list[str] = field(default_factory=list)
-    delays: dict[str, list[float]] = field(default_factory=dict)
+    ends: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
 
     def largest_delays(self, part: float = 0.0) -> dict[str, float]:
         """Return the largest delay of each kind, after the largest ``part`` is left out [s]."""
         return {
-            kind: sorted(delays)[max(int((1.0 - part) * len(delays)) - 1, 0)]
-            for kind, delays in self.delays.items()
+            kind: sorted(end - begin for begin, end in ends)[
+                max(int((1.0 - part) * len(ends)) - 1, 0)
+            ]
+            for kind, ends in self.ends.items()
         }
 
 
@@ -148,7 +150,7 @@ class GoalStorm:
             if text not in result.text:
                 self.report.wrong.append(f"{event}: {result.text}")
             if not had_ended:
-                self.report.delays.setdefault(event, []).append(goal.ended - begin)
+                self.report.ends.setdefault(event, []).append((begin, goal.ended))
         elif code not in allowed:
             self.report.wrong.append(f"{event}: {code.name}, {result.text}")
 
@@ -164,7 +166,7 @@ class GoalStorm:
             assert self._arrival is not None
             if goal.ended > self._arrival + LONGEST_SILENCE:
                 self.report.wrong.append("the result came long after the state")
-            self.report.delays.setdefault("arrival", []).append(goal.ended - self._arrival)
+            self.report.ends.setdefault("arrival", []).append((self._arrival, goal.ended))
 
     def _reach(self) -> None:
         self._reaches(*self._send())

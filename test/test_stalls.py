@@ -1,0 +1,46 @@
+"""Whether the soak of goals notices that a processor stands still."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+from testing.stalls import Stalls
+
+# Before the watching processes, on the last processor, for 30 ms.
+BEFORE_ALL = """
+import os, time
+os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(95))
+end = time.monotonic() + 0.03
+while time.monotonic() < end:
+    pass
+"""
+
+
+def real_time_is_allowed() -> bool:
+    """Return whether processes may go before all others here."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(95))
+    except PermissionError:
+        return False
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    return True
+
+
+@pytest.mark.alone
+@pytest.mark.skipif(not real_time_is_allowed(), reason="needs real-time priority")
+def test_a_processor_that_stands_still_is_noticed():
+    with Stalls() as stalls:
+        begin = time.monotonic()
+        while not stalls.are_watching:
+            assert time.monotonic() < begin + 60.0
+        begin = time.monotonic()
+        subprocess.run([sys.executable, "-c", BEFORE_ALL], check=True)
+        end = time.monotonic()
+        stood_still = stalls.longest(begin, end)
+    assert 0.025 < stood_still < end - begin
