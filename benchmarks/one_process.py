@@ -37,6 +37,8 @@ def main() -> None:
         thread.join()
     for loop in loops:
         loop.close()
+    # Or ruckig tells of all that is still there at the end.
+    gc.unfreeze()
     rclpy.try_shutdown()
 
 
