@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 
-from benchmarks.harness import Figure, Missing
+from benchmarks.harness import Figure, Missing, NoAnswerError
 from benchmarks.machine import description
 from benchmarks.table import as_markdown
 
@@ -50,12 +50,21 @@ def main() -> int:
     for row in missing:
         print(f"\nno answer: {row.what}: {row.reason}", file=sys.stderr, flush=True)
     complete = not missing
-    for name in TABLES:
-        if name in names:
-            complete = import_module(f"benchmarks.bench_{name}").run() and complete
-    if GROWTH in names:
-        complete = import_module("benchmarks.growth").run() and complete
+    for name in names:
+        if name not in FIGURES:
+            complete = table(name) and complete
     return 0 if complete else 1
+
+
+def table(name: str) -> bool:
+    """Measure and print a table; return whether it is complete."""
+    module = "growth" if name == GROWTH else f"bench_{name}"
+    try:
+        complete: bool = import_module(f"benchmarks.{module}").run()
+    except (NoAnswerError, TimeoutError) as error:
+        print(f"\nno answer: {name}: {error}", file=sys.stderr, flush=True)
+        return False
+    return complete
 
 
 def measure(names: Sequence[str], rows: list[Figure | Missing]) -> None:

@@ -181,12 +181,14 @@ def _measured(
     running.spin_until(lambda: commander.is_connected, "the nodes")
     idle, busy = Stream("nothing", rate, [], [], 0.0), Stream(what, rate, [], [], 0.0)
     for _ in range(ROUNDS):
-        idle = _with(idle, _drive(commander, commander.nothing, interval))
-        busy = _with(busy, _drive(commander, getattr(commander, method), interval))
+        idle = _with(idle, _drive(running, commander, commander.nothing, interval))
+        busy = _with(busy, _drive(running, commander, getattr(commander, method), interval))
     return busy, idle
 
 
-def _drive(commander: Commander, command: Command, interval: float) -> list[float]:
+def _drive(
+    running: Session, commander: Commander, command: Command, interval: float
+) -> list[float]:
     """Send commands for a round; return the times of the setpoints meanwhile [s]."""
     begin = due = time.monotonic()
     commander.stamps()
@@ -197,6 +199,8 @@ def _drive(commander: Commander, command: Command, interval: float) -> list[floa
             due += interval
         stamps += commander.stamps()
         time.sleep(PAUSE)
+    if len(stamps) < 2:
+        raise running.no_answer(f"{len(stamps)} setpoints in {ROUND_TIME:g} s")
     return stamps
 
 

@@ -66,8 +66,12 @@ class Session:
         try:
             self._probe.wait_for(condition, what, TIMEOUT, longest_nap)
         except TimeoutError as error:
-            states = "; ".join(map(self._state_of, self._launcher.started))
-            raise NoAnswerError(f"{error}: {states}") from None
+            raise self.no_answer(str(error)) from None
+
+    def no_answer(self, reason: str) -> NoAnswerError:
+        """Return an error with a ``reason``, and how each process is."""
+        states = "; ".join(map(self._state_of, self._launcher.started))
+        return NoAnswerError(f"{reason}: {states}")
 
     def _state_of(self, node: RunningNode) -> str:
         """Tell whether a process runs, and what ``ik_node`` says of itself."""

@@ -52,7 +52,7 @@ def main() -> int:
                 rest = report.largest_delays(0.01)[kind]
                 say(f"  {kind}: {1e3 * delay:.1f} ms at most, {1e3 * rest:.1f} ms for 99 %")
                 if kind not in WITHOUT_LIMIT:
-                    passed = passed and _in_time(report.ends[kind], stalls)
+                    passed = _in_time(report.ends[kind], stalls) and passed
             for text in report.wrong:
                 say(f"  WRONG: {text}")
             passed = passed and not report.wrong

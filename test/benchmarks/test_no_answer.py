@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import pytest
 
 from benchmarks import __main__ as benchmarks
-from benchmarks import ros_session
+from benchmarks import bench_streams, ros_session
 from benchmarks.harness import Missing, NoAnswerError, attempt, figure
 from benchmarks.ros_session import session
 from tri_glide_kinematics.ros.transport import MIDDLEWARE_VARIABLES, VARIABLE
@@ -57,6 +59,47 @@ def test_the_next_row_is_measured_and_the_exit_code_tells(monkeypatch, capsys):
     assert "ik_node in / ended with exit code 1" in printed.out
     assert "| second" in printed.out
     assert "no answer: first: waited 90 s in vain" in printed.err
+
+
+def test_the_next_table_is_printed(monkeypatch, capsys):
+    def in_vain():
+        raise TimeoutError("waited 60 s in vain for a motion")
+
+    def printed():
+        print("a table")
+        return True
+
+    monkeypatch.setitem(sys.modules, "benchmarks.bench_goals", SimpleNamespace(run=in_vain))
+    monkeypatch.setitem(sys.modules, "benchmarks.growth", SimpleNamespace(run=printed))
+    monkeypatch.setattr(sys, "argv", ["benchmarks", "goals", "growth"])
+    assert benchmarks.main() == 1
+    output = capsys.readouterr()
+    assert "a table" in output.out
+    assert "no answer: goals: waited 60 s in vain for a motion" in output.err
+
+
+@pytest.mark.nodes
+def test_a_stream_that_ends_is_a_row_without_figures(running, monkeypatch):
+    monkeypatch.setattr(ros_session, "STATUS_TIMEOUT", 30.0)
+    monkeypatch.setattr(bench_streams, "ROUND_TIME", 0.5)
+    monkeypatch.setattr(bench_streams, "RATES", (500.0,))
+    monkeypatch.setattr(bench_streams, "KINDS", (("nothing at all", "nothing", 0.01),))
+    monkeypatch.setattr(bench_streams, "session", lambda: nullcontext(running))
+    start_node = running.start_node
+    monkeypatch.setattr(ros_session, "TIMEOUT", 60.0)
+
+    def start(name, *arguments, **parameters):
+        pid = start_node(name, *arguments, **parameters)
+        if name == "ik_node":
+            threading.Timer(6.0, os.kill, (pid, signal.SIGKILL)).start()
+        return pid
+
+    monkeypatch.setattr(running, "start_node", start)
+    monkeypatch.setattr(bench_streams, "ROUNDS", 1000)
+    (row,) = bench_streams.streams()
+    assert isinstance(row, Missing)
+    assert row.reason.startswith(("0 setpoints in 0.5 s", "1 setpoints in 0.5 s"))
+    assert row.reason.endswith("ik_node in / ended with exit code -9")
 
 
 def test_what_is_not_installed_is_no_failure(monkeypatch, capsys):
