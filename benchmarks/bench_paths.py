@@ -31,7 +31,7 @@ from tri_glide_kinematics.vectors import FloatArray
 
 PERIOD = 0.001  # s, at which heights are differentiated
 SQUARE_TOLERANCE = 1e-3  # m
-SQUARE_STEPS = 160  # in time, of the linear program: 320 find 0.5 % less
+SQUARE_STEPS = 160  # in time, of the linear program: 240 find 0.6 % less
 LOWER, UPPER = (-0.12, -0.12, 0.25), (0.12, 0.12, 0.35)  # m
 
 

@@ -179,8 +179,7 @@ def processes_in(namespace: str) -> list[str]:
     """Return the command lines of the processes whose nodes were started in a ``namespace``.
 
     The graph of ROS does not tell whether a node has ended: on a busy computer one in a hundred
-    remains in the graph of another process, whichever way it ends, when its last news of itself is
-    read after the end of its participant.
+    remains in the graph of another process, whichever way it ends (docs/middleware.md).
     """
     found = []
     for folder in Path("/proc").glob("[0-9]*"):

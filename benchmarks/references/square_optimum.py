@@ -37,7 +37,7 @@ def least_time(
 ) -> float:
     """Return the least time from rest in the first corner to rest there again [s].
 
-    With 240 steps it is a few parts in a thousand more than with 480.
+    More steps find a little less: 480 find 0.3 to 0.4 % less than 240.
 
     Args:
         machine: whose sliders are limited.

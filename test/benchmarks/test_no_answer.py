@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import sys
-import threading
 from contextlib import nullcontext
 from types import SimpleNamespace
 
@@ -80,22 +79,25 @@ def test_the_next_table_is_printed(monkeypatch, capsys):
 
 @pytest.mark.nodes
 def test_a_stream_that_ends_is_a_row_without_figures(running, monkeypatch):
-    monkeypatch.setattr(ros_session, "STATUS_TIMEOUT", 30.0)
+    monkeypatch.setattr(ros_session, "TIMEOUT", 60.0)
     monkeypatch.setattr(bench_streams, "ROUND_TIME", 0.5)
     monkeypatch.setattr(bench_streams, "RATES", (500.0,))
     monkeypatch.setattr(bench_streams, "KINDS", (("nothing at all", "nothing", 0.01),))
     monkeypatch.setattr(bench_streams, "session", lambda: nullcontext(running))
-    start_node = running.start_node
-    monkeypatch.setattr(ros_session, "TIMEOUT", 60.0)
+    start_node, started = running.start_node, []
 
     def start(name, *arguments, **parameters):
-        pid = start_node(name, *arguments, **parameters)
-        if name == "ik_node":
-            threading.Timer(6.0, os.kill, (pid, signal.SIGKILL)).start()
-        return pid
+        started.append(start_node(name, *arguments, **parameters))
+        return started[-1]
+
+    def kill(*_):
+        # The last one that was started is ik_node.
+        if started:
+            os.kill(started.pop(), signal.SIGKILL)
+            started.clear()
 
     monkeypatch.setattr(running, "start_node", start)
-    monkeypatch.setattr(bench_streams, "ROUNDS", 1000)
+    monkeypatch.setattr(bench_streams.Commander, "nothing", kill)
     (row,) = bench_streams.streams()
     assert isinstance(row, Missing)
     assert row.reason.startswith(("0 setpoints in 0.5 s", "1 setpoints in 0.5 s"))
