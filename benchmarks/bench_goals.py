@@ -33,11 +33,13 @@ class Begin(NamedTuple):
     Attributes:
         delay: from when it was sent to its first setpoint [s].
         late: setpoints that came late meanwhile.
+        cycles: setpoints that came meanwhile.
         longest: time between two setpoints meanwhile [s].
     """
 
     delay: float
     late: int
+    cycles: int
     longest: float
 
 
@@ -61,7 +63,7 @@ def run() -> bool:
                 f"{count:,}",
                 f"{np.median(delays):.1f} ms",
                 f"{low:.1f} to {high:.1f} ms",
-                f"{sum(each.late for each in begins)}",
+                f"{sum(each.late for each in begins)} of {sum(each.cycles for each in begins)}",
                 f"{1e3 * max(each.longest for each in begins):.1f} ms",
             )
         )
@@ -105,7 +107,8 @@ def begin(machine: Machine, goals: GoalClient, path: list[tuple[float, float, fl
     first = int(np.argmax(moved & (stamps > sent)))
     since = int(np.searchsorted(stamps, sent))
     gaps = 1e-9 * np.diff(stamps[since - 1 : first + 50])
-    return Begin(1e-9 * float(stamps[first] - sent), int((gaps > LATE / RATE).sum()), gaps.max())
+    late = int((gaps > LATE / RATE).sum())
+    return Begin(1e-9 * float(stamps[first] - sent), late, len(gaps), gaps.max())
 
 
 if __name__ == "__main__":

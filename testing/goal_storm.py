@@ -70,6 +70,7 @@ class GoalStorm:
         self._sent: list[SentGoal] = []
         # When the state said that the newest target is reached; None while it does not say so [s].
         self._arrival: float | None = None
+        self._state = ""
         self._client.node.create_subscription(
             DiagnosticStatus, f"{machine.namespace}/ik_node/status", self._on_status, LATCHED
         )
@@ -99,10 +100,10 @@ class GoalStorm:
         return self.report
 
     def _on_status(self, message: DiagnosticStatus) -> None:
-        if "is reached" not in message.message:
-            self._arrival = None
-        elif self._arrival is None:
-            self._arrival = time.monotonic()
+        # Between two arrivals a message may be lost, as the topic keeps the newest one only.
+        if message.message != self._state:
+            self._state = message.message
+            self._arrival = time.monotonic() if "is reached" in self._state else None
 
     def _place(self) -> Vector3:
         x, y = (self._source.uniform(-0.03, 0.03) for _ in "xy")

@@ -6,7 +6,7 @@ import json
 import math
 import re
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -76,6 +76,7 @@ class Panel:
         self.machine = Machine(client, launcher, listen=False)
         self.points_file = folder / "points.yaml"
         self._commands = client.record(JointState, "joint_commands", NEWEST, keep=1)
+        self._measured = client.record(JointState, "joint_states", NEWEST, keep=1)
         self.machine.start_simulator()
         self.machine.start_ik()
         self.node: RunningNode = launcher.start(
@@ -123,13 +124,27 @@ class Panel:
 
     def click_for_words(self, page: Page, element: str, part: str, kind: str) -> None:
         """Click on an element, again if need be, until a ``page`` has these words."""
+        self.click_until(
+            page, element, lambda seconds: self.wait_for_words(page, part, kind, seconds)
+        )
+
+    def click_until(self, page: Page, element: str, wait: Callable[[float], None]) -> None:
+        """Click on an element of a ``page``, again if need be.
+
+        A click may do nothing for now: the panel knows some time later what the machine does.
+
+        Args:
+            page: with the element.
+            element: that is clicked on.
+            wait: for what is to come of it, for so many seconds.
+        """
         for _ in range(CLICKS - 1):
             page.click(element)
             with suppress(TimeoutError):
-                self.wait_for_words(page, part, kind, PAGE_TIMEOUT / CLICKS)
+                wait(PAGE_TIMEOUT / CLICKS)
                 return
         page.click(element)
-        self.wait_for_words(page, part, kind)
+        wait(PAGE_TIMEOUT)
 
     def wait_until_at(self, position: Sequence[float]) -> None:
         """Wait until the platform is commanded to rest at a ``position`` [m]."""
@@ -141,8 +156,13 @@ class Panel:
     @property
     def position(self) -> Vector3:
         """Where the platform is commanded to be [m]."""
-        command = self.newest
-        return KINEMATICS.forward(tuple(command.position[command.name.index(n)] for n in JOINTS))
+        return _place_of(self.newest)
+
+    @property
+    def measured_position(self) -> Vector3:
+        """Where the platform is measured to be [m]."""
+        self.client.wait_for(lambda: self._measured, "a measurement")
+        return _place_of(self._measured[-1])
 
     @property
     def newest(self) -> Any:
@@ -167,6 +187,10 @@ class Panel:
     def wait_for_motion(self) -> None:
         """Wait until the machine is commanded to move."""
         self.client.wait_for(lambda: not self.is_at_rest, "motion", longest_nap=0.01)
+
+
+def _place_of(message: JointState) -> Vector3:
+    return KINEMATICS.forward(tuple(message.position[message.name.index(n)] for n in JOINTS))
 
 
 def difference(first: Pixels, second: Pixels) -> int:

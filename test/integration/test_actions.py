@@ -43,6 +43,16 @@ def own_bench(ros_context, nodes, namespace):
     bench.client.close()
 
 
+@pytest.fixture
+def slow_cycle_bench(ros_context, nodes, namespace):
+    """Return a machine whose cycles take 20 ms."""
+    bench = ActionBench(ros_context, nodes, namespace)
+    bench.machine.start({"rate": 50.0})
+    bench.goals.wait_for_server()
+    yield bench
+    bench.client.close()
+
+
 def measured(machine):
     return KINEMATICS.forward(machine.heights(machine.measured[-1]))
 
@@ -71,6 +81,16 @@ def test_it_succeeds_when_the_platform_is_measured_there_and_tells_on_the_way(be
     assert times == sorted(times, reverse=True)
     assert math.dist(place(goal.feedback[0].position), NEAR) < math.dist(NEAR, FAR)
     bench.ends(bench.goals.move_to(FAR), SUCCEEDED, GoalCode.SUCCEEDED, "is reached")
+
+
+@pytest.mark.alone
+def test_goals_that_are_sent_at_once_do_not_wait_for_a_cycle_each(slow_cycle_bench):
+    bench = slow_cycle_bench
+    *others, last = [bench.goals.move_to((0.0, 0.0, 0.25 + 0.002 * k)) for k in range(10)]
+    for goal in others:
+        bench.ends(goal, ABORTED, GoalCode.SUPERSEDED, "superseded by target")
+    assert max(goal.ended for goal in others) < last.sent + 0.15
+    bench.ends(last, SUCCEEDED, GoalCode.SUCCEEDED, "is reached")
 
 
 def test_a_cancelled_goal_rests_on_its_way_and_says_where(bench):

@@ -186,47 +186,58 @@ def test_steps_add_up(panel: Panel, page: Page) -> None:
     page.wait_for(f"{pad('X+')}?.dataset.hold", "buttons to hold")
 
 
-def stop(panel: Panel) -> None:
+def stop(panel: Panel, page: Page) -> None:
     panel.client.stop()
+    panel.wait_for_state(page, "idle")
 
 
-def disable(panel: Panel) -> None:
+def disable(panel: Panel, page: Page) -> None:
     panel.client.enable(False)
-    panel.machine.wait_for_state("disabled")
+    panel.wait_for_state(page, "disabled")
     panel.client.enable(True)
+    panel.wait_for_state(page, "idle")
 
 
-def fault(panel: Panel) -> None:
+def fault(panel: Panel, page: Page) -> None:
     client = panel.client
+    height = panel.measured_position[2]
     # The measurements jump, and back again.
     client.set_parameters("simulator_node", {"encoder_offsets": (0.2,) * 3})
     try:
-        panel.machine.wait_for_state("fault")
+        panel.wait_for_state(page, "fault")
     finally:
         client.set_parameters("simulator_node", {"encoder_offsets": (0.0,) * 3})
+    # Enabled before that, it would begin in the wrong place, and fault again.
+    client.wait_for(lambda: panel.measured_position[2] < height + 0.1, "the jump back")
     client.wait_for(lambda: client.enable().success, "the end of the fault")
-    panel.machine.wait_for_state("idle")
+    panel.wait_for_state(page, "idle")
 
 
-def send_elsewhere(panel: Panel) -> None:
+def send_elsewhere(panel: Panel, page: Page) -> None:
     panel.client.send_pose((0.0, 0.01, 0.252))
-    panel.client.wait_for(lambda: panel.position[1] > 2e-4, "a way of another's")
+    panel.wait_for_words(page, "0.252", "reason")
 
 
 @pytest.mark.parametrize("interrupt", [stop, disable, fault, send_elsewhere])
 def test_a_step_that_came_to_nothing_is_not_gone_on_with(
-    panel: Panel, page: Page, interrupt: Callable[[Panel], None]
+    panel: Panel, page: Page, interrupt: Callable[[Panel, Page], None]
 ) -> None:
     choose_step(page, "10")
-    panel.client.set_parameters("ik_node", {"speed_scale": 0.02})
+    panel.client.set_parameters("ik_node", {"speed_scale": 0.005})
     page.evaluate(f"{pad('Z+')}.click()")
     try:
         panel.wait_for_motion()
-        interrupt(panel)
+        panel.wait_for_state(page, "moving")
+        interrupt(panel, page)
     finally:
         panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
-    page.evaluate(f"{pad('X+')}.click()")
-    panel.client.wait_for(lambda: panel.is_at_rest and panel.position[0] > 0.00998, "the step")
+    panel.click_until(
+        page,
+        pad("X+"),
+        lambda seconds: panel.client.wait_for(
+            lambda: panel.is_at_rest and panel.position[0] > 0.00998, "the step", seconds
+        ),
+    )
     assert panel.position[2] < HOME[2] + 0.009, "it leads on from where nobody wants to go"
     page.click(button("hold"))
 

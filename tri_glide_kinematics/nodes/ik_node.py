@@ -70,6 +70,9 @@ STATUS_PERIOD = 0.1
 # to a target comes in the same cycle, and none comes late.
 PLANNING_PART = 0.3
 
+# After this part of a period, what else was asked of the actions waits for the next cycle.
+ANSWERS_PART = 0.5
+
 
 class IkNode(Node):
     """Turns messages into calls of the controller, and its setpoints into messages.
@@ -89,6 +92,7 @@ class IkNode(Node):
         values = parameters.values
         period = 1.0 / values["rate"]
         self._time_before_setpoint = PLANNING_PART * period
+        self._time_for_answers = ANSWERS_PART * period
         self._planning = PlanningTime()
         self._target_timeout = values["target_timeout"]
         self._tracking_latency = values["tracking_latency"]
@@ -180,7 +184,7 @@ class IkNode(Node):
                 self._outputs.publish(setpoint, self._engine)
         finally:
             self._reports.tell()
-        self._actions.answer()
+        self._actions.answer(now + self._time_for_answers)
         if self._motion_states.is_due():
             is_fresh = self._supervisor.is_fresh(now)
             measured = self._controller.measured_heights if is_fresh else None

@@ -36,6 +36,10 @@ NODE_ENDS = "the node ends"
 # At the end of the node one waits for this long for those who want a result [s].
 FAREWELL = 0.2
 
+# So many requests more of each kind are taken in a cycle that has time for them. A client by
+# default loses answers if more than ten come before it looks.
+MORE_AT_ONCE = 3
+
 UNKNOWN = (math.nan, math.nan, math.nan)
 
 
@@ -77,6 +81,8 @@ class MotionActions:
         self._refused = refused
         self._patient = patient
         self._has_ended = False
+        # Whether something was asked for when it was last looked at.
+        self._has_found = False
         self._servers = (
             ActionServer(
                 node,
@@ -102,13 +108,24 @@ class MotionActions:
 
     def look(self) -> None:
         """Take in what has been asked for; to be called before the setpoint of a cycle."""
-        for server in self._servers:
-            server.look()
+        # A list, as each of them has to look.
+        self._has_found = any([server.look() for server in self._servers])
 
-    def answer(self) -> None:
-        """Give the answers and results that are known; to be called after the setpoint."""
-        for server in self._servers:
-            server.answer()
+    def answer(self, until: float) -> None:
+        """Give the answers and results that are known; to be called after the setpoint.
+
+        Of what was asked for at once, one request of each kind is taken in before the setpoint and
+        a few behind it, as far as there is time, so that answers to the last ones come soon, too.
+
+        Args:
+            until: time.monotonic() from which on the others wait for the next cycle [s].
+        """
+        self._answer()
+        for _ in range(MORE_AT_ONCE):
+            if not self._has_found or time.monotonic() >= until:
+                return
+            self.look()
+            self._answer()
 
     def tell_progress(self) -> None:
         """Let the feedback of the goals that go on be published, one in a cycle."""
@@ -119,13 +136,17 @@ class MotionActions:
         """Tell all who wait that the node ends; who was just accepted may not have asked yet."""
         self._has_ended = True
         self._controller.end_goals(NODE_ENDS)
-        self.answer()
+        self._answer()
         end = time.monotonic() + FAREWELL
         while time.monotonic() < end and not self._all_is_told:
             time.sleep(FAREWELL / 100)
             self.look()
-            self.answer()
+            self._answer()
             self._patient.send_kept()
+
+    def _answer(self) -> None:
+        for server in self._servers:
+            server.answer()
 
     @property
     def _all_is_told(self) -> bool:

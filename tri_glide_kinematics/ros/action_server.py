@@ -35,7 +35,7 @@ RESULT_KEPT = 900.0
 MOST_RESULTS = 2000
 
 FEEDBACK = QoSProfile(depth=10)
-# As one request of each kind is taken in a cycle, those of a burst have to wait somewhere.
+# As few requests are taken in a cycle, those of a burst have to wait somewhere.
 REQUESTS = QoSProfile(depth=200)
 
 GoalEvent = rclpy_implementation.GoalEvent
@@ -139,16 +139,22 @@ class ActionServer:
             ),
         )
 
-    def look(self) -> None:
-        """Take one request of each kind, if there are any, and act on them; answers wait."""
+    def look(self) -> bool:
+        """Take one request of each kind and act on them; return whether there were any.
+
+        Answers wait.
+        """
+        found = False
         for take, kind, handle in self._takers:
             try:
                 header, request = take(kind)
                 if header is not None:
+                    found = True
                     handle(header, request)
             except Exception as error:
                 # The sender's mistake must not stop a machine.
                 self._drop(error)
+        return found
 
     def answer(self) -> None:
         """Give all answers, tell the states of the goals, and give results of those that ended."""
