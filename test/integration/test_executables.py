@@ -48,6 +48,17 @@ def test_signals_end_every_node_in_silence(client, installed_nodes, number):
         assert "Traceback" not in node.output
 
 
+@pytest.mark.parametrize("name", ["fk_node", "mechanism_node"])
+def test_a_signal_ends_a_node_in_silence_that_is_just_getting_ready(client, nodes, name):
+    for _ in range(8):
+        node = nodes.start(name)
+        client.wait_for(
+            lambda node=node: "TRI_GLIDE_TRANSPORT" in node.output, "the node", longest_nap=1e-3
+        )
+        assert node.signal(signal.SIGINT) == 0
+        assert "Traceback" not in node.output
+
+
 @pytest.mark.parametrize(
     ("name", "arguments", "reason"),
     [

@@ -7,7 +7,6 @@ once, while the platform may still move.
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 
 import rclpy
@@ -21,6 +20,7 @@ from tri_glide_kinematics.driving.errors import NoMachineError
 from tri_glide_kinematics.driving.goals import GoalSender
 from tri_glide_kinematics.driving.report import ProgressLine, table
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.end_signals import EndSignals
 from tri_glide_kinematics.ros.run import shut_down
 from tri_glide_kinematics.ros.transport import choose_transport
 
@@ -29,9 +29,7 @@ def _drive(drive: DriveFile) -> int:
     """Drive, and return the exit code."""
     # Signals are handled here alone: rclpy's handlers would end all talk with the machine before it
     # is told to stop.
-    signals: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda got, _: signals.append(got))
+    signals = EndSignals()
     rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = Node("drive")
@@ -39,15 +37,15 @@ def _drive(drive: DriveFile) -> int:
             GoalSender(node),
             lambda longest: rclpy.spin_once(node, timeout_sec=longest),
             ProgressLine(),
-            lambda: len(signals),
+            lambda: len(signals.came),
         )
         reports = driver.drive(drive)
     finally:
         shut_down()
     print(f"\n{table(reports)}\n")
-    if signals:
+    if signals.came:
         print("drive: interrupted")
-        return 128 + signals[0]
+        return 128 + signals.came[0]
     return 0 if is_whole(reports) else 1
 
 

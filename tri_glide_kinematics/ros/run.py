@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rclpy.node import Node
 
+    from tri_glide_kinematics.ros.end_signals import EndSignals
+
 PIP_NAMES = frozenset(("numpy", "ruckig", "viser"))
 
 
@@ -50,10 +52,11 @@ def run(module: str, class_name: str) -> int:
         return _fail(str(error).splitlines()[0])
     import rclpy
     from rclpy.exceptions import ParameterException
-    from rclpy.utilities import ok
+    from rclpy.signals import SignalHandlerOptions
 
     from tri_glide_kinematics.errors import KinematicsError
     from tri_glide_kinematics.ros import command_line
+    from tri_glide_kinematics.ros.end_signals import EndSignals
     from tri_glide_kinematics.ros.parameter_sources import sources_of
     from tri_glide_kinematics.ros.parameters import NODES
     from tri_glide_kinematics.ros.transport import choose_transport
@@ -69,19 +72,15 @@ def run(module: str, class_name: str) -> int:
         transport = choose_transport()
     except KinematicsError as error:
         return _fail(f"{name}: {error}")
-    # rclpy calls the handler that it finds beside its own; this one keeps KeyboardInterrupt away.
-    signal.signal(signal.SIGINT, lambda *_: None)
+    signals = EndSignals()
     try:
-        rclpy.init()
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:
         return _fail(f"{name}: {command_line.in_words(error)}")
     try:
         instance = node_class()
     except Exception as error:
-        stopped = not ok()
         shut_down()
-        if stopped:
-            return 0
         if isinstance(error, (KinematicsError, ParameterException)):
             return _fail(f"{name}: {error}")
         raise
@@ -90,7 +89,7 @@ def run(module: str, class_name: str) -> int:
     else:
         instance.get_logger().info(transport.text)
     try:
-        _spin(instance)
+        _spin(instance, signals)
     except FatalError as error:
         instance.get_logger().fatal(str(error))
         return 1
@@ -107,8 +106,8 @@ def shut_down() -> None:
         try_shutdown()
 
 
-def _spin(node: Node) -> None:
-    """Work until the context is shut down.
+def _spin(node: Node, signals: EndSignals) -> None:
+    """Work until a signal comes.
 
     rclpy's own services raise on some contents (a parameter of an unknown type, for instance).
     That is the sender's mistake and must not stop a machine, so it is logged and survived.
@@ -120,7 +119,7 @@ def _spin(node: Node) -> None:
         if node.context.ok():
             node.get_logger().error(f"dropped a request: {type(error).__name__}: {error}")
 
-    spin, close = _spinner_of(node, survive)
+    spin, close = _spinner_of(node, signals, survive)
     # What was made so far stays. The collector of garbage need not look at it again and again,
     # which takes longer than a fast cycle.
     gc.freeze()
@@ -135,7 +134,7 @@ def _spin(node: Node) -> None:
 
 
 def _spinner_of(
-    node: Node, survive: Callable[[Exception], None]
+    node: Node, signals: EndSignals, survive: Callable[[Exception], None]
 ) -> tuple[Callable[[], None], Callable[[], object]]:
     """Return what spins a node, in its own cycle if it has one, and what has to be called then."""
     cycle = getattr(node, "cycle", None)
@@ -145,33 +144,25 @@ def _spinner_of(
 
         ask_of_system(node)
         loop = CycleLoop(node, cycle, survive)
-        _end_by_signals(loop.stop)
+        # It is never asleep for long, and may still send something at its end.
+        signals.call(loop.stop)
         return loop.spin, loop.close
     from rclpy.executors import SingleThreadedExecutor
+    from rclpy.signals import install_signal_handlers
 
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    # They wake the executor, and call the handler that they find.
+    install_signal_handlers()
 
     def spin() -> None:
-        while node.context.ok():
+        while node.context.ok() and not signals.came:
             try:
                 executor.spin_once()
             except Exception as error:
                 survive(error)
 
     return spin, executor.shutdown
-
-
-def _end_by_signals(stop: Callable[[], None]) -> None:
-    """Let signals ``stop`` a node that is never asleep for long, and not shut down its context.
-
-    So it can still send something at its end.
-    """
-    from rclpy.signals import uninstall_signal_handlers
-
-    uninstall_signal_handlers()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop())
 
 
 def _missing(module: str) -> str:
