@@ -123,9 +123,12 @@ class MotionActions:
         self._answer()
         for _ in range(MORE_AT_ONCE):
             if not self._has_found or time.monotonic() >= until:
-                return
+                break
             self.look()
             self._answer()
+        for server in self._servers:
+            server.tell_states()
+        self._patient.try_soon()
 
     def tell_progress(self) -> None:
         """Let the feedback of the goals that go on be published, one in a cycle."""
@@ -136,12 +139,12 @@ class MotionActions:
         """Tell all who wait that the node ends; who was just accepted may not have asked yet."""
         self._has_ended = True
         self._controller.end_goals(NODE_ENDS)
-        self._answer()
+        self.answer(until=0.0)
         end = time.monotonic() + FAREWELL
         while time.monotonic() < end and not self._all_is_told:
             time.sleep(FAREWELL / 100)
             self.look()
-            self._answer()
+            self.answer(until=0.0)
             self._patient.send_kept()
 
     def _answer(self) -> None:

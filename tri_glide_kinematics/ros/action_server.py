@@ -66,7 +66,7 @@ class _Accepted:
 
 
 class ActionServer:
-    """An action of a node. All it does is done in ``look``, ``answer`` and ``tell_progress``."""
+    """An action of a node: ``look``, ``answer``, ``tell_states`` and ``tell_progress`` serve it."""
 
     def __init__(
         self,
@@ -120,7 +120,7 @@ class ActionServer:
         }
         self._accepted: dict[bytes, _Accepted] = {}
         self._active: list[_Accepted] = []
-        self._answers: list[Callable[[], object]] = []
+        self._answers: list[tuple[str, Callable[[], object]]] = []
         self._to_be_told: deque[_Accepted] = deque()
         self._is_status_new = False
         # How many goals that have ended are told of.
@@ -157,16 +157,22 @@ class ActionServer:
         return found
 
     def answer(self) -> None:
-        """Give all answers, tell the states of the goals, and give results of those that ended."""
-        if self._to_be_told:
-            self._tell_next()
+        """Give all answers, and the results of the goals that have ended."""
         if self._active or self._answers:
             self._give_answers()
             self._end_goals()
-            if self._is_status_new:
-                self._is_status_new = False
-                self._handle.publish_status()
             self._give_answers()
+
+    def tell_states(self) -> None:
+        """Publish the states of the goals if there are new ones, and what there is of feedback.
+
+        Once in a cycle: it takes a client longer to read than an answer.
+        """
+        if self._is_status_new:
+            self._is_status_new = False
+            self._handle.publish_status()
+        if self._to_be_told:
+            self._tell_next()
 
     @property
     def is_asked_for_all(self) -> bool:
@@ -262,9 +268,10 @@ class ActionServer:
 
     def _give_answers(self) -> None:
         answers, self._answers = self._answers, []
-        for give in answers:
+        known: dict[str, bool] = {}
+        for service, give in answers:
             try:
-                give()
+                self._patient.send(service, give, known)
             except Exception as error:
                 self._drop(error)
 
@@ -290,8 +297,7 @@ class ActionServer:
         self, service: str, send: Callable[[Any, Any], None], header: Any, response: Any
     ) -> None:
         """Let an answer wait until there is time for it."""
-        give = partial(send, header, response)
-        self._answers.append(partial(self._patient.send, self._names[service], give))
+        self._answers.append((self._names[service], partial(send, header, response)))
 
     def _drop(self, error: Exception) -> None:
         if self._node.context.ok():
