@@ -66,7 +66,7 @@ class Desk:
             begin = time.monotonic()
             self.server.look()
             self.server.answer()
-            self.server.tell_states()
+            self.server.publish()
             self.longest = max(self.longest, time.monotonic() - begin)
             spin_once(0.001)
 

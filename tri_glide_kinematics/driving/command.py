@@ -30,6 +30,8 @@ def _drive(drive: DriveFile) -> int:
     # Signals are handled here alone: rclpy's handlers would end all talk with the machine before it
     # is told to stop.
     signals = EndSignals()
+    # They are counted: the second one ends the command, not the process.
+    signals.call(lambda: None)
     rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = Node("drive")

@@ -70,8 +70,8 @@ STATUS_PERIOD = 0.1
 # to a target comes in the same cycle, and none comes late.
 PLANNING_PART = 0.3
 
-# After this part of a period, what else was asked of the actions waits for the next cycle.
-ANSWERS_PART = 0.5
+# After this part of a period, further requests to the actions wait for the next cycle.
+REQUESTS_PART = 0.5
 
 
 class IkNode(Node):
@@ -92,7 +92,7 @@ class IkNode(Node):
         values = parameters.values
         period = 1.0 / values["rate"]
         self._time_before_setpoint = PLANNING_PART * period
-        self._time_for_answers = ANSWERS_PART * period
+        self._time_for_requests = REQUESTS_PART * period
         self._planning = PlanningTime()
         self._target_timeout = values["target_timeout"]
         self._tracking_latency = values["tracking_latency"]
@@ -184,7 +184,7 @@ class IkNode(Node):
                 self._outputs.publish(setpoint, self._engine)
         finally:
             self._reports.tell()
-        self._actions.answer(now + self._time_for_answers)
+        self._actions.answer(now + self._time_for_requests)
         if self._motion_states.is_due():
             is_fresh = self._supervisor.is_fresh(now)
             measured = self._controller.measured_heights if is_fresh else None

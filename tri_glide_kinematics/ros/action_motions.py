@@ -36,10 +36,6 @@ NODE_ENDS = "the node ends"
 # At the end of the node one waits for this long for those who want a result [s].
 FAREWELL = 0.2
 
-# So many requests more of each kind are taken in a cycle that has time for them. A client by
-# default loses answers if more than ten come before it looks.
-MORE_AT_ONCE = 3
-
 UNKNOWN = (math.nan, math.nan, math.nan)
 
 
@@ -108,27 +104,27 @@ class MotionActions:
 
     def look(self) -> None:
         """Take in what has been asked for; to be called before the setpoint of a cycle."""
-        # A list, as each of them has to look.
-        self._has_found = any([server.look() for server in self._servers])
+        found = [server.look() for server in self._servers]
+        self._has_found = any(found)
 
     def answer(self, until: float) -> None:
         """Give the answers and results that are known; to be called after the setpoint.
 
-        Of what was asked for at once, one request of each kind is taken in before the setpoint and
-        a few behind it, as far as there is time, so that answers to the last ones come soon, too.
+        Of what was asked for at once, a second request of each kind is taken here, so that the
+        last ones are answered sooner. Not more: a client by default loses answers if more than ten
+        come before it looks.
 
         Args:
-            until: time.monotonic() from which on the others wait for the next cycle [s].
+            until: time.monotonic() from which on what is left waits for the next cycle [s].
         """
         self._answer()
-        for _ in range(MORE_AT_ONCE):
-            if not self._has_found or time.monotonic() >= until:
-                break
+        if self._has_found and time.monotonic() < until:
             self.look()
             self._answer()
         for server in self._servers:
-            server.tell_states()
-        self._patient.try_soon()
+            server.publish()
+        if time.monotonic() < until:
+            self._patient.try_soon()
 
     def tell_progress(self) -> None:
         """Let the feedback of the goals that go on be published, one in a cycle."""

@@ -35,7 +35,7 @@ RESULT_KEPT = 900.0
 MOST_RESULTS = 2000
 
 FEEDBACK = QoSProfile(depth=10)
-# As few requests are taken in a cycle, those of a burst have to wait somewhere.
+# Only one or two requests of each kind are taken in a cycle: here the others of a burst wait.
 REQUESTS = QoSProfile(depth=200)
 
 GoalEvent = rclpy_implementation.GoalEvent
@@ -66,7 +66,7 @@ class _Accepted:
 
 
 class ActionServer:
-    """An action of a node: ``look``, ``answer``, ``tell_states`` and ``tell_progress`` serve it."""
+    """An action of a node: ``look``, ``answer``, ``publish`` and ``tell_progress`` serve it."""
 
     def __init__(
         self,
@@ -163,10 +163,11 @@ class ActionServer:
             self._end_goals()
             self._give_answers()
 
-    def tell_states(self) -> None:
-        """Publish the states of the goals if there are new ones, and what there is of feedback.
+    def publish(self) -> None:
+        """Publish the states of the goals if there are new ones, and feedback of one goal.
 
-        Once in a cycle: it takes a client longer to read than an answer.
+        To be called once in a cycle: the states of all goals take a client longer to read than an
+        answer does.
         """
         if self._is_status_new:
             self._is_status_new = False
@@ -205,6 +206,8 @@ class ActionServer:
             except Exception as error:
                 self._drop(error)
                 accepted = False
+        # Who sends goals will soon ask for results.
+        self._patient.expect(self._names["get_result"])
         response = self._impl.SendGoalService.Response(accepted=accepted, stamp=info.stamp)
         self._put("send_goal", self._handle.send_goal_response, header, response)
 

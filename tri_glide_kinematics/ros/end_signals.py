@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable
 
@@ -10,7 +11,8 @@ class EndSignals:
     """Handles both for a process, from its making on.
 
     Handlers of rclpy that are replaced while a node gets ready lose a signal that comes then. This
-    one stays, and rclpy's are not installed at all, or call it beside what they do themselves.
+    one stays; those of rclpy are not installed at all, or later, and then call this one, too. While
+    there is nothing to stop yet, a second signal ends the process at once.
 
     Attributes:
         came: numbers of those that have come, the first one first.
@@ -19,7 +21,7 @@ class EndSignals:
     def __init__(self) -> None:
         """Handle them from now on."""
         self.came: list[int] = []
-        self._stop: Callable[[], None] = lambda: None
+        self._stop: Callable[[], None] | None = None
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._handle)
 
@@ -31,4 +33,8 @@ class EndSignals:
 
     def _handle(self, number: int, _: object) -> None:
         self.came.append(number)
-        self._stop()
+        if self._stop is not None:
+            self._stop()
+        elif len(self.came) > 1:
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)

@@ -27,9 +27,13 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 RCLError = rclpy_implementation.RCLError
 
 RETRY_PERIOD = 0.02  # s
-# Most clients are known a moment later: who has a cycle may look sooner, for so long [s].
+# Most clients are known a moment later: a node with a cycle looks more often at first, with this
+# period [s],
 SHORT_RETRY_PERIOD = 0.004
+# for as long as the newest of the answers that wait is younger than this [s].
 SOON = 0.1
+# The middleware tells of a reader a moment before it is connected to the service [s].
+CONNECTING = 0.003
 # Discovery takes a fraction of this, or a little more than 3 s where a packet was lost [s].
 PATIENCE = 5.0
 GIVE_UP_AFTER = 30.0  # s
@@ -78,7 +82,10 @@ class PatientServices:
         self._node = node
         self._may_wait = may_wait
         self._waiting: deque[_Answer] = deque()
-        self._readers: dict[str, set[bytes]] = {}
+        # When each reader of the answers of a service was first known of [s].
+        self._readers: dict[str, dict[bytes, float]] = {}
+        # How many clients a service had when all of them were known.
+        self._counts: dict[str, int] = {}
         self._tried_at = 0.0
         self._timer = node.create_timer(
             RETRY_PERIOD, self.send_kept, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -95,8 +102,8 @@ class PatientServices:
         Args:
             service: full name of the one that was asked.
             send: sends the answer by a method of rclpy.
-            known: of services, whether their clients are known, to be asked once for answers that
-                are sent together: it takes 0.3 ms. What is missing is added.
+            known: of services, whether their clients are known: to find out takes 0.3 ms, so it
+                is kept here for answers that are sent together. What is missing is added.
         """
         answer = _Answer(service, lambda: _is_sent(send), time.monotonic())
         known = {} if known is None else known
@@ -106,11 +113,15 @@ class PatientServices:
             if answer.send():
                 return
             answer.has_failed = True
+            known[service] = False
         self._keep(answer)
 
     def expect(self, service: str) -> None:
         """Look who reads the answers of a ``service``, as there will be one."""
-        self._clients_are_known(service)
+        # To count them takes a fortieth of the time.
+        count = self._node.count_clients(service)
+        if self._counts.get(service) != count and self._clients_are_known(service):
+            self._counts[service] = count
 
     def _take_over(self, service: Service) -> None:
         send = service.send_response
@@ -120,16 +131,14 @@ class PatientServices:
         )
 
     def _clients_are_known(self, service: str) -> bool:
-        """Tell whether the reader of answers of each client is known, as its writer is.
-
-        A reader counts from the second look on: the middleware tells of it a moment before it is
-        connected to the service.
-        """
+        """Tell whether the reader of answers of each client is known, as its writer is."""
+        now = time.monotonic()
         requests = self._node.get_publishers_info_by_topic(f"rq{service}Request", no_mangle=True)
         answers = self._node.get_subscriptions_info_by_topic(f"rr{service}Reply", no_mangle=True)
-        readers = {bytes(reader.endpoint_gid) for reader in answers if _may_read(reader)}
-        before, self._readers[service] = self._readers.get(service, set()), readers
-        reading = Counter(reader[PARTICIPANT] for reader in readers & before)
+        before = self._readers.get(service, {})
+        gids = [bytes(reader.endpoint_gid) for reader in answers if _may_read(reader)]
+        since = self._readers[service] = {gid: before.get(gid, now) for gid in gids}
+        reading = Counter(gid[PARTICIPANT] for gid in gids if now - since[gid] >= CONNECTING)
         asking = Counter(bytes(writer.endpoint_gid[PARTICIPANT]) for writer in requests)
         return not asking - reading
 

@@ -37,7 +37,7 @@ def run(module: str, class_name: str) -> int:
     Returns:
         Exit code: 0 after a signal, 1 if the node could not start or go on.
     """
-    # Until rclpy handles them, both signals just end the process.
+    # Until they are handled below, both signals just end the process.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     # Matrices are small here. A second thread of OpenBLAS only takes time: 40 ms at the start.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -152,7 +152,8 @@ def _spinner_of(
 
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    # They wake the executor, and call the handler that they find.
+    # Beside what is done so far, rclpy's handlers wake the executor.
+    signals.call(lambda: None)
     install_signal_handlers()
 
     def spin() -> None:
