@@ -71,12 +71,25 @@ class GoalStorm:
         # When the state said that the newest target is reached; None while it does not say so [s].
         self._arrival: float | None = None
         self._state = ""
-        self._client.node.create_subscription(
+        self._states = self._client.node.create_subscription(
             DiagnosticStatus, f"{machine.namespace}/ik_node/status", self._on_status, LATCHED
         )
 
     def run(self, count: int) -> StormReport:
-        """Send ``count`` goals or a few more, and report."""
+        """Send ``count`` goals or a few more, and report; to be called once."""
+        try:
+            self._send_all(count)
+        finally:
+            # The storms that follow would be slower.
+            self._client.node.destroy_subscription(self._states)
+        # Nothing comes twice, or late.
+        self._client.spin_for(0.2)
+        for goal in self._sent:
+            if goal.responses != 1:
+                self.report.wrong.append(f"{goal.responses} results")
+        return self.report
+
+    def _send_all(self, count: int) -> None:
         steps: list[Callable[[], None]] = [
             self._reach,
             self._cancel,
@@ -92,12 +105,6 @@ class GoalStorm:
         ]
         while self.report.goals < count:
             self._source.choice(steps)()
-        # Nothing comes twice, or late.
-        self._client.spin_for(0.2)
-        for goal in self._sent:
-            if goal.responses != 1:
-                self.report.wrong.append(f"{goal.responses} results")
-        return self.report
 
     def _on_status(self, message: DiagnosticStatus) -> None:
         # Between two arrivals a message may be lost, as the topic keeps the newest one only.
