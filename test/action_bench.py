@@ -20,8 +20,8 @@ class ActionBench:
         self.machine = Machine(self.client, launcher)
         self.goals = GoalClient(self.client)
 
-    def start(self):
-        self.machine.start(SLOW)
+    def start(self, parameters=SLOW):
+        self.machine.start(parameters)
         self.goals.wait_for_server()
         return self
 

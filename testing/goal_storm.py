@@ -70,8 +70,8 @@ class GoalStorm:
         self._sent: list[SentGoal] = []
         # When the state said that the newest target is reached; None while it does not say so [s].
         self._arrival: float | None = None
-        self._state = ""
-        self._states = self._client.node.create_subscription(
+        self._status = ""
+        self._subscription = self._client.node.create_subscription(
             DiagnosticStatus, f"{machine.namespace}/ik_node/status", self._on_status, LATCHED
         )
 
@@ -81,7 +81,7 @@ class GoalStorm:
             self._send_all(count)
         finally:
             # The storms that follow would be slower.
-            self._client.node.destroy_subscription(self._states)
+            self._client.node.destroy_subscription(self._subscription)
         # Nothing comes twice, or late.
         self._client.spin_for(0.2)
         for goal in self._sent:
@@ -108,9 +108,9 @@ class GoalStorm:
 
     def _on_status(self, message: DiagnosticStatus) -> None:
         # Between two arrivals a message may be lost, as the topic keeps the newest one only.
-        if message.message != self._state:
-            self._state = message.message
-            self._arrival = time.monotonic() if "is reached" in self._state else None
+        if message.message != self._status:
+            self._status = message.message
+            self._arrival = time.monotonic() if "is reached" in self._status else None
 
     def _place(self) -> Vector3:
         x, y = (self._source.uniform(-0.03, 0.03) for _ in "xy")

@@ -18,15 +18,13 @@ from sensor_msgs.msg import JointState
 from testing.browser import SMALL, Page, Pixels
 from testing.browser import TIMEOUT as PAGE_TIMEOUT
 from testing.client import Client
-from testing.machine import JOINTS, Machine
+from testing.commands import KINEMATICS
+from testing.machine import Machine
 from testing.processes import TIMEOUT, Launcher, RunningNode
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # Only the newest: a browser that draws by the processor leaves little time for anything else.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-KINEMATICS = TriGlide(DEFAULT_GEOMETRY)
 # So often a button is clicked until it is heard.
 CLICKS = 3
 
@@ -156,13 +154,13 @@ class Panel:
     @property
     def position(self) -> Vector3:
         """Where the platform is commanded to be [m]."""
-        return _place_of(self.newest)
+        return self._place_of(self.newest)
 
     @property
     def measured_position(self) -> Vector3:
         """Where the platform is measured to be [m]."""
         self.client.wait_for(lambda: self._measured, "a measurement")
-        return _place_of(self._measured[-1])
+        return self._place_of(self._measured[-1])
 
     @property
     def newest(self) -> Any:
@@ -188,9 +186,8 @@ class Panel:
         """Wait until the machine is commanded to move."""
         self.client.wait_for(lambda: not self.is_at_rest, "motion", longest_nap=0.01)
 
-
-def _place_of(message: JointState) -> Vector3:
-    return KINEMATICS.forward(tuple(message.position[message.name.index(n)] for n in JOINTS))
+    def _place_of(self, message: JointState) -> Vector3:
+        return KINEMATICS.forward(self.machine.heights(message))
 
 
 def difference(first: Pixels, second: Pixels) -> int:

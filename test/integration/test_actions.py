@@ -36,20 +36,10 @@ def bench(ros_domain, ros_context, tmp_path_factory):
 
 
 @pytest.fixture
-def own_bench(ros_context, nodes, namespace):
-    """Return a machine for tests that end it, or make it begin anew."""
+def own_bench(request, ros_context, nodes, namespace):
+    """Return a machine for tests that end it, or make it begin anew, or give it parameters."""
     bench = ActionBench(ros_context, nodes, namespace)
-    yield bench.start()
-    bench.client.close()
-
-
-@pytest.fixture
-def slow_cycle_bench(ros_context, nodes, namespace):
-    """Return a machine whose cycles take 20 ms."""
-    bench = ActionBench(ros_context, nodes, namespace)
-    bench.machine.start({"rate": 50.0})
-    bench.goals.wait_for_server()
-    yield bench
+    yield bench.start(getattr(request, "param", SLOW))
     bench.client.close()
 
 
@@ -84,8 +74,9 @@ def test_it_succeeds_when_the_platform_is_measured_there_and_tells_on_the_way(be
 
 
 @pytest.mark.alone
-def test_goals_that_are_sent_at_once_do_not_wait_for_a_cycle_each(slow_cycle_bench):
-    bench = slow_cycle_bench
+@pytest.mark.parametrize("own_bench", [{"rate": 50.0}], ids=["cycles-of-20-ms"], indirect=True)
+def test_goals_that_are_sent_at_once_do_not_wait_for_a_cycle_each(own_bench):
+    bench = own_bench
     *others, last = [bench.goals.move_to((0.0, 0.0, 0.25 + 0.002 * k)) for k in range(20)]
     for goal in others:
         bench.ends(goal, ABORTED, GoalCode.SUPERSEDED, "superseded by target")

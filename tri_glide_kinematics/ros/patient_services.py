@@ -27,10 +27,9 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 RCLError = rclpy_implementation.RCLError
 
 RETRY_PERIOD = 0.02  # s
-# Most clients are known a moment later: a node with a cycle looks more often at first, with this
-# period [s],
+# Most clients are known a moment later. So a node with a cycle looks with this period [s] while the
+# newest answer that waits is younger than SOON [s].
 SHORT_RETRY_PERIOD = 0.004
-# for as long as the newest of the answers that wait is younger than this [s].
 SOON = 0.1
 # The middleware tells of a reader a moment before it is connected to the service [s].
 CONNECTING = 0.003
