@@ -15,8 +15,8 @@ from benchmarks.harness import Figure, Missing, attempt, figure
 from benchmarks.ros_session import Session, session
 
 RATE = 500.0  # 1/s of each timer: the default of both nodes
-BLOCKS = 8  # of each chain; each is another start of its nodes
-SAMPLES = 40  # of a block: a single latency depends on where its timers just are
+BLOCKS = 6  # of each chain; each is another start of its nodes
+SAMPLES = 20  # of a block: a single latency depends on where its timers just are
 SETTLE_TIME = 0.1  # s between two samples: longer than the motion
 NAMES = ["slider_1", "slider_2", "slider_3"]
 POSES = ((0.0, 0.0, 0.25), (0.0, 0.0, 0.2505))

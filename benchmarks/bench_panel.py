@@ -44,6 +44,7 @@ ROUNDS = 4
 LOW, HIGH = (0.0, 0.0, 0.2), (0.0, 0.0, 0.42)
 # Slow enough for a long stretch at one speed.
 SLOW = 0.06
+STEADY_TIME = 0.2  # s
 PLATFORM = "window.__viserMutable?.nodeRefFromName?.['/measured/platform']?.position?.z"
 FRAME_COUNT = "window.__viserTestpoints.rendererInfo.render.frame"
 
@@ -149,7 +150,7 @@ def _stop(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
         page.mouse("mousePressed", place)
         page.release(place)
         panel.client.wait_for(lambda: commands and not any(commands[-1].velocity), "rest")
-        braked = _braked(commands, begin)
+        braked = _braked(panel, commands, begin)
         # On a busy computer, the machine may have arrived before the press.
         if braked is not None:
             delays.append(braked - begin)
@@ -169,21 +170,25 @@ def _stop(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
 
 def _cruise(panel: Panel, goal: Vector3, commands: list[JointState]) -> None:
     """Send the machine away and wait until its speed has been the same for a while."""
+    time_of = panel.client.time_of
+
+    def is_steady() -> bool:
+        # By time and not by a number of setpoints, which is small where the computer is busy.
+        speeds: list[float] = []
+        for message in reversed(commands):
+            speeds.append(message.velocity[0])
+            if time_of(commands[-1]) - time_of(message) > 1e9 * STEADY_TIME:
+                return any(commands[-1].velocity) and bool(np.ptp(speeds) < 1e-6)
+        return False
+
     panel.client.send_pose(goal)
-    panel.client.wait_for(
-        lambda: (
-            len(commands) > 200
-            and any(commands[-1].velocity)
-            and np.ptp([m.velocity[0] for m in commands[-100:]]) < 1e-6
-        ),
-        "a steady speed",
-    )
+    panel.client.wait_for(is_steady, "a steady speed")
 
 
-def _braked(commands: list[JointState], begin: float) -> float | None:
+def _braked(panel: Panel, commands: list[JointState], begin: float) -> float | None:
     """Return the stamp of the first command after ``begin`` that is slower than the first [s]."""
-    stamps = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in commands]
-    later = [(s, abs(m.velocity[0])) for s, m in zip(stamps, commands) if s >= begin]
+    stamped = [(1e-9 * panel.client.time_of(message), message) for message in commands]
+    later = [(stamp, abs(m.velocity[0])) for stamp, m in stamped if stamp >= begin]
     return next((stamp for stamp, speed in later if speed < later[0][1] * (1.0 - 1e-4)), None)
 
 

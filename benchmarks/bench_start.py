@@ -11,7 +11,7 @@ from rcl_interfaces.srv import ListParameters
 from benchmarks.harness import Figure, Missing, attempt, figure
 from benchmarks.ros_session import session
 
-ROUNDS = 15
+ROUNDS = 10
 POLL_TIME = 0.005  # s
 BARE = "bare"
 NAMESPACE = "/started"

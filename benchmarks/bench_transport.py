@@ -19,7 +19,7 @@ from tri_glide_kinematics.ros.transport import (
     VARIABLE,
 )
 
-ROUNDS = 6
+ROUNDS = 4
 SHARED_MEMORY = {RANGE: "LOCALHOST"}  # where rmw_fastrtps adds it
 REFERENCE = "shared memory"
 MEASURED = {

@@ -30,7 +30,7 @@ REQUESTS: dict[type, Callable[[int], object]] = {
 }
 MACHINES = 8  # at most
 MACHINES_IN_ONE_PROCESS = 5  # at most
-MACHINE_TIME = 8.0  # s of motion that are judged
+MACHINE_TIME = 5.0  # s of motion that are judged
 TARGET_PERIOD = 0.5  # s
 LATE = "late cycles in the last second"
 RATE = "loop rate [1/s]"
