@@ -24,6 +24,7 @@ from sensor_msgs.msg import JointState
 from benchmarks.harness import Missing, NoAnswerError
 from benchmarks.ros_session import Session, session
 from benchmarks.table import aligned
+from testing.taking import taken
 
 RATES = (500.0, 1000.0)  # 1/s
 ROUNDS = 3
@@ -82,14 +83,8 @@ class Commander:
 
     def stamps(self) -> list[float]:
         """Return the times of the setpoints that have come in [s]."""
-        stamps: list[float] = []
-        while True:
-            with self._setpoints.handle:
-                taken = self._setpoints.handle.take_message(JointState, False)
-            if taken is None:
-                return stamps
-            stamp = taken[0].header.stamp
-            stamps.append(stamp.sec + 1e-9 * stamp.nanosec)
+        stamps = (message.header.stamp for message in taken(self._setpoints))
+        return [stamp.sec + 1e-9 * stamp.nanosec for stamp in stamps]
 
     def nothing(self, _: float) -> None:
         """Send nothing."""

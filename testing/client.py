@@ -21,6 +21,7 @@ from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from testing.processes import TIMEOUT
+from testing.taking import taken
 
 RETRY_AFTER = 10.0  # s
 NAP = 0.05  # s after which a condition is looked at without an event, too
@@ -39,19 +40,11 @@ class _Recorded(NamedTuple):
 
     Attributes:
         subscription: of the topic.
-        kind: of message.
         messages: so far.
     """
 
     subscription: Any
-    kind: type
     messages: Any
-
-    def take(self) -> None:
-        """Keep what has come in."""
-        with self.subscription.handle:
-            while (taken := self.subscription.handle.take_message(self.kind, False)) is not None:
-                self.messages.append(taken[0])
 
 
 class _OfOthers(SingleThreadedExecutor):
@@ -94,7 +87,7 @@ class Probe:
         nap = min(longest_nap, RECORDED_NAP) if self._recorded else longest_nap
         self._executor.spin_once(timeout_sec=nap)
         for each in self._recorded:
-            each.take()
+            each.messages.extend(taken(each.subscription))
 
     def spin_for(self, duration: float) -> None:
         """Spin for ``duration`` seconds."""
@@ -143,7 +136,7 @@ class Probe:
         subscription = self.node.create_subscription(
             kind, topic, _ignore, qos, event_callbacks=NO_EVENTS
         )
-        self._recorded.append(_Recorded(subscription, kind, messages))
+        self._recorded.append(_Recorded(subscription, messages))
         return messages
 
     def publisher(self, kind: type, topic: str, qos: QoSProfile | int = 10) -> Any:

@@ -12,13 +12,12 @@ import pytest
 import yaml
 
 from testing.commands import KINEMATICS
-from tri_glide_kinematics.driving import driver
 from tri_glide_kinematics.driving.drive_file import DriveFile, WaitStep
-from tri_glide_kinematics.driving.driver import Driver
-from tri_glide_kinematics.driving.errors import NoMachineError
-from tri_glide_kinematics.driving.goals import GoalSender
 from tri_glide_kinematics.driving.report import ProgressLine
+from tri_glide_kinematics.ros import step_driver
+from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.ros.processes import executable
+from tri_glide_kinematics.ros.step_driver import NoMachineError, StepDriver
 
 EXAMPLE = Path(__file__).parents[2] / "config" / "drive_example.yaml"
 TIMEOUT = 60.0  # s
@@ -141,7 +140,7 @@ def test_a_file_with_a_mistake_moves_nothing(client, drive):
 
 
 def test_without_a_machine_it_says_what_is_missing(client, monkeypatch):
-    monkeypatch.setattr(driver, "START_TIMEOUT", 0.3)
-    waiting = Driver(GoalSender(client.node), client.spin_once, ProgressLine(), lambda: 0)
+    monkeypatch.setattr(step_driver, "START_TIMEOUT", 0.3)
+    waiting = StepDriver(GoalSender(client.node), client.spin_once, ProgressLine(), lambda: 0)
     with pytest.raises(NoMachineError, match=f"actions of {client.namespace}/ik_node after 0.3 s"):
         waiting.drive(DriveFile("", (WaitStep(1.0),)))

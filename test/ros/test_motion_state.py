@@ -12,6 +12,7 @@ from motion_machine import HOME, TARGET, engine
 from rclpy.node import Node
 from rclpy.serialization import serialize_message
 
+from testing.taking import taken
 from tri_glide_interfaces.msg import MotionState
 from tri_glide_kinematics.motion.engine import SliderState
 from tri_glide_kinematics.ros.motion_state import NEWEST, Motion, MotionStates, read_motion
@@ -51,16 +52,14 @@ class Telling:
         wait_for(lambda: self.due_in(1000))
 
     def take(self):
-        taken = []
+        messages = []
 
-        def is_taken():
-            with self.subscription.handle:
-                found = self.subscription.handle.take_message(MotionState, False)
-            taken.extend([] if found is None else [found[0]])
-            return taken
+        def has_come():
+            messages.extend(taken(self.subscription))
+            return messages
 
-        wait_for(is_taken)
-        return taken[0]
+        wait_for(has_come)
+        return messages[0]
 
 
 def wait_for(condition):

@@ -17,13 +17,14 @@ from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.demo.leg import Leg
-from tri_glide_kinematics.driving.goals import GoalSender
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.paths.flat_path import FlatPath
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.motion.paths.polylines import polylines_of
+from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 TOLERANCE = 1e-4  # m between a target and the pose measured back
@@ -36,7 +37,7 @@ MOVE_TIMEOUT = 15.0  # s
 DEEP_QUEUE = QoSProfile(depth=5000)  # no command may be lost: their differences are judged
 
 
-class DemoError(Exception):
+class DemoError(KinematicsError):
     """The demonstration cannot go on; the text says why."""
 
 

@@ -14,14 +14,15 @@ import numpy as np
 import rclpy
 from rclpy.utilities import ok
 
-from tri_glide_kinematics.demo.client import TOLERANCE, DemoClient, DemoError
+from tri_glide_kinematics.demo.client import TOLERANCE, DemoClient
 from tri_glide_kinematics.demo.leg import Leg
 from tri_glide_kinematics.demo.report import is_good, say, table
 from tri_glide_kinematics.demo.tour import drive
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limit_use import LimitUse
 from tri_glide_kinematics.ros.processes import NodeProcesses, default_parameter_file
 from tri_glide_kinematics.ros.run import shut_down
-from tri_glide_kinematics.ros.transport import COMPUTER, TransportError, choose_transport
+from tri_glide_kinematics.ros.transport import COMPUTER, choose_transport
 
 # A busy computer may let the simulated machine wait for longer than a real one ever falls silent.
 PATIENCE = ("-p", "measured_timeout:=2.0")
@@ -90,7 +91,7 @@ def main() -> int:
     except KeyboardInterrupt:
         say("interrupted; all nodes are stopped")
         return 128 + signal.SIGINT
-    except (DemoError, TransportError, OSError) as error:
+    except (KinematicsError, OSError) as error:
         print(f"demo: error: {error}", file=sys.stderr)
         return 1
 

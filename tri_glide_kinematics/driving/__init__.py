@@ -1,1 +1,1 @@
-"""The command that drives a file of moves, paths and waits, one after the other."""
+"""Files of moves, paths and waits: how they are read, and what is told while one is driven."""

@@ -1,4 +1,4 @@
-"""What can be wrong with a drive."""
+"""What can be wrong with a drive file."""
 
 from __future__ import annotations
 
@@ -7,7 +7,3 @@ from tri_glide_kinematics.keys import FileError
 
 class DriveFileError(FileError):
     """A file of moves, paths and waits cannot be read, or something in it has no meaning."""
-
-
-class NoMachineError(Exception):
-    """Nobody offers the actions; the text says what was looked for."""

@@ -67,6 +67,11 @@ class ProgressLine:
         self._output.flush()
 
 
+def is_whole(reports: Sequence[StepReport]) -> bool:
+    """Return whether all steps have been driven as they should."""
+    return all(report.is_good for report in reports)
+
+
 def table(reports: Sequence[StepReport]) -> str:
     """Return one line for each step."""
     head = ("step", "", "result", "time", "length", "mean speed", "largest deviation")

@@ -17,9 +17,9 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import SetBool, Trigger
 
 from tri_glide_kinematics.control.goals import GoalCode
-from tri_glide_kinematics.driving.goals import GoalSender, SentGoal
 from tri_glide_kinematics.motion.paths.flat_path import FlatPath
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
+from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.ros.parameters import IK_NODE
 from tri_glide_kinematics.vectors import Vector3
 

@@ -24,7 +24,10 @@ PIP_NAMES = frozenset(("numpy", "ruckig", "viser"))
 
 
 class FatalError(Exception):
-    """An error in a node's own cycle: it cannot go on."""
+    """An error in a node's own cycle: it cannot go on.
+
+    It is no ``KinematicsError``, or who answers those would catch it.
+    """
 
 
 def run(module: str, class_name: str) -> int:

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 
 from tri_glide_kinematics.demo.client import START_TIMEOUT, DemoError
-from tri_glide_kinematics.driving.goals import GoalSender
+from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.ros.state_reports import LATCHED
 from tri_glide_kinematics.vectors import Vector3
 

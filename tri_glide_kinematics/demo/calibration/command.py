@@ -27,7 +27,6 @@ from tri_glide_kinematics.demo.calibration.wrong_machine import (
     USUAL_ERRORS,
     wrong_machine,
 )
-from tri_glide_kinematics.demo.client import DemoError
 from tri_glide_kinematics.demo.command import PATIENCE, ros_that_ctrl_c_ends
 from tri_glide_kinematics.demo.report import say
 from tri_glide_kinematics.errors import KinematicsError
@@ -131,7 +130,7 @@ def main() -> int:
     except KeyboardInterrupt:
         say("interrupted; all nodes are stopped")
         return 128 + signal.SIGINT
-    except (DemoError, KinematicsError, OSError) as error:
+    except (KinematicsError, OSError) as error:
         print(f"calibration_demo: error: {error}", file=sys.stderr)
         return 1
 

@@ -1,24 +1,24 @@
-"""Drives steps one after the other, until one fails or somebody interrupts."""
+"""Drives the steps of a file one after the other, until one fails or somebody interrupts."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from geometry_msgs.msg import Point
 
 from tri_glide_interfaces.action import FollowPath
 from tri_glide_kinematics.control.goals import GoalCode
 from tri_glide_kinematics.driving.drive_file import DriveFile, MoveStep, PathStep, Step
-from tri_glide_kinematics.driving.errors import NoMachineError
-from tri_glide_kinematics.driving.goals import GoalSender, SentGoal
 from tri_glide_kinematics.driving.report import (
     NOT_DRIVEN,
     ProgressLine,
     StepReport,
     in_millimetres,
 )
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.vectors import Vector3
 
 # Until ik_node is found, and until it is taken to be gone [s].
@@ -37,7 +37,11 @@ PROGRESS_PERIOD = 0.1
 INTERRUPTED = "interrupted"
 
 
-class Driver:
+class NoMachineError(KinematicsError):
+    """Nobody offers the actions; the text says what was looked for."""
+
+
+class StepDriver:
     """Sends the steps of a drive, each when the one before it has ended."""
 
     def __init__(
@@ -175,8 +179,3 @@ def _driven(step: Step, goal: SentGoal) -> float | None:
 
 def _vector(point: Point) -> Vector3:
     return point.x, point.y, point.z
-
-
-def is_whole(reports: Sequence[StepReport]) -> bool:
-    """Return whether all steps have been driven as they should."""
-    return all(report.is_good for report in reports)

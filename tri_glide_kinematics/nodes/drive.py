@@ -15,13 +15,12 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from tri_glide_kinematics.driving.drive_file import DriveFile, load_drive
-from tri_glide_kinematics.driving.driver import Driver, is_whole
-from tri_glide_kinematics.driving.errors import NoMachineError
-from tri_glide_kinematics.driving.goals import GoalSender
-from tri_glide_kinematics.driving.report import ProgressLine, table
+from tri_glide_kinematics.driving.report import ProgressLine, is_whole, table
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.end_signals import EndSignals
+from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.ros.run import shut_down
+from tri_glide_kinematics.ros.step_driver import StepDriver
 from tri_glide_kinematics.ros.transport import choose_transport
 
 
@@ -35,7 +34,7 @@ def _drive(drive: DriveFile) -> int:
     rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = Node("drive")
-        driver = Driver(
+        driver = StepDriver(
             GoalSender(node),
             lambda longest: rclpy.spin_once(node, timeout_sec=longest),
             ProgressLine(),
@@ -66,7 +65,7 @@ def main() -> int:
             return 0
         choose_transport()
         return _drive(drive)
-    except (KinematicsError, NoMachineError) as error:
+    except KinematicsError as error:
         print(f"drive: error: {error}", file=sys.stderr)
         return 1
 
