@@ -102,7 +102,7 @@ def test_a_corner_with_a_tolerance_takes_less_time_than_a_stop():
     for tolerance in (0.0, TOLERANCE):
         moving, states = begun(square(tolerance), in_pieces=False)
         times.append(len(states + go_to_rest(moving)))
-    assert times[1] <= 0.84 * times[0]
+    assert times[1] <= 0.75 * times[0]
 
 
 @each_mode
@@ -113,7 +113,7 @@ def test_pausing_anywhere_keeps_the_path(in_pieces):
         path = path.line_to(at(x, y), tolerance=TOLERANCE)
     driven = path.driven
     dense = driven.derivatives(np.linspace(0.0, driven.length, 40001), 0)[0]
-    for pause_after in (0.02, 0.11, 0.17, 0.24, 0.3):
+    for pause_after in (0.02, 0.11, 0.17, 0.2, 0.2):
         moving, states = begun(path, in_pieces)
         states += go(moving, pause_after)
         moving.pause()

@@ -11,6 +11,7 @@ import pytest
 from testing.path_samples import distances, random_path, sides_of_breaks
 from tri_glide_kinematics.motion.paths.driven_path import DrivenPath
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
+from tri_glide_kinematics.motion.paths.swinging import FARTHEST, REACH
 
 PATHS = [random_path(np.random.default_rng(seed)) for seed in range(120)]
 
@@ -196,9 +197,9 @@ def test_one_corner_is_as_wide_as_its_tolerance_allows():
         end = (0.5 + 0.5 * np.cos(angle), 0.5 * np.sin(angle), 0.0)
         path = PlatformPath.start((0, 0, 0)).line_to((0.5, 0, 0), 1e-3).line_to(end)
         driven = path.driven
-        width = driven.widths.half_widths[0]
         height = 1e-3 / np.sin(min(angle, np.pi / 2))
-        assert width == pytest.approx(min(112.0 / 15.0 * height, 0.5), rel=1e-6)
+        reach = min(REACH * 0.5, FARTHEST * height)
+        assert driven.widths.reaches[0] == pytest.approx(reach, rel=1e-6)
         middle = driven.state(0.5)
         assert abs(middle[1]) <= 1e-3
 
@@ -274,5 +275,5 @@ def test_a_longer_path_is_driven_the_same_far_from_where_it_was_extended():
         assert path.driven.agrees_until(path.driven) == path.driven.breaks[-1]
     square = PlatformPath.through([(0, 0, 0), (0.1, 0, 0), (0.1, 0.1, 0), (0, 0.1, 0)], 1e-3)
     more = square.then(PlatformPath.start(square.end).line_to((0, 0, 0)))
-    # The corner where it ended has a rounding now, of the width 7.47 mm.
-    assert square.driven.agrees_until(more.driven) == pytest.approx(0.3 - 0.112 / 15.0)
+    # The corner where it ended has a rounding now, which reaches over 90 mm.
+    assert square.driven.agrees_until(more.driven) == pytest.approx(0.3 - 0.09)

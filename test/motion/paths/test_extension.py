@@ -100,7 +100,7 @@ def test_with_enough_room_it_is_driven_as_if_it_had_been_whole():
     points = [(0, 0, 0), (0.1, 0, 0), (0.1, 0.1, 0), (0, 0.1, 0), (0, 0, 0), (0.1, 0, 0.1)]
     whole = PlatformPath.through(points, 1e-3).driven
     more = PlatformPath.through(points[3:], 1e-3).segments
-    longer = at_once(PlatformPath.through(points[:4], 1e-3).driven.extended(more, 0.22))
+    longer = at_once(PlatformPath.through(points[:4], 1e-3).driven.extended(more, 0.2))
     ways = dense_ways(whole)
     found, expected = longer.derivatives(ways, 2), whole.derivatives(ways, 2)
     assert found == pytest.approx(expected, abs=1e-9)

@@ -57,7 +57,9 @@ def corrections_of(
     yield
     table = yield from corrections_at(breaks[0], layers[0])
     for at, layer in zip(breaks[1:], layers[1:]):
-        table += yield from corrections_at(at, layer)
+        added = yield from corrections_at(at, layer)
+        # Those of the first layers are of the highest degree.
+        table[:, : added.shape[1]] += added
     return breaks[0].ways, table
 
 

@@ -128,7 +128,7 @@ class DrivenPath(Pieces):
             if not len(slow):
                 break
             smaller = _smaller(widths, rounded, slow, least)
-            if (smaller.half_widths == widths.half_widths).all():
+            if (smaller.reaches == widths.reaches).all():
                 break
             widths = smaller
         return cls(pieces, stops, rounded, widths, bounds)
@@ -262,11 +262,14 @@ def _smaller(
     """
     half_widths, ways = widths.half_widths, rounded.ways
     places = np.sort(slow)
-    first = np.searchsorted(places, ways - half_widths)
-    reaches = np.searchsorted(places, ways + half_widths, "right") > first
-    smaller = np.where(reaches, SMALLER * half_widths, half_widths)
-    if least is None:
-        return widths._replace(half_widths=enveloped(ways, smaller))
+    first = np.searchsorted(places, ways - widths.reaches)
+    over = np.searchsorted(places, ways + widths.reaches, "right") > first
+    smaller = np.where(over, SMALLER * half_widths, half_widths)
+    stays = np.zeros(len(ways), dtype=bool)
+    if least is not None:
+        smaller = np.maximum(smaller, least)
+        stays = half_widths <= least
     # The envelope is exact but for rounding.
-    enclosed = enveloped(ways, np.maximum(smaller, least))
-    return widths._replace(half_widths=np.where(half_widths <= least, half_widths, enclosed))
+    found = np.where(stays, half_widths, enveloped(ways, smaller))
+    swing_widths = np.where(over & ~stays, SMALLER, 1.0) * widths.swing_widths
+    return widths._replace(half_widths=found, swing_widths=swing_widths)

@@ -39,7 +39,7 @@ def stops_kept(stops: FloatArray, place: float) -> FloatArray:
 
 def widths_kept(joints: RoundedJoints, widths: Widths, place: float) -> Widths:
     """Return the widths of the first joints: those whose roundings begin before a ``place`` [m]."""
-    begun = np.flatnonzero(joints.ways - widths.half_widths < place)
+    begun = np.flatnonzero(joints.ways - widths.reaches < place)
     return widths.part(slice(int(begun[-1]) + 1 if len(begun) else 0))
 
 
@@ -47,15 +47,17 @@ def widths_behind(joints: RoundedJoints, kept: Widths, place: float) -> Interrup
     """Return the widths of all roundings, of which the first ones are kept.
 
     All others begin at the ``place`` [m] or behind it. A rounding that was known better, as no
-    other overlapped it, they overlap at its outer half at most: there its deviation is convex.
+    other overlapped it, they overlap at its outer half at most: there its deviation is convex. One
+    that swings out they do not overlap, but for others that do.
     """
     count = len(kept.half_widths)
     ways = joints.ways[:count]
-    middles = ways + 0.5 * kept.half_widths
+    middles = ways + np.maximum(0.5 * kept.half_widths, kept.swing_widths)
     begin = float(middles[kept.single].max(initial=place))
     rooms = np.minimum(joints.rooms, np.maximum(joints.ways - begin, 0.0))
     # What has ended before does not matter.
-    first = int(np.count_nonzero(ways + kept.half_widths <= place))
+    first = int(np.count_nonzero(ways + kept.reaches <= place))
     near = replace(joints, rooms=rooms).part(slice(first, None))
-    widths = yield from widths_of(near, kept.part(slice(first, None)))
+    swing_rooms = np.minimum(joints.rooms, np.maximum(joints.ways - place, 0.0))[first:]
+    widths = yield from widths_of(near, kept.part(slice(first, None)), swing_rooms)
     return kept.part(slice(first)).followed_by(widths)

@@ -47,6 +47,7 @@ class RoundedJoints:
             part of the rounding; at most ``turns``. Shape (m,).
         tolerances: Shape (m,) [m].
         rooms: way to the nearest stop. Shape (m,) [m].
+        free: whether all smooth joints up to the next rounded ones allow as much. Shape (m,).
     """
 
     ways: FloatArray
@@ -57,6 +58,7 @@ class RoundedJoints:
     distances: FloatArray
     tolerances: FloatArray
     rooms: FloatArray
+    free: NDArray[np.bool_]
 
     def part(self, some: slice | Indices) -> RoundedJoints:
         """Return ``some`` of them."""
@@ -108,9 +110,27 @@ def joints_of(
             jumps.distances[rounded],
             segments.tolerances[rounded],
             rooms,
+            _free(segments.tolerances[:-1], jumps.rough, rounded),
         ),
         stops,
     )
+
+
+def _free(tolerances: FloatArray, rough: NDArray[np.bool_], rounded: Indices) -> NDArray[np.bool_]:
+    """Return whether no smooth joint beside a rounded one has a smaller tolerance.
+
+    Args:
+        tolerances: of all joints between segments. Shape (n - 1,) [m].
+        rough: whether a joint is not smooth. Shape (n - 1,).
+        rounded: indices of the rounded joints, ascending. Shape (m,).
+
+    Returns:
+        Shape (m,).
+    """
+    smooth = np.append(np.where(rough, np.inf, tolerances), np.inf)
+    least = np.minimum.reduceat(smooth, np.append(0, rounded))
+    found: NDArray[np.bool_] = np.minimum(least[:-1], least[1:]) >= tolerances[rounded]
+    return found
 
 
 def _jumps(segments: Segments, first: int, last: int) -> _Jumps:

@@ -1,7 +1,8 @@
 """Layers of roundings, and the breaks at which they begin and end.
 
-In a layer of two roundings the one that begins first also ends first. Those that taper off are put
-together of two, one inside the other (``tapering``), so they are in two layers.
+In a layer of two roundings the one that begins first also ends first. Those that taper off or swing
+out are put together of some, one inside the other (``tapering``, ``swinging``), each in a layer of
+its own.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.paths.joints import Indices, RoundedJoints
+from tri_glide_kinematics.motion.paths.swinging import NARROWER
+from tri_glide_kinematics.motion.paths.tapering import PARTS, WIDEST
 from tri_glide_kinematics.motion.paths.widths import Widths
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -56,18 +59,31 @@ class Breaks(NamedTuple):
 
 
 def layers_of(joints: RoundedJoints, widths: Widths) -> list[Layer]:
-    """Return the layers of all roundings: those that taper off have a narrow part of their own."""
-    tapers = widths.tapers
-    layers = [Layer(joints, widths.half_widths, 1.0 - tapers, 8.0 / 7.0 * tapers)]
+    """Return the layers of all roundings, those with terms of the fourth degree first."""
+    tapers, half_widths = widths.tapers, widths.half_widths
+    (part, _), *inner = PARTS
+    layers = [Layer(joints, half_widths, 1.0 - tapers, part * tapers)]
     tapering = np.flatnonzero(tapers)
     if len(tapering):
-        inner = joints.part(tapering)
-        half = 0.5 * widths.half_widths[tapering]
-        # The curvature is rounded in the other layer.
-        nothing = np.zeros(len(half))
-        inner = replace(inner, curvature_jumps=np.zeros((len(half), 3)), bends=nothing)
-        layers.append(Layer(inner, half, nothing, -tapers[tapering] / 7.0))
+        corners, nothing = _corners(joints, tapering), np.zeros(len(tapering))
+        for part, width in inner:
+            narrower = width * half_widths[tapering]
+            layers.append(Layer(corners, narrower, nothing, part * tapers[tapering]))
+    swinging = np.flatnonzero(widths.swings)
+    if len(swinging):
+        corners, nothing = _corners(joints, swinging), np.zeros(len(swinging))
+        wide, swings = widths.swing_widths[swinging], widths.swings[swinging]
+        heights = half_widths[swinging] / (WIDEST * (1.0 + swings))
+        parts = 6.0 * swings * heights / ((1.0 - NARROWER) * wide)
+        layers.append(Layer(corners, wide, -parts, nothing))
+        layers.append(Layer(corners, NARROWER * wide, parts, nothing))
     return layers
+
+
+def _corners(joints: RoundedJoints, some: Indices) -> RoundedJoints:
+    """Return ``some`` of the joints, whose curvature is rounded in another layer."""
+    found = joints.part(some)
+    return replace(found, curvature_jumps=np.zeros((len(some), 3)), bends=np.zeros(len(some)))
 
 
 def breaks_of(ways: FloatArray, layers: Sequence[Layer]) -> Interruptible[list[Breaks]]:

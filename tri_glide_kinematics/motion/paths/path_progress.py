@@ -64,5 +64,5 @@ def _way(heights: PathHeights, place: float) -> float:
 def _deviation(heights: PathHeights, place: float) -> float:
     """Return a bound of the distance from the path as programmed, up to a ``place`` [m]."""
     driven = heights.driven
-    begun = driven.rounded.ways - driven.widths.half_widths < place
+    begun = driven.rounded.ways - driven.widths.reaches < place
     return float(driven.widths.deviations[begun].max(initial=0.0))

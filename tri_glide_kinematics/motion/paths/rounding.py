@@ -16,6 +16,7 @@ from tri_glide_kinematics.motion.paths.deviations import (
     width_alone,
 )
 from tri_glide_kinematics.motion.paths.joints import RoundedJoints
+from tri_glide_kinematics.motion.paths.swinging import swung
 from tri_glide_kinematics.motion.paths.tapering import LOWER, tapered
 from tri_glide_kinematics.motion.paths.widths import NONE_KEPT, Widths
 from tri_glide_kinematics.vectors import FloatArray
@@ -30,15 +31,21 @@ MAX_ROUNDS = 40
 SMALLER = 0.7
 
 
-def widths_of(joints: RoundedJoints, kept: Widths = NONE_KEPT) -> Interruptible[Widths]:
+def widths_of(
+    joints: RoundedJoints, kept: Widths = NONE_KEPT, swing_rooms: FloatArray | None = None
+) -> Interruptible[Widths]:
     """Return widths with which all tolerances hold; interruptibly.
 
     Args:
         joints: that are rounded.
         kept: what the first of them have and keep. Those that are ``single`` the others overlap
             at their outer half at most (``joints.rooms``).
+        swing_rooms: over which roundings that swing out may reach, if they have more room than
+            others. Shape (m,) [m].
     """
     count = len(kept.half_widths)
+    if swing_rooms is None:
+        swing_rooms = joints.rooms
     with np.errstate(divide="ignore", over="ignore"):
         most = np.minimum(joints.rooms, WIDEST_BEND / joints.bends)
         alone = np.minimum(width_alone(joints, joints.distances, LARGEST_BEND), most)
@@ -51,14 +58,15 @@ def widths_of(joints: RoundedJoints, kept: Widths = NONE_KEPT) -> Interruptible[
     crowded[:count] = ~kept.single
     if not crowded.any():
         deviations = deviation_alone(joints, alone)
-        found = _with_kept(Widths(alone, deviations, ~crowded, np.zeros(len(alone))), kept)
-        return tapered(joints, found, count)
+        found = _with_kept(Widths.of_hats(alone, deviations, ~crowded), kept)
+        return swung(joints, tapered(joints, found, count), count, swing_rooms)
     yield
     weights = Weights(
         np.where(crowded, joints.turns, joints.distances),
         np.where(crowded, CONVEX_BEND, LARGEST_BEND) * joints.bends,
     )
-    weights.turns[:count] *= 1.0 - LOWER * kept.tapers
+    # What swings out the others do not overlap.
+    weights.turns[:count] *= (1.0 - LOWER * kept.tapers) / (1.0 + kept.swings)
     shared = yield from shared_widths(joints, weights, alone)
     least = least_widths(joints.ways, kept.half_widths)
     shared = np.maximum(np.where(crowded, shared, alone), least)
@@ -87,8 +95,9 @@ def widths_of(joints: RoundedJoints, kept: Widths = NONE_KEPT) -> Interruptible[
         half_widths = np.maximum(np.minimum(half_widths, _halves(gaps)), least)
         deviations = yield from deviation_bounds(joints.ways, weights, half_widths)
     yield
-    found = Widths(half_widths, deviations, ~crowded, np.zeros(len(alone)))
-    return tapered(joints, _with_kept(_grown(joints, alone, found, gaps), kept), count)
+    found = Widths.of_hats(half_widths, deviations, ~crowded)
+    found = _with_kept(_grown(joints, alone, found, gaps), kept)
+    return swung(joints, tapered(joints, found, count), count, swing_rooms)
 
 
 def least_widths(ways: FloatArray, kept: FloatArray) -> FloatArray:
@@ -136,7 +145,7 @@ def _grown(joints: RoundedJoints, alone: FloatArray, widths: Widths, gaps: Float
     free = apart[1:] & apart[:-1]
     grown = np.where(free, np.maximum(half_widths, np.minimum(alone, _halves(gaps))), half_widths)
     deviations = np.where(free, deviation_alone(joints, grown), widths.deviations)
-    return Widths(grown, deviations, widths.single | free, widths.tapers)
+    return Widths.of_hats(grown, deviations, widths.single | free)
 
 
 def _with_kept(widths: Widths, kept: Widths) -> Widths:
