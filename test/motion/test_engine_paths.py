@@ -102,7 +102,8 @@ def test_a_corner_with_a_tolerance_takes_less_time_than_a_stop():
     for tolerance in (0.0, TOLERANCE):
         moving, states = begun(square(tolerance), in_pieces=False)
         times.append(len(states + go_to_rest(moving)))
-    assert times[1] <= 0.75 * times[0]
+    # In whole cycles; without them it is 0.75 (``test/benchmarks/test_paths.py``).
+    assert times[1] <= 0.76 * times[0]
 
 
 @each_mode
