@@ -29,8 +29,8 @@ def tapering(x, height):
     return 0.75 * wide + 0.3 * middle - 0.05 * narrow
 
 
-def rounding(x, height, reach):
-    swing = float(swing_of(reach / height))
+def rounding(x, height, reach, part=1.0):
+    swing = part * float(swing_of(reach / height))
     wide, narrow = (hat(x, w) for w in (reach, NARROWER * reach))
     top = (1.0 - NARROWER) * reach / 6.0
     return tapering(x, (1.0 + swing) * height) - swing * height * (wide - narrow) / top
@@ -69,24 +69,24 @@ def test_two_beside_each_other_keep_the_larger_tolerance():
     )
     reaches = REACH * np.array([1.0, 0.9, 0.7, 0.4, 0.1])
     swinging = []
-    for ratio, reach in product(ratios.tolist(), reaches.tolist()):
+    # Where the line on the other side is longer, only a part of the swing is used.
+    for ratio, reach, part in product(ratios.tolist(), reaches.tolist(), (1.0, 0.6, 0.2)):
         height = reach / ratio
-        swinging.append((height, rounding(PLACES, height, reach) / height))
+        swinging.append((height, rounding(PLACES, height, reach, part) / height))
     # None is beyond its own tolerance, nor reaches the other joint.
     forms = np.array([form for _, form in swinging])
     assert np.abs(forms).max() == pytest.approx(1.0, abs=1e-12)
     assert forms.min() > -0.995
     assert (forms[:, -1] == 0.0).all()
-    others = swinging + [
-        (height, form(PLACES, height) / height)
-        for height in np.geomspace(1e-3, 0.12, 15).tolist()
-        for form in (tapering, lambda x, height: hat(x, 6.0 * height))
-    ]
-    heights = np.array([height for height, _ in others])
+    others = [(WIDEST * height, form) for height, form in swinging]
+    for height in np.geomspace(1e-3, 0.16, 20).tolist():
+        others.append((WIDEST * height, tapering(PLACES, height) / height))
+        others.append((6.0 * height, hat(PLACES, 6.0 * height) / height))
+    widths = np.array([width for width, _ in others])
     beside = np.abs([form[::-1] for _, form in others])
     for height, form in swinging:
-        # As roundings that taper off, they have room beside each other.
-        fits = WIDEST * (heights + height) <= 1.0 + 1e-9
+        # Before one swings out, they do not overlap.
+        fits = widths + WIDEST * height <= 1.0 + 1e-9
         for part in (1.0, 0.8, 0.5, 0.2, 0.02):
             for first, second in ((1.0, part), (part, 1.0)):
                 together = first * np.abs(form) + second * beside[fits]
@@ -101,6 +101,30 @@ def test_a_smooth_joint_with_a_smaller_tolerance_is_not_swung_out_at():
 
     assert swings(0.5 * TOLERANCE) == [0.0]
     assert swings(TOLERANCE) == swings(2.0 * TOLERANCE) != [0.0]
+
+
+def test_a_smooth_joint_behind_a_stop_makes_no_difference():
+    def swings(*points_and_tolerances):
+        path = PlatformPath.start((0, 0, 0))
+        for point, tolerance in points_and_tolerances:
+            path = path.line_to(point, tolerance)
+        return path.driven.widths.swings
+
+    first = (((0.05, 0, 0), 1e-3), ((0.05, 0.05, 0), 0.0))
+    last = (((0.1, 0.05, 0), 1e-4), ((0.1, 0.1, 0), 0.0))
+    without = swings(*first, *last)
+    assert (without > 0.0).all()
+    assert swings(*first, ((0.07, 0.05, 0), 1e-4), *last) == pytest.approx(without)
+
+
+def test_between_a_short_and_a_long_line_it_swings_out_less():
+    def swing(*lengths):
+        return driven((0, 0, 0), (lengths[0], 0, 0), (*lengths, 0)).widths.swings[0]
+
+    assert swing(0.03, 0.06) == pytest.approx(0.5 * swing(0.03, 0.03))
+    assert swing(0.06, 0.03) == pytest.approx(swing(0.03, 0.06))
+    # As far as it may reach at all.
+    assert swing(0.2, 0.3) == pytest.approx(swing(0.2, 0.2))
 
 
 def test_it_reaches_over_no_joint_but_its_own():

@@ -48,16 +48,17 @@ def widths_behind(joints: RoundedJoints, kept: Widths, place: float) -> Interrup
 
     All others begin at the ``place`` [m] or behind it. A rounding that was known better, as no
     other overlapped it, they overlap at its outer half at most: there its deviation is convex. One
-    that swings out they do not overlap, but for others that do.
+    that swings out they do not overlap. What swings out itself may overlap both, as in any path
+    (``swinging``).
     """
     count = len(kept.half_widths)
     ways = joints.ways[:count]
     middles = ways + np.maximum(0.5 * kept.half_widths, kept.swing_widths)
     begin = float(middles[kept.single].max(initial=place))
-    rooms = np.minimum(joints.rooms, np.maximum(joints.ways - begin, 0.0))
+    rooms = np.minimum(joints.rooms_before, np.maximum(joints.ways - begin, 0.0))
     # What has ended before does not matter.
     first = int(np.count_nonzero(ways + kept.reaches <= place))
-    near = replace(joints, rooms=rooms).part(slice(first, None))
-    swing_rooms = np.minimum(joints.rooms, np.maximum(joints.ways - place, 0.0))[first:]
+    near = replace(joints, rooms_before=rooms).part(slice(first, None))
+    swing_rooms = np.minimum(joints.rooms_before, np.maximum(joints.ways - place, 0.0))[first:]
     widths = yield from widths_of(near, kept.part(slice(first, None)), swing_rooms)
     return kept.part(slice(first)).followed_by(widths)

@@ -46,8 +46,9 @@ class RoundedJoints:
         distances: of a path that is rounded at this joint alone from the path as programmed, as
             part of the rounding; at most ``turns``. Shape (m,).
         tolerances: Shape (m,) [m].
-        rooms: way to the nearest stop. Shape (m,) [m].
-        free: whether all smooth joints up to the next rounded ones allow as much. Shape (m,).
+        rooms_before: way from the last stop. Shape (m,) [m].
+        rooms_after: way to the next stop. Shape (m,) [m].
+        free: whether all smooth joints up to the next others allow as much. Shape (m,).
     """
 
     ways: FloatArray
@@ -57,8 +58,14 @@ class RoundedJoints:
     bends: FloatArray
     distances: FloatArray
     tolerances: FloatArray
-    rooms: FloatArray
+    rooms_before: FloatArray
+    rooms_after: FloatArray
     free: NDArray[np.bool_]
+
+    @property
+    def rooms(self) -> FloatArray:
+        """Way to the nearest stop. Shape (m,) [m]."""
+        return np.asarray(np.minimum(self.rooms_before, self.rooms_after))
 
     def part(self, some: slice | Indices) -> RoundedJoints:
         """Return ``some`` of them."""
@@ -98,7 +105,6 @@ def joints_of(
     rounded = np.flatnonzero(jumps.rough & ~stop)
     at = inner[rounded]
     following = np.searchsorted(stops, at)
-    rooms = np.minimum(at - stops[following - 1], stops[following] - at)
     yield
     return (
         RoundedJoints(
@@ -109,7 +115,8 @@ def joints_of(
             jumps.bends[rounded],
             jumps.distances[rounded],
             segments.tolerances[rounded],
-            rooms,
+            at - stops[following - 1],
+            stops[following] - at,
             _free(segments.tolerances[:-1], jumps.rough, rounded),
         ),
         stops,
@@ -128,9 +135,10 @@ def _free(tolerances: FloatArray, rough: NDArray[np.bool_], rounded: Indices) ->
         Shape (m,).
     """
     smooth = np.append(np.where(rough, np.inf, tolerances), np.inf)
-    least = np.minimum.reduceat(smooth, np.append(0, rounded))
-    found: NDArray[np.bool_] = np.minimum(least[:-1], least[1:]) >= tolerances[rounded]
-    return found
+    ends = np.flatnonzero(rough)
+    least = np.minimum.reduceat(smooth, np.append(0, ends))
+    free: NDArray[np.bool_] = np.minimum(least[:-1], least[1:]) >= tolerances[ends]
+    return free[np.searchsorted(ends, rounded)]
 
 
 def _jumps(segments: Segments, first: int, last: int) -> _Jumps:

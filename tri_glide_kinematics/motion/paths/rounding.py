@@ -40,12 +40,12 @@ def widths_of(
         joints: that are rounded.
         kept: what the first of them have and keep. Those that are ``single`` the others overlap
             at their outer half at most (``joints.rooms``).
-        swing_rooms: over which roundings that swing out may reach, if they have more room than
-            others. Shape (m,) [m].
+        swing_rooms: over which roundings that swing out may reach to what is before them, if that
+            is more than ``joints.rooms_before``. Shape (m,) [m].
     """
     count = len(kept.half_widths)
     if swing_rooms is None:
-        swing_rooms = joints.rooms
+        swing_rooms = joints.rooms_before
     with np.errstate(divide="ignore", over="ignore"):
         most = np.minimum(joints.rooms, WIDEST_BEND / joints.bends)
         alone = np.minimum(width_alone(joints, joints.distances, LARGEST_BEND), most)

@@ -8,7 +8,7 @@ G(x; w) = \frac{Q(x; w) - Q(x; 4w/5)}{Q(0; w) - Q(0; 4w/5)},$$
 
 with the rounding T of ``tapering``, of the height (1 + a) h, and roundings Q of the third degree. G
 is 1 at the corner, where it has no corner itself, and falls to 0 at w. So B is h at the corner, and
-beside it no less than -h: a is as large as that allows.
+beside it no less than -h: a is as large as that allows; less where one line is longer.
 
 Roundings of two corners may overlap, as each reaches over nine tenths of the way between. Both
 together are within the larger tolerance (``test_swinging.py`` looks at all cases).
@@ -49,14 +49,14 @@ def swing_of(ratios: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(fitting, LEAST + FALLING / (ratios * ratios)))
 
 
-def swung(joints: RoundedJoints, widths: Widths, count: int, rooms: FloatArray) -> Widths:
+def swung(joints: RoundedJoints, widths: Widths, count: int, rooms_before: FloatArray) -> Widths:
     """Return widths that use the room beside corners that stand alone and taper off.
 
     Args:
         joints: that are rounded.
         widths: of roundings that taper off where there is room.
         count: so many of the first ones stay as they are.
-        rooms: over which each may reach. Shape (m,) [m].
+        rooms_before: over which each may reach to what is before it. Shape (m,) [m].
     """
     alone = widths.single & (joints.bends == 0.0)
     corners = alone & (widths.tapers >= ALL) & joints.free
@@ -66,12 +66,15 @@ def swung(joints: RoundedJoints, widths: Widths, count: int, rooms: FloatArray) 
     # Over others it does not reach.
     others = np.where(alone, 0.0, widths.half_widths)
     gaps = np.diff(joints.ways)
-    before = np.concatenate(((np.inf,), gaps - others[:-1]))
-    after = np.concatenate((gaps - others[1:], (np.inf,)))
-    rooms = np.minimum(np.minimum(before, after), rooms)[corners]
+    before = np.minimum(np.concatenate(((np.inf,), gaps - others[:-1])), rooms_before)
+    after = np.minimum(np.concatenate((gaps - others[1:], (np.inf,))), joints.rooms_after)
     heights = (1.0 - SPARE) * joints.tolerances[corners] / joints.distances[corners]
-    reaches = np.minimum(REACH * rooms, FARTHEST * heights)
-    swings = swing_of(reaches / heights)
+    first, second = (
+        np.minimum(REACH * rooms[corners], FARTHEST * heights) for rooms in (before, after)
+    )
+    reaches = np.minimum(first, second)
+    # Where one line is longer, the platform comes along it too fast for the swing of the other.
+    swings = swing_of(reaches / heights) * reaches / np.maximum(first, second)
     swinging = swings > 0.0
     chosen = np.flatnonzero(corners)[swinging]
     half_widths, tapers = widths.half_widths.copy(), widths.tapers.copy()
