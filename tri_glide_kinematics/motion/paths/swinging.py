@@ -36,7 +36,7 @@ FARTHEST = 100.0
 LEAST = 0.99
 FALLING = 560.0
 
-# How fast a grows with w where there is little room: T becomes little wider than half of it.
+# How fast a grows with w where there is little room. T becomes a little wider than half of it.
 GROWING = 1.1
 
 # What tapers off by all but this does so altogether: rounding.
