@@ -19,7 +19,7 @@ from testing.goals import SentGoal
 from tri_glide_interfaces.action import MoveTo
 from tri_glide_kinematics.control.goals import Goal, GoalCode
 from tri_glide_kinematics.control.inbox import TargetPosition
-from tri_glide_kinematics.ros import action_server
+from tri_glide_kinematics.ros import action_server, old_results
 from tri_glide_kinematics.ros.action_server import ActionServer
 from tri_glide_kinematics.ros.patient_services import PatientServices
 
@@ -169,13 +169,13 @@ def test_the_list_of_states_stays_short_and_results_are_forgotten_later(monkeypa
 
     desk.client.wait_for(is_listed, "the first goal to be listed no more", 5.0)
     assert status() == GoalStatus.STATUS_SUCCEEDED
-    monkeypatch.setattr(action_server, "RESULT_KEPT", 0.0)
+    monkeypatch.setattr(old_results, "KEPT", 0.0)
     assert status() == GoalStatus.STATUS_UNKNOWN
 
 
 def test_of_many_results_the_newest_are_kept(monkeypatch, request):
     monkeypatch.setattr(action_server, "STATE_TOLD", 0.01)
-    monkeypatch.setattr(action_server, "MOST_RESULTS", 2)
+    monkeypatch.setattr(old_results, "MOST", 2)
     desk = request.getfixturevalue("desk")
     sent = []
     for _ in range(4):

@@ -7,8 +7,6 @@ of all goals of the last 15 minutes. What is the same: names, messages, states.
 
 from __future__ import annotations
 
-import math
-import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -24,15 +22,12 @@ from rclpy.type_support import check_for_type_support
 
 from tri_glide_kinematics.control.goals import Goal, GoalCode
 from tri_glide_kinematics.ros.messages import set_stamp
+from tri_glide_kinematics.ros.old_results import OldResults
 from tri_glide_kinematics.ros.patient_services import PatientServices
 
 # How long the state of a goal that has ended is told with those of the others [s]. All of them are
 # in each message, and a client in Python takes 0.03 ms for each.
 STATE_TOLD = 1.0
-
-# How long, and of how many goals, results are kept for those who did not ask for them before [s].
-RESULT_KEPT = 900.0
-MOST_RESULTS = 2000
 
 FEEDBACK = QoSProfile(depth=10)
 # Only one or two requests of each kind are taken in a cycle: here the others of a burst wait.
@@ -44,16 +39,15 @@ EVENTS = {GoalCode.SUCCEEDED: GoalEvent.SUCCEED, GoalCode.CANCELED: GoalEvent.CA
 
 @dataclass(eq=False)
 class _Accepted:
-    """A goal, until nobody is told of it any more.
+    """A goal, until its state is told no more.
 
     Attributes:
         info: identifier and time of acceptance.
-        handle: its state in the middleware; None once it is not told any more.
+        handle: its state in the middleware.
         goal: what becomes of it.
         answer: its result, once that is known.
         askers: who wait for the result.
         was_asked_for: whether somebody has asked for the result.
-        ended: time.monotonic() of its end [s]; infinite until then.
     """
 
     info: GoalInfo
@@ -62,7 +56,6 @@ class _Accepted:
     answer: Any = None
     askers: list[Any] = field(default_factory=list)
     was_asked_for: bool = False
-    ended: float = math.inf
 
 
 class ActionServer:
@@ -119,6 +112,7 @@ class ActionServer:
             for service in ("send_goal", "cancel_goal", "get_result")
         }
         self._accepted: dict[bytes, _Accepted] = {}
+        self._old = OldResults(self._impl.GetResultService.Response)
         self._active: list[_Accepted] = []
         self._answers: list[tuple[str, Callable[[], object]]] = []
         self._to_be_told: deque[_Accepted] = deque()
@@ -177,7 +171,7 @@ class ActionServer:
 
     @property
     def is_asked_for_all(self) -> bool:
-        """Whether somebody has asked for each result that is there."""
+        """Whether somebody has asked for the result of each goal whose state is told."""
         return all(accepted.was_asked_for for accepted in self._accepted.values())
 
     def tell_progress(self) -> None:
@@ -198,7 +192,8 @@ class ActionServer:
         # What is not accepted is what is known already. What cannot be done is told by a result,
         # as a rejection has no place for a reason.
         info = GoalInfo(goal_id=request.goal_id)
-        accepted = bytes(info.goal_id.uuid) not in self._accepted
+        key = bytes(info.goal_id.uuid)
+        accepted = key not in self._accepted and key not in self._old
         if accepted:
             set_stamp(info.stamp, self._node.get_clock())
             try:
@@ -237,17 +232,19 @@ class ActionServer:
         self._put("cancel_goal", self._handle.send_cancel_response, header, response)
 
     def _on_result_wanted(self, header: Any, request: Any) -> None:
-        accepted = self._accepted.get(bytes(request.goal_id.uuid))
-        if accepted is not None:
-            accepted.was_asked_for = True
+        key = bytes(request.goal_id.uuid)
+        accepted = self._accepted.get(key)
         if accepted is None:
-            response = self._impl.GetResultService.Response(status=GoalStatus.STATUS_UNKNOWN)
-            self._put("get_result", self._handle.send_result_response, header, response)
-        elif accepted.answer is None:
-            accepted.askers.append(header)
-            self._patient.expect(self._names["get_result"])
+            unknown = self._impl.GetResultService.Response(status=GoalStatus.STATUS_UNKNOWN)
+            answer = self._old.get(key) or unknown
         else:
-            self._put("get_result", self._handle.send_result_response, header, accepted.answer)
+            accepted.was_asked_for = True
+            answer = accepted.answer
+            if answer is None:
+                accepted.askers.append(header)
+                self._patient.expect(self._names["get_result"])
+                return
+        self._put("get_result", self._handle.send_result_response, header, answer)
 
     def _end_goals(self) -> None:
         ended = [accepted for accepted in self._active if accepted.goal.outcome is not None]
@@ -256,7 +253,6 @@ class ActionServer:
         self._active = [accepted for accepted in self._active if accepted not in ended]
         self._told += len(ended)
         for accepted in ended:
-            accepted.ended = time.monotonic()
             assert accepted.goal.outcome is not None
             code = accepted.goal.outcome.code
             accepted.handle.update_goal_state(EVENTS.get(code, GoalEvent.ABORT))
@@ -279,22 +275,15 @@ class ActionServer:
                 self._drop(error)
 
     def _forget(self) -> None:
-        """Tell no more of goals that ended some time ago."""
+        """Tell no more of goals that ended some time ago, and forget old results."""
         if self._told:
             for info in self._handle.expire_goals(self._told):
-                expired = self._accepted[bytes(info.goal_id.uuid)]
+                key = bytes(info.goal_id.uuid)
+                expired = self._accepted.pop(key)
                 expired.handle.destroy_when_not_in_use()
-                expired.handle = None
+                self._old.add(key, expired.answer)
                 self._told -= 1
-        oldest = time.monotonic() - RESULT_KEPT
-        too_many = len(self._accepted) - MOST_RESULTS
-        while self._accepted:
-            key, first = next(iter(self._accepted.items()))
-            is_old = first.ended < oldest or too_many > 0
-            if first.handle is not None or not is_old:
-                return
-            del self._accepted[key]
-            too_many -= 1
+        self._old.forget()
 
     def _put(
         self, service: str, send: Callable[[Any, Any], None], header: Any, response: Any

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.paths.clearance import Clearances, clearances
+from tri_glide_kinematics.motion.paths.distinct import distinct
 from tri_glide_kinematics.motion.paths.driven_path import DrivenPath
 from tri_glide_kinematics.motion.paths.errors import PathPlaceError
 from tri_glide_kinematics.vectors import FloatArray
@@ -62,7 +63,7 @@ def _first_ways(driven: DrivenPath, start: float) -> FloatArray:
     count = max(int(np.ceil((driven.length - start) / FIRST_STEP)), 1)
     even = np.linspace(start, driven.length, count + 1)
     stops = driven.stops[driven.stops > start]
-    return np.unique(np.concatenate((even, stops)))
+    return distinct(even, stops)
 
 
 def _check_between(

@@ -12,6 +12,7 @@ import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.paths.distinct import distinct
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.timing_errors import PathTimingError
 from tri_glide_kinematics.vectors import FloatArray
@@ -51,7 +52,7 @@ def samples(begin: float, end: float, breaks: FloatArray) -> FloatArray:
     """Return places for an estimate, next to both ends as rest asks for. Shape (n,) [m]."""
     fill = np.linspace(begin, end, SAMPLES + 1)
     step = (fill[1] - begin) * _NEAR_REST
-    return np.unique(np.concatenate((fill, breaks, begin + step, end - step)))
+    return distinct(fill, breaks, begin + step, end - step)
 
 
 def estimated(

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.paths.distinct import distinct
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.rest_map import RestMap
 from tri_glide_kinematics.motion.paths.speed_estimate import (
@@ -165,7 +166,7 @@ def _cells(
     ends = np.concatenate(((0.0,), rest_map.parameters(kept_ways), (rest_map.span,)))
     # The density of cells over u, which is regular next to rest.
     marks_of_u = np.linspace(0.0, rest_map.span, 4 * SAMPLES + 1)
-    marks_of_u = np.union1d(marks_of_u, ends)
+    marks_of_u = distinct(marks_of_u, ends)
     before = np.interp(rest_map.derivatives(marks_of_u)[0], estimate.places, estimate.cells)
     pieces = np.interp(ends, marks_of_u, before)
     steps = np.diff(pieces)
