@@ -24,6 +24,7 @@ from sensor_msgs.msg import JointState
 from benchmarks.harness import Missing, NoAnswerError
 from benchmarks.ros_session import Session, session
 from benchmarks.table import aligned
+from testing.client import Probe
 from testing.taking import taken
 
 RATES = (500.0, 1000.0)  # 1/s
@@ -83,8 +84,7 @@ class Commander:
 
     def stamps(self) -> list[float]:
         """Return the times of the setpoints that have come in [s]."""
-        stamps = (message.header.stamp for message in taken(self._setpoints))
-        return [stamp.sec + 1e-9 * stamp.nanosec for stamp in stamps]
+        return [1e-9 * Probe.time_of(message) for message in taken(self._setpoints)]
 
     def nothing(self, _: float) -> None:
         """Send nothing."""

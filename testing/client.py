@@ -99,7 +99,8 @@ class Probe:
         """Return the time of the node's clock [ns]."""
         return int(self.node.get_clock().now().nanoseconds)
 
-    def time_of(self, message: Any) -> int:
+    @staticmethod
+    def time_of(message: Any) -> int:
         """Return the stamp of a message [ns]."""
         stamp = message.header.stamp
         return int(stamp.sec * 1_000_000_000 + stamp.nanosec)

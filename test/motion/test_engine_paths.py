@@ -114,7 +114,7 @@ def test_pausing_anywhere_keeps_the_path(in_pieces):
         path = path.line_to(at(x, y), tolerance=TOLERANCE)
     driven = path.driven
     dense = driven.derivatives(np.linspace(0.0, driven.length, 40001), 0)[0]
-    for pause_after in (0.02, 0.11, 0.17, 0.2, 0.2):
+    for pause_after in (0.02, 0.07, 0.12, 0.17, 0.2):
         moving, states = begun(path, in_pieces)
         states += go(moving, pause_after)
         moving.pause()

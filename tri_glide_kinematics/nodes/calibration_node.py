@@ -132,10 +132,8 @@ class CalibrationNode(Node):
         if reading is None:
             return
         sent = 1e-9 * info["source_timestamp"]
-        stamp = reading.seconds + 1e-9 * reading.nanoseconds
-        self._record.add(
-            reading.heights, stamp if abs(sent - stamp) < LARGEST_STAMP_AGE else sent, now
-        )
+        is_plausible = abs(sent - reading.stamp) < LARGEST_STAMP_AGE
+        self._record.add(reading.heights, reading.stamp if is_plausible else sent, now)
         self._probes.measured(reading.heights, now)
 
     async def _answered(self, name: str, answer: Answer, request: Any, response: Any) -> Any:

@@ -214,8 +214,7 @@ class IkNode(Node):
         try:
             reading = self._reader.read(data)
             if reading is not None:
-                stamp = reading.seconds + 1e-9 * reading.nanoseconds
-                self._controller.measured(reading.heights, time.monotonic(), stamp)
+                self._controller.measured(reading.heights, time.monotonic(), reading.stamp)
         except KinematicsError as error:
             self._unusable.add(f"unusable measurement: {error}")
 

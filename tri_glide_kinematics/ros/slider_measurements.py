@@ -47,6 +47,11 @@ class StampedReading(NamedTuple):
     seconds: int
     nanoseconds: int
 
+    @property
+    def stamp(self) -> float:
+        """Stamp as one number [s]."""
+        return self.seconds + 1e-9 * self.nanoseconds
+
 
 @dataclass(frozen=True)
 class _Layout:

@@ -72,7 +72,7 @@ def test_slower_is_the_law_of_scaling():
     curve, scaling = planned(PATHS[1])
     bounds, slower = path_bounds(curve, scaling), path_bounds(curve, scaling.slower(1.3))
     for order, (values, less) in enumerate(zip(bounds[:3], slower[:3]), start=1):
-        assert less * 1.3**order == pytest.approx(values, rel=5e-6, abs=1e-5)
+        assert less * 1.3**order == pytest.approx(values, rel=2e-6, abs=1e-5)
 
 
 def test_what_is_too_fast_is_refused():

@@ -58,7 +58,7 @@ def corrections_of(
     table = yield from corrections_at(breaks[0], layers[0])
     for at, layer in zip(breaks[1:], layers[1:]):
         added = yield from corrections_at(at, layer)
-        # Those of the first layers are of the highest degree.
+        # The first layer has terms of the highest degree, so that its table is the widest.
         table[:, : added.shape[1]] += added
     return breaks[0].ways, table
 

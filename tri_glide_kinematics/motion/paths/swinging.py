@@ -11,7 +11,8 @@ is 1 at the corner, where it has no corner itself, and falls to 0 at w. So B is 
 beside it no less than -h: a is as large as that allows; less where one line is longer.
 
 Roundings of two corners may overlap, as each reaches over nine tenths of the way between. Both
-together are within the larger tolerance (``test_swinging.py`` looks at all cases).
+together are within the larger tolerance: ``test_swinging.py`` adds them for many ways and pairs of
+tolerances.
 """
 
 from __future__ import annotations

@@ -45,25 +45,12 @@ class Widths(NamedTuple):
 
     def part(self, some: slice) -> Widths:
         """Return ``some`` of them."""
-        return Widths(
-            self.half_widths[some],
-            self.deviations[some],
-            self.single[some],
-            self.tapers[some],
-            self.swings[some],
-            self.swing_widths[some],
-        )
+        return Widths(*(getattr(self, name)[some] for name in self._fields))
 
     def followed_by(self, others: Widths) -> Widths:
         """Return these and then ``others``."""
-        return Widths(
-            np.concatenate((self.half_widths, others.half_widths)),
-            np.concatenate((self.deviations, others.deviations)),
-            np.concatenate((self.single, others.single)),
-            np.concatenate((self.tapers, others.tapers)),
-            np.concatenate((self.swings, others.swings)),
-            np.concatenate((self.swing_widths, others.swing_widths)),
-        )
+        both = ((getattr(self, name), getattr(others, name)) for name in self._fields)
+        return Widths(*(np.concatenate(pair) for pair in both))
 
 
 NONE_KEPT = Widths.of_hats(np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool))
