@@ -23,15 +23,19 @@ TOGETHER = 4  # clients at a time
 WAYS = {"exit": 0, "kill": -signal.SIGKILL}  # how a client ends, and its exit code then
 
 
-def run_in_real_time(pid: int) -> bool:
+def run_in_real_time(pid: int, main: int = 20) -> bool:
     """Put a process before all others, if that is allowed here, and its main thread first.
 
     Then a delay of its cycle is made by the middleware, not by who wants a processor, be it
     another process or the threads that deal with several new clients at once.
+
+    Args:
+        pid: number of the process.
+        main: priority of the main thread; that of the others is 10.
     """
     try:
         for task in Path(f"/proc/{pid}/task").iterdir():
-            priority = 20 if task.name == str(pid) else 10
+            priority = main if task.name == str(pid) else 10
             os.sched_setscheduler(int(task.name), os.SCHED_FIFO, os.sched_param(priority))
     except PermissionError:
         return False

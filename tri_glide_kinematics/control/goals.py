@@ -11,8 +11,9 @@ from tri_glide_kinematics.control.in_position import Arrival, InPosition, InPosi
 from tri_glide_kinematics.control.inbox import Command, Target
 
 # A newer command ends a goal when it is carried out, as it may still be refused. Its plan takes
-# some milliseconds; but after this time the one who waits is told in any case [s].
-GRACE = 0.004
+# some milliseconds; but after this time the one who waits is told in any case [s]. It is between
+# two numbers of cycles at 500 Hz and at 1 kHz, so that it does not depend on how exact these are.
+GRACE = 0.0035
 
 
 class GoalCode(IntEnum):

@@ -25,9 +25,10 @@ from tri_glide_kinematics.ros.messages import set_stamp
 from tri_glide_kinematics.ros.old_results import OldResults
 from tri_glide_kinematics.ros.patient_services import PatientServices
 
-# How long the state of a goal that has ended is told with those of the others [s]. All of them are
-# in each message, and a client in Python takes 0.03 ms for each.
-STATE_TOLD = 1.0
+# How long the state of a goal that has ended is told with those of the others [s]. It is told when
+# it ends, and for this time again with each change of another, as a message may be lost. All of
+# them are in each message, and a client in Python takes 0.03 ms for each.
+STATE_TOLD = 0.25
 
 FEEDBACK = QoSProfile(depth=10)
 # Only one or two requests of each kind are taken in a cycle: here the others of a burst wait.
