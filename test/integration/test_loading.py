@@ -23,7 +23,9 @@ def asked(bench, service):
 
 
 def drive_paths(bench):
-    """Drive arcs and rounded corners, append, pause, and go on."""
+    """Drive a line, then arcs and rounded corners, append, pause, and go on."""
+    bench.set_speed(1.0)
+    assert bench.goals.follow([NEAR]).result().code == GoalCode.SUCCEEDED
     bench.quickly_to(NEAR)
     goal = bench.goals.follow(
         [],

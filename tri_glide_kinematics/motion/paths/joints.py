@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.paths.distinct import are_among
 from tri_glide_kinematics.motion.paths.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -91,7 +92,7 @@ def joints_of(
 
     Args:
         segments: of the path.
-        stops: ways of joints that are stops in any case, unless they are smooth [m].
+        stops: ways of joints that are stops in any case, unless they are smooth; ascending [m].
     """
     found = []
     for first in range(0, len(segments), AT_A_TIME):
@@ -100,7 +101,7 @@ def joints_of(
     jumps = _Jumps(*(np.concatenate(column) for column in zip(*found)))
     ways = segments.joints
     inner = ways[1:-1]
-    stop = jumps.stop | (jumps.rough & np.isin(inner, stops))
+    stop = jumps.stop | (jumps.rough & are_among(inner, stops))
     stops = np.concatenate((ways[:1], inner[stop], ways[-1:]))
     rounded = np.flatnonzero(jumps.rough & ~stop)
     at = inner[rounded]
