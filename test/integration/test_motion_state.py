@@ -10,7 +10,6 @@ import pytest
 
 from testing.commands import KINEMATICS, LIMITS
 from tri_glide_interfaces.msg import MotionState
-from tri_glide_kinematics.ros.motion_state import NEWEST
 
 TARGET = (0.05, -0.03, 0.3)
 OFFSETS = (0.0011, -0.0008, 0.0005)
@@ -24,19 +23,20 @@ def is_known(numbers):
 
 
 def test_the_motion_of_the_sliders_is_told_in_motion_at_rest_and_in_a_fault(machine, client):
-    told = client.record(MotionState, "ik_node/motion_state", NEWEST)
+    told = client.record(MotionState, "ik_node/motion_state")
     offsets = {"height_offsets": OFFSETS}
     machine.start({**offsets, "state_publish_rate": RATE}, offsets)
     client.wait_for(lambda: told, "the motion")
-    begin, count = client.now(), len(told)
+    count = len(told)
     machine.move(TARGET)
     client.wait_for(
         lambda: math.dist(told[-1].measured_heights, told[-1].commanded_heights) < ROUNDING,
         "the sliders at the target",
     )
     client.spin_for(0.5)
-    rate = (len(told) - count) / (1e-9 * (client.time_of(told[-1]) - begin))
-    assert 0.7 * RATE <= rate <= 1.1 * RATE
+    # By the stamps of ik_node, and their median: a processor that is busy delays some messages.
+    period = 1e-9 * float(np.median(np.diff([client.time_of(message) for message in told])))
+    assert 0.9 / RATE <= period <= 1.1 / RATE
 
     # True heights, which here are others than those in joint_commands.
     last = told[-1]
