@@ -8,6 +8,7 @@ import pytest
 from tri_glide_kinematics import checks
 from tri_glide_kinematics.errors import (
     KinematicsError,
+    NotANumberError,
     NotFiniteError,
     OutOfBoundsError,
     WrongShapeError,
@@ -95,3 +96,26 @@ def test_finite_array():
         error = OutOfBoundsError if math.isfinite(value) else NotFiniteError
         with pytest.raises(error, match=r"points\[1\]\[0\]"):
             checks.finite_array("points", [[1.0, 2.0], [value, value]], (None, 2))
+
+
+@pytest.mark.parametrize("check", [checks.finite, checks.positive, checks.non_negative])
+@pytest.mark.parametrize("value", ["abc", "1.5", b"1", None, [1.0, 2.0], 1j])
+def test_what_is_no_number_is_refused_by_name(check, value):
+    with pytest.raises(NotANumberError, match=r"^speed = .* is not a number$") as caught:
+        check("speed", value)
+    assert (caught.value.name, caught.value.value) == ("speed", value)
+
+
+def test_what_is_no_vector_is_refused_by_name():
+    for value in (0.3, None, "ab"):
+        with pytest.raises(WrongShapeError, match=r"v has shape .*, expected \(3,\)"):
+            checks.finite_vector("v", value, 3)
+    with pytest.raises(NotANumberError, match=r"v\[2\] = 'c' is not a number"):
+        checks.finite_vector("v", [1, 2, "c"], 3)
+    with pytest.raises(NotANumberError, match=r"points = .* is not a number"):
+        checks.array_of_shape("points", [["a", "b", "c"]], (None, 3))
+
+
+def test_a_whole_number_too_large_for_a_float_is_not_finite():
+    with pytest.raises(NotFiniteError, match="count = -inf"):
+        checks.finite("count", -(10**400))

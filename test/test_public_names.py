@@ -7,6 +7,7 @@ import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -47,3 +48,21 @@ def test_nothing_is_loaded_before_it_is_used(package):
     code = f"import sys, {package}; print('numpy' in sys.modules, 'ruckig' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False"]
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_completion_shows_the_public_names(package):
+    module = import_module(package)
+    code = f"import {package} as room; print(*dir(room))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert {*module.__all__, "__doc__", "__path__"} <= set(done.stdout.split())
+
+
+def test_the_version_is_that_of_the_packages():
+    versions = {
+        ElementTree.parse(ROOT.parent / path).findtext("version")
+        for path in ("package.xml", "tri_glide_interfaces/package.xml")
+    }
+    setup = (ROOT.parent / "setup.py").read_text()
+    assert versions == {tri_glide_kinematics.__version__}
+    assert f'version="{tri_glide_kinematics.__version__}"' in setup

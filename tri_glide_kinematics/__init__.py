@@ -7,6 +7,7 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.fit import calibrate as calibrate
     from tri_glide_kinematics.errors import KinematicsError as KinematicsError
+    from tri_glide_kinematics.errors import NotANumberError as NotANumberError
     from tri_glide_kinematics.errors import NotFiniteError as NotFiniteError
     from tri_glide_kinematics.errors import OutOfBoundsError as OutOfBoundsError
     from tri_glide_kinematics.errors import WrongShapeError as WrongShapeError
@@ -57,11 +58,13 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.workspace.limits import WorkspaceLimits as WorkspaceLimits
     from tri_glide_kinematics.workspace.workspace import Workspace as Workspace
 
-__all__, __getattr__ = when_first_used(
+__version__ = "0.1.0"
+
+__all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "calibration.fit": "calibrate",
-        "errors": "KinematicsError NotFiniteError OutOfBoundsError WrongShapeError",
+        "errors": "KinematicsError NotANumberError NotFiniteError OutOfBoundsError WrongShapeError",
         "mechanisms.errors": (
             "CrankLimitError DegenerateLinkageError MechanismFileError "
             "NotAPoseError NotAssemblableError SelfMotionError"

@@ -3,25 +3,65 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
+from tri_glide_kinematics.errors import (
+    NotANumberError,
+    NotFiniteError,
+    OutOfBoundsError,
+    WrongShapeError,
+)
 
 # Numbers are no larger than this, whatever their unit, so that products of several do not overflow.
 LARGEST = 1e30
+
+
+def plain_float(name: str, value: float) -> float:
+    """Return a number of any type as a float of Python, which calculates in double precision.
+
+    Raises:
+        NotANumberError: if it is none; text is none either.
+        NotFiniteError: if it is a whole number too large for a float.
+    """
+    try:
+        if not isinstance(value, (str, bytes)):
+            return float(value)
+    except OverflowError:
+        raise NotFiniteError(name, math.inf if value > 0 else -math.inf) from None
+    except (TypeError, ValueError):
+        pass
+    raise NotANumberError(name, value)
+
+
+def plain_floats(name: str, values: Iterable[float], size: int) -> tuple[float, ...]:
+    """Return ``size`` numbers of any type as floats of Python; they may be NaN or infinite.
+
+    Raises:
+        WrongShapeError: if there are more or fewer, or ``values`` is a single number.
+        NotANumberError: if one of them is none; it is named by its index.
+        NotFiniteError: if one of them is a whole number too large for a float.
+    """
+    try:
+        numbers = tuple(values)
+    except TypeError:
+        raise WrongShapeError(name, (), f"({size},)") from None
+    if len(numbers) != size:
+        raise WrongShapeError(name, np.shape(numbers), f"({size},)")
+    return tuple(plain_float(f"{name}[{i}]", number) for i, number in enumerate(numbers))
 
 
 def finite(name: str, value: float, largest: float = LARGEST) -> float:
     """Return ``value`` as a float.
 
     Raises:
+        NotANumberError: if it is no number.
         NotFiniteError: if it is NaN or infinite.
         OutOfBoundsError: if its absolute value is above ``largest``.
     """
-    number = float(value)
+    number = plain_float(name, value)
     if not math.isfinite(number):
         raise NotFiniteError(name, number)
     if abs(number) > largest:
@@ -55,18 +95,16 @@ def non_negative(name: str, value: float, unit: str = "") -> float:
     return number
 
 
-def finite_vector(name: str, values: Sequence[float], size: int) -> tuple[float, ...]:
+def finite_vector(name: str, values: Iterable[float], size: int) -> tuple[float, ...]:
     """Return ``values`` as a tuple of ``size`` floats.
 
     Raises:
-        WrongShapeError: if there are more or fewer than ``size``.
+        WrongShapeError: if there are more or fewer than ``size``, or a single number.
+        NotANumberError: if one of them is no number; it is named by its index.
         NotFiniteError: if one of them is NaN or infinite; it is named by its index.
         OutOfBoundsError: if the absolute value of one of them is above ``LARGEST``.
     """
-    numbers = tuple(values)
-    if len(numbers) != size:
-        raise WrongShapeError(name, (len(numbers),), f"({size},)")
-    numbers = tuple(map(float, numbers))
+    numbers = plain_floats(name, values, size)
     if not sum(map(abs, numbers)) <= LARGEST:
         for index, number in enumerate(numbers):
             finite(f"{name}[{index}]", number)
@@ -82,8 +120,12 @@ def array_of_shape(
 
     Raises:
         WrongShapeError: if its shape is another.
+        NotANumberError: if something in it is no number.
     """
-    array = np.asarray(values, dtype=np.float64)
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise NotANumberError(name, values) from None
     if array.shape == (0,) and shape[0] is None:
         array = array.reshape((0, *(size or 0 for size in shape[1:])))
     fits = array.ndim == len(shape) and all(
@@ -102,6 +144,7 @@ def finite_array(
 
     Raises:
         WrongShapeError: if its shape is another.
+        NotANumberError: if something in it is no number.
         NotFiniteError: if one of the numbers is NaN or infinite; it is named by its index.
         OutOfBoundsError: if the absolute value of one of them is above ``LARGEST``.
     """

@@ -26,6 +26,16 @@ class NotFiniteError(KinematicsError):
         self.value = value
 
 
+class NotANumberError(KinematicsError):
+    """Something else stands where a number is needed."""
+
+    def __init__(self, name: str, value: object) -> None:
+        """Store the ``name`` of the quantity and the ``value`` that is no number."""
+        super().__init__(f"{name} = {value!r} is not a number")
+        self.name = name
+        self.value = value
+
+
 class OutOfBoundsError(KinematicsError):
     """A number lies outside the interval in which it is allowed."""
 

@@ -12,8 +12,8 @@ from importlib import import_module
 
 def when_first_used(
     package: str, homes: Mapping[str, str]
-) -> tuple[list[str], Callable[[str], object]]:
-    """Return ``__all__`` and ``__getattr__`` of a package.
+) -> tuple[list[str], Callable[[str], object], Callable[[], list[str]]]:
+    """Return ``__all__``, ``__getattr__`` and ``__dir__`` of a package.
 
     Args:
         package: its name.
@@ -29,4 +29,7 @@ def when_first_used(
         setattr(sys.modules[package], name, value)
         return value
 
-    return sorted(home_of), load
+    def names() -> list[str]:
+        return sorted(home_of.keys() | vars(sys.modules[package]).keys())
+
+    return sorted(home_of), load, names

@@ -10,6 +10,7 @@ from strategies import geometries, nudged, random_geometry, random_positions, re
 
 from tri_glide_kinematics.errors import (
     KinematicsError,
+    NotANumberError,
     NotFiniteError,
     OutOfBoundsError,
     WrongShapeError,
@@ -235,6 +236,54 @@ def test_any_three_numbers_are_a_position():
         assert machine.inverse(position) == expected
 
 
+@pytest.mark.parametrize("kind", [np.float32, np.float16, np.uint8, np.int64, int])
+def test_numbers_of_any_type_are_calculated_in_double_precision(kind):
+    machine = TriGlide(TriGlideGeometry([(0.0, 90.0), (-80.0, -40.0), (70.0, -60.0)], (200.0,) * 3))
+    place, heights, speed = ([kind(n) for n in row] for row in ((9, 8, 7), (90, 50, 40), (1, 2, 3)))
+    floats, heights_too, speed_too = ([float(n) for n in row] for row in (place, heights, speed))
+    assert machine.inverse(place) == machine.inverse(floats)
+    assert machine.forward(heights) == machine.forward(heights_too)
+    assert machine.jacobian(place) == machine.jacobian(floats)
+    assert machine.condition_number(place) == machine.condition_number(floats)
+    assert machine.inverse_velocity(place, speed) == machine.inverse_velocity(floats, speed_too)
+    assert machine.forward_velocity(heights, speed) == machine.forward_velocity(
+        heights_too, speed_too
+    )
+    assert {type(n) for n in (*machine.inverse(place), *machine.forward(heights))} == {float}
+
+
+@pytest.mark.parametrize("thin", [1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5])
+def test_velocity_is_that_of_the_jacobian_with_anchors_nearly_on_a_line(thin):
+    rng = np.random.default_rng(7)
+    tried = 0
+    while tried < 50:
+        turn = rng.uniform(0.0, 2.0 * math.pi)
+        along = np.array((math.cos(turn), math.sin(turn)))
+        across = np.array((-along[1], along[0]))
+        anchors = np.outer(rng.uniform(-0.3, 0.3, 3), along)
+        anchors += thin * np.outer(rng.uniform(-0.3, 0.3, 3), across)
+        try:
+            machine = TriGlide(TriGlideGeometry(anchors, rng.uniform(0.4, 0.6, 3)))
+            heights = machine.inverse(rng.uniform(-0.4, 0.4, 3))
+            position = machine.forward(heights)
+            if machine.condition_number(position) > 30.0:
+                continue
+        except KinematicsError:
+            continue
+        tried += 1
+        rates = rng.normal(size=3)
+        velocity = machine.forward_velocity(heights, rates)[1]
+        wanted = np.linalg.solve(machine.jacobian(position), rates)
+        # What is left comes from the position, whose digits the thin triangle costs.
+        assert relative_error(velocity, wanted) < 1e-12 / thin
+
+
+def test_the_text_of_a_machine_makes_it_again():
+    for geometry in (DEFAULT_GEOMETRY, TWO_MODES):
+        machine = TriGlide(geometry)
+        assert eval(repr(machine)) == machine
+
+
 class TestErrorsOfPoses:
     machine = TriGlide(DEFAULT_GEOMETRY)
     calls = (
@@ -257,6 +306,17 @@ class TestErrorsOfPoses:
         numbers[index] = value
         with pytest.raises(NotFiniteError, match=rf"{name}\[{index}\] = {value}"):
             call(numbers)
+
+    @pytest.mark.parametrize(("name", "call"), calls)
+    def test_no_numbers(self, name, call):
+        for values in ("abc", ("a", "b", "c")):
+            with pytest.raises(NotANumberError, match=rf"{name}\[0\] = 'a' is not a number"):
+                call(values)
+        for values in (0.3, None):
+            with pytest.raises(WrongShapeError, match=rf"{name} has shape \(\), expected \(3,\)"):
+                call(values)
+        with pytest.raises(NotANumberError, match=rf"{name}\[1\] = None is not a number"):
+            call((0.0, None, 0.0))
 
     @pytest.mark.parametrize(("name", "call"), calls)
     @pytest.mark.parametrize("values", [(), (0.0, 0.0), (0.0,) * 4])

@@ -3,7 +3,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from strategies import DEFAULT_LIMITS, nudged, random_geometry, random_positions
 
 from tri_glide_kinematics.errors import (
     KinematicsError,
+    NotANumberError,
     NotFiniteError,
     OutOfBoundsError,
     WrongShapeError,
@@ -28,6 +28,7 @@ from tri_glide_kinematics.workspace.tracing import ConditionField
 from tri_glide_kinematics.workspace.workspace import (
     TOLERANCE,
     Cylinder,
+    SliderMotionState,
     Workspace,
     WorkspaceLimit,
     WorkspaceLimits,
@@ -161,6 +162,57 @@ def test_segments_against_dense_samples(workspace):
     assert min(counts.values()) > 50
 
 
+@pytest.mark.parametrize("across", [0.2, 0.01, 1e-3, 1e-4])
+def test_exit_distance_of_steep_lines_at_the_condition_number(across):
+    workspace = Workspace(
+        MACHINE,
+        replace(
+            DEFAULT_LIMITS,
+            lower_heights=(-99.0,) * 3,
+            upper_heights=(99.0,) * 3,
+            max_condition_number=3.0,
+        ),
+    )
+    field = ConditionField(DEFAULT_GEOMETRY, 3.0)
+    rng = np.random.default_rng(4)
+    for turn in rng.uniform(0.0, 2.0 * math.pi, 40):
+        way = np.array((math.cos(turn), math.sin(turn)))
+        # Where the level line ends is found by halving, and the place is just inside of it.
+        inside, edge = 0.0, 0.4
+        while edge - inside > 1e-12:
+            middle = 0.5 * (inside + edge)
+            inside, edge = (middle, edge) if field.around(*(middle * way)) else (inside, middle)
+        start = (*((inside - 1e-3 * across) * way), 0.3)
+        direction = np.array((*(across * way), 1.0))
+        wanted = 1e-3 * np.linalg.norm(direction)
+        found = workspace.exit_distance(start, direction, 2.0)
+        assert wanted - 1.5 * TOLERANCE <= found <= wanted + 1e-8 / across
+
+
+def test_no_reach_is_left_by_a_margin_as_long_as_an_arm():
+    for margin in (0.4, 7):
+        with pytest.raises(
+            OutOfBoundsError, match=rf"reach_margin = {margin} m .* shortest arm, 0.4"
+        ):
+            Workspace(MACHINE, replace(DEFAULT_LIMITS, reach_margin=margin))
+
+
+def test_what_a_person_types_wrongly_is_named():
+    with pytest.raises(WrongShapeError, match=r"lower_heights has shape \(\), expected \(3,\)"):
+        WorkspaceLimits(0.3, (0.9,) * 3, 0.005, 6.0)
+    with pytest.raises(NotANumberError, match="reach_margin = None is not a number"):
+        WorkspaceLimits((0.3,) * 3, (0.9,) * 3, None, 6.0)
+
+
+def test_the_text_of_a_workspace_makes_it_again():
+    from tri_glide_kinematics import TriGlide, TriGlideGeometry  # noqa: F401
+
+    for workspace in WORKSPACES.values():
+        assert eval(repr(workspace)) == workspace
+    away = WORKSPACES["plain"].widened_to(MACHINE.inverse((0.0, 0.0, 0.6)))
+    assert repr(away).endswith(".widened_to(...)")
+
+
 @every_workspace
 def test_exit_distance_from_both_sides(workspace):
     rng = np.random.default_rng(3)
@@ -178,11 +230,6 @@ def test_exit_distance_from_both_sides(workspace):
         )
 
 
-class Motion(NamedTuple):
-    heights: tuple[float, float, float]
-    velocities: tuple[float, float, float]
-
-
 def smooth_path(start, end, sideways, duration):
     """Sliders from start to end, and sideways in between; with all that describes it."""
     start, end, sideways = (np.array(values) for values in (start, end, sideways))
@@ -198,7 +245,7 @@ def smooth_path(start, end, sideways, duration):
 
     def state(time):
         heights, velocities = course(time)
-        return Motion(tuple(heights.tolist()), tuple(velocities.tolist()))
+        return SliderMotionState(tuple(heights.tolist()), tuple(velocities.tolist()))
 
     peak = np.linalg.norm(end - start) / 2.0 + 2.0 * np.linalg.norm(sideways)
     return course, state, (math.pi / duration) ** 2 * peak
@@ -395,7 +442,7 @@ def test_brief_excursion_between_samples_is_found():
                 away = (time - moment) / width
                 height = top - 0.05 * (1.0 - 1.0 / (1.0 + away * away))
                 rate = -0.1 * away / (1.0 + away * away) ** 2 / width
-                return Motion((height,) * 3, (rate,) * 3)
+                return SliderMotionState((height,) * 3, (rate,) * 3)
 
             accepted = passes(workspace.check_path, state, 1.0, math.sqrt(3.0) * 0.1 / width**2)
             assert accepted != refused
@@ -403,11 +450,11 @@ def test_brief_excursion_between_samples_is_found():
 
 def test_path_that_stands_still():
     workspace = WORKSPACES["plain"]
-    workspace.check_path(lambda time: Motion((0.6,) * 3, (0.0,) * 3), 0.0, 1.0)
-    workspace.check_path(lambda time: Motion((0.6,) * 3, (0.0,) * 3), 5.0, 0.0)
+    workspace.check_path(lambda time: SliderMotionState((0.6,) * 3, (0.0,) * 3), 0.0, 1.0)
+    workspace.check_path(lambda time: SliderMotionState((0.6,) * 3, (0.0,) * 3), 5.0, 0.0)
     workspace.check_segment((0.0, 0.0, 0.2), (0.0, 0.0, 0.2))
     with pytest.raises(OutsideWorkspaceError):
-        workspace.check_path(lambda time: Motion((0.2,) * 3, (0.0,) * 3), 0.0, 1.0)
+        workspace.check_path(lambda time: SliderMotionState((0.2,) * 3, (0.0,) * 3), 0.0, 1.0)
 
 
 class TestAtTheEdge:

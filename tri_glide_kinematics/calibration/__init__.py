@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.result import Calibration as Calibration
     from tri_glide_kinematics.calibration.result import Residual as Residual
 
-__all__, __getattr__ = when_first_used(
+__all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "errors": "CalibrationError MeasurementFileError",

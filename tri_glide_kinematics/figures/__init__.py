@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.figures.mechanisms.pictures import save_pictures as save_pictures
     from tri_glide_kinematics.figures.motion import motion_figure as motion_figure
 
-__all__, __getattr__ = when_first_used(
+__all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "errors": "DrawingError",

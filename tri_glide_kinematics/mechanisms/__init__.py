@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.files import MechanismFile as MechanismFile
     from tri_glide_kinematics.mechanisms.files import load_mechanism as load_mechanism
 
-__all__, __getattr__ = when_first_used(
+__all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "errors": (

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.plans import SampledPlan as SampledPlan
     from tri_glide_kinematics.motion.plans import SliderState as SliderState
 
-__all__, __getattr__ = when_first_used(
+__all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "command_stream": "CommandStream",

@@ -21,6 +21,7 @@ from tri_glide_kinematics.motion.plans import SampledPlan, SliderState
 from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
 from tri_glide_kinematics.tri_glide.errors import NoPoseError
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.wording import vector_text
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 __all__ = [
@@ -73,6 +74,13 @@ class MotionEngine(PathCommands):
         super().__init__(workspace, kind, DriveLimits(limits, speed_scale), in_pieces)
         self._machine: TriGlide = workspace.machine
         self._kind = kind
+
+    def __repr__(self) -> str:
+        """Return what it does and where the sliders are commanded to be."""
+        if self._held is None:
+            return f"<MotionEngine, {self._kind.name}, not started>"
+        heights = vector_text(self.state.heights)
+        return f"<MotionEngine, {self._kind.name}, {self.phase.name}, heights {heights} m>"
 
     @property
     def kind(self) -> MotionKind:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry as TriGlideGeometry
     from tri_glide_kinematics.tri_glide.kinematics import TriGlide as TriGlide
 
-__all__, __getattr__ = when_first_used(
+__all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "errors": (

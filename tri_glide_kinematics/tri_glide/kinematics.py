@@ -6,7 +6,8 @@ $h_i = z + s_i$, and the Jacobian of the heights has the rows $(F_{ix}/s_i, F_{i
 The derivation is in docs/kinematics.md; source 000 is the starting point.
 
 The functions for one pose take any three numbers and calculate in plain floats, as they run in
-each control cycle; a tuple or list of Python floats is the fastest input.
+each control cycle; a tuple or list of Python floats is the fastest input. Numbers of any other type
+become plain floats first: float32 would be calculated in single precision, uint8 would wrap.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from math import hypot, inf, isfinite, sqrt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tri_glide_kinematics.checks import array_of_shape
-from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, WrongShapeError
+from tri_glide_kinematics.checks import array_of_shape, plain_floats
+from tri_glide_kinematics.errors import KinematicsError, NotFiniteError
 from tri_glide_kinematics.rounding import first_smallest
 from tri_glide_kinematics.tri_glide import batch
 from tri_glide_kinematics.tri_glide import compiled as compiled_loops
@@ -54,6 +55,7 @@ class TriGlide:
         "_forward_constants",
         "_inverse_batch",
         "_inverse_constants",
+        "_rate_constants",
         "_single_mode",
         "geometry",
     )
@@ -95,6 +97,7 @@ class TriGlide:
             *(ux, vx, uy, vy),
             *(ux * k2 + vx * k3, uy * k2 + vy * k3),
         )
+        self._rate_constants = (x1, y1, x2 - x1, y2 - y1, x3 - x1, y3 - y1, area)
         self._single_mode = geometry.has_single_assembly_mode()
 
     def __eq__(self, other: object) -> bool:
@@ -104,6 +107,10 @@ class TriGlide:
     def __hash__(self) -> int:
         """Return the hash of the geometry."""
         return hash(self.geometry)
+
+    def __repr__(self) -> str:
+        """Return the call that makes this machine."""
+        return f"TriGlide({self.geometry!r})"
 
     def inverse(self, position: Iterable[float]) -> Vector3:
         """Return the slider heights that hold the platform at ``position``.
@@ -116,6 +123,7 @@ class TriGlide:
 
         Raises:
             WrongShapeError: if there are not three numbers.
+            NotANumberError: if one of them is no number.
             NotFiniteError: if one of them is NaN or infinite.
             ArmTooShortError: if an arm is not longer than its horizontal distance.
             WrongAssemblyModeError: if the platform is not below the plane of the carriages.
@@ -123,8 +131,10 @@ class TriGlide:
         """
         try:
             x, y, z = position
-        except ValueError:
-            raise _not_three("position", position) from None
+            if not (type(x) is type(y) is type(z) is float):
+                x, y, z = plain_floats("position", (x, y, z), 3)
+        except (TypeError, ValueError):
+            x, y, z = plain_floats("position", position, 3)
         _, _, q1, _, _, q2, _, _, q3 = arms = self._arms(x, y)
         # Written so that NaN and infinity fail a comparison and cost nothing otherwise.
         if q1 > 0.0 and q2 > 0.0 and q3 > 0.0 and z * 0.0 == 0.0:
@@ -152,12 +162,16 @@ class TriGlide:
         """
         try:
             x, y, z = position
-        except ValueError:
-            raise _not_three("position", position) from None
+            if not (type(x) is type(y) is type(z) is float):
+                x, y, z = plain_floats("position", (x, y, z), 3)
+        except (TypeError, ValueError):
+            x, y, z = plain_floats("position", position, 3)
         try:
             dx, dy, dz = velocity
-        except ValueError:
-            raise _not_three("velocity", velocity) from None
+            if not (type(dx) is type(dy) is type(dz) is float):
+                dx, dy, dz = plain_floats("velocity", (dx, dy, dz), 3)
+        except (TypeError, ValueError):
+            dx, dy, dz = plain_floats("velocity", velocity, 3)
         f1x, f1y, q1, f2x, f2y, q2, f3x, f3y, q3 = arms = self._arms(x, y)
         if q1 > 0.0 and q2 > 0.0 and q3 > 0.0:
             s1 = sqrt(q1)
@@ -191,14 +205,17 @@ class TriGlide:
 
         Raises:
             WrongShapeError: if there are not three numbers.
+            NotANumberError: if one of them is no number.
             NotFiniteError: if one of them is NaN or infinite.
             SpheresDoNotMeetError: if the arms do not meet.
             PlatformAboveSliderError: if they meet above one of the sliders. Both are a NoPoseError.
         """
         try:
             h1, h2, h3 = heights
-        except ValueError:
-            raise _not_three("heights", heights) from None
+            if not (type(h1) is type(h2) is type(h3) is float):
+                h1, h2, h3 = plain_floats("heights", (h1, h2, h3), 3)
+        except (TypeError, ValueError):
+            h1, h2, h3 = plain_floats("heights", heights, 3)
         d2 = h2 - h1
         d3 = h3 - h1
         px, py, mx, my, n, discriminant = self._meeting_line(d2, d3)
@@ -226,12 +243,16 @@ class TriGlide:
         """
         try:
             h1, h2, h3 = heights
-        except ValueError:
-            raise _not_three("heights", heights) from None
+            if not (type(h1) is type(h2) is type(h3) is float):
+                h1, h2, h3 = plain_floats("heights", (h1, h2, h3), 3)
+        except (TypeError, ValueError):
+            h1, h2, h3 = plain_floats("heights", heights, 3)
         try:
             rate1, rate2, rate3 = height_rates
-        except ValueError:
-            raise _not_three("height_rates", height_rates) from None
+            if not (type(rate1) is type(rate2) is type(rate3) is float):
+                rate1, rate2, rate3 = plain_floats("height_rates", (rate1, rate2, rate3), 3)
+        except (TypeError, ValueError):
+            rate1, rate2, rate3 = plain_floats("height_rates", height_rates, 3)
         d2 = h2 - h1
         d3 = h3 - h1
         px, py, mx, my, n, discriminant = self._meeting_line(d2, d3)
@@ -241,17 +262,18 @@ class TriGlide:
             if w < 0.0 and w < d2 and w < d3:
                 wx = px - mx * w
                 wy = py - my * w
-                x1, y1, _, ux, vx, uy, vy, _, _ = self._forward_constants
+                x1, y1, c2x, c2y, c3x, c3y, area = self._rate_constants
                 g2 = (d2 - w) * (rate2 - rate1)
                 g3 = (d3 - w) * (rate3 - rate1)
-                gx = ux * g2 + vx * g3
-                gy = uy * g2 + vy * g3
-                dw = (wx * gx + wy * gy) / root
-                if dw * 0.0 == 0.0:
-                    return (
-                        (x1 + wx, y1 + wy, h1 + w),
-                        (gx - mx * dw, gy - my * dw, rate1 + dw),
-                    )
+                qx = c2x * g3 - c3x * g2
+                qy = c2y * g3 - c3y * g2
+                qz = d2 * g3 - d3 * g2
+                scale = area * root
+                dx = (w * qy - wy * qz) / scale
+                dy = (wx * qz - w * qx) / scale
+                dz = (wy * qx - wx * qy) / scale
+                if (dx + dy + dz) * 0.0 == 0.0:
+                    return (x1 + wx, y1 + wy, h1 + w), (dx, dy, rate1 + dz)
         raise self._forward_error((h1, h2, h3), (rate1, rate2, rate3))
 
     def jacobian(self, position: Iterable[float]) -> Matrix3:
@@ -268,9 +290,9 @@ class TriGlide:
         Raises:
             KinematicsError: as in ``inverse``.
         """
-        position = tuple(position)
-        self.inverse(position)
-        f1x, f1y, q1, f2x, f2y, q2, f3x, f3y, q3 = self._arms(*position[:2])
+        x, y, _ = place = plain_floats("position", position, 3)
+        self.inverse(place)
+        f1x, f1y, q1, f2x, f2y, q2, f3x, f3y, q3 = self._arms(x, y)
         s1, s2, s3 = sqrt(q1), sqrt(q2), sqrt(q3)
         return (f1x / s1, f1y / s1, 1.0), (f2x / s2, f2y / s2, 1.0), (f3x / s3, f3y / s3, 1.0)
 
@@ -426,11 +448,6 @@ class TriGlide:
         if rises[lowest] <= 0.0:
             return PlatformAboveSliderError(heights, lowest, rises[lowest])
         return NotFiniteError("velocity[2]", inf)
-
-
-def _not_three(name: str, values: Iterable[float]) -> WrongShapeError:
-    """Return the error for a vector that has not three components."""
-    return WrongShapeError(name, np.shape(tuple(values)), "(3,)")
 
 
 def _not_finite(name: str, values: Sequence[float]) -> NotFiniteError | None:

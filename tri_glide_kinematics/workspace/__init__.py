@@ -9,13 +9,15 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.workspace.limits import Cylinder as Cylinder
     from tri_glide_kinematics.workspace.limits import WorkspaceLimit as WorkspaceLimit
     from tri_glide_kinematics.workspace.limits import WorkspaceLimits as WorkspaceLimits
+    from tri_glide_kinematics.workspace.tracing import SliderMotionState as SliderMotionState
     from tri_glide_kinematics.workspace.workspace import Workspace as Workspace
 
-__all__, __getattr__ = when_first_used(
+__all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "errors": "OutsideWorkspaceError",
         "limits": "Cylinder WorkspaceLimit WorkspaceLimits",
+        "tracing": "SliderMotionState",
         "workspace": "Workspace",
     },
 )

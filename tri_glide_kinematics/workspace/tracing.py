@@ -34,8 +34,20 @@ TOLERANCE = 5e-5
 MAX_SAMPLES = 4000
 
 
-class SliderMotionState(Protocol):
-    """Motion of the sliders at one instant."""
+class SliderMotionState(NamedTuple):
+    """Motion of the sliders at one instant.
+
+    Attributes:
+        heights: Shape (3,) [m].
+        velocities: Shape (3,) [m/s].
+    """
+
+    heights: Vector3
+    velocities: Vector3
+
+
+class MovingSliders(Protocol):
+    """Whatever has the heights and velocities of the sliders, as a setpoint of the engine does."""
 
     @property
     def heights(self) -> Vector3:
@@ -133,7 +145,7 @@ def path_probe(
     forward: Callable[[Vector3], Vector3],
     bounds: WorkspaceBounds,
     field: ConditionField,
-    state: Callable[[float], SliderMotionState],
+    state: Callable[[float], MovingSliders],
 ) -> Callable[[float], Sample]:
     """Return what examines a motion of the sliders at an instant.
 

@@ -16,16 +16,18 @@ from collections.abc import Callable, Iterable
 from math import dist, hypot, inf
 
 from tri_glide_kinematics.checks import finite_vector, non_negative, positive
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
 from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimit, WorkspaceLimits
 from tri_glide_kinematics.workspace.tracing import (
     TOLERANCE,
     ConditionField,
+    MovingSliders,
     Sample,
     SliderMotionState,
     Surroundings,
@@ -60,7 +62,15 @@ class Workspace:
     __slots__ = ("_field", "bounds", "limits", "machine")
 
     def __init__(self, machine: TriGlide, limits: WorkspaceLimits) -> None:
-        """Prepare the checks of ``machine`` against ``limits``."""
+        """Prepare the checks of ``machine`` against ``limits``.
+
+        Raises:
+            OutOfBoundsError: if the reach margin is as long as an arm, so that no place is left.
+        """
+        shortest = min(machine.geometry.arm_lengths)
+        if not limits.reach_margin < shortest:
+            bound = f"less than the shortest arm, {number_text(shortest)}"
+            raise OutOfBoundsError("reach_margin", limits.reach_margin, bound, "m")
         self.machine = machine
         self.limits = limits
         self._use(WorkspaceBounds.from_limits(machine.geometry, limits))
@@ -74,6 +84,12 @@ class Workspace:
     def __hash__(self) -> int:
         """Return the hash of machine and bounds."""
         return hash((self.machine, self.bounds))
+
+    def __repr__(self) -> str:
+        """Return the call that makes this workspace, and whether its bounds were widened."""
+        as_made = WorkspaceBounds.from_limits(self.machine.geometry, self.limits)
+        widened = "" if self.bounds == as_made else ".widened_to(...)"
+        return f"Workspace({self.machine!r}, {self.limits!r}){widened}"
 
     def _use(self, bounds: WorkspaceBounds) -> None:
         self.bounds = bounds
@@ -167,14 +183,15 @@ class Workspace:
 
     def check_path(
         self,
-        state: Callable[[float], SliderMotionState],
+        state: Callable[[float], MovingSliders],
         duration: float,
         acceleration_bound: float,
     ) -> None:
         """Check a motion of the sliders as a whole.
 
         Args:
-            state: returns the setpoint of the sliders at an instant from 0 to ``duration`` [s].
+            state: returns heights and velocities of the sliders at an instant from 0 to
+                ``duration`` [s]: a ``SliderMotionState``, or a setpoint of the engine.
             duration: of the motion [s].
             acceleration_bound: largest Euclidean norm of the three slider accelerations [m/s^2].
 
@@ -230,11 +247,24 @@ class Workspace:
             return 0.0
         length = min(length, self.bounds.first_exit(first, unit)[1].distance)
         outside = yield from self._trace_line(first, unit, length)
-        return outside[0] if outside else length
+        if outside is None:
+            return length
+        inside, edge = outside
+        # The tracing is as fine as its tolerance across, for which a steep line goes far. Where it
+        # gave up, more is left, of which nothing is known.
+        if (edge - inside) * hypot(unit[0], unit[1]) <= TOLERANCE:
+            while edge - inside > TOLERANCE:
+                middle = 0.5 * (inside + edge)
+                x, y, _ = _along(first, unit, middle)
+                if self._field.around(x, y) is None:
+                    edge = middle
+                else:
+                    inside = middle
+        return inside
 
     def path_check(
         self,
-        state: Callable[[float], SliderMotionState],
+        state: Callable[[float], MovingSliders],
         duration: float,
         acceleration_bound: float,
     ) -> Interruptible[None]:
@@ -246,7 +276,7 @@ class Workspace:
 
     def proves_path(
         self,
-        state: Callable[[float], SliderMotionState],
+        state: Callable[[float], MovingSliders],
         duration: float,
         acceleration_bound: float,
         samples: int,
@@ -311,7 +341,7 @@ class Workspace:
 
 
 def _vector(name: str, values: Iterable[float]) -> Vector3:
-    x, y, z = finite_vector(name, tuple(values), 3)
+    x, y, z = finite_vector(name, values, 3)
     return x, y, z
 
 

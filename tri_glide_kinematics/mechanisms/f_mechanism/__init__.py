@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         FMechanismTrace as FMechanismTrace,
     )
 
-__all__, __getattr__ = when_first_used(
+__all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "mechanism": "FMechanism",

@@ -99,6 +99,16 @@ class FMechanism:
         """Return the hash of the dimensions."""
         return hash(self._linkage)
 
+    def __repr__(self) -> str:
+        """Return the call that makes this mechanism."""
+        one = self._linkage
+        base, platform = ([(p.real, p.imag) for p in points] for points in (one.pivots, one.joints))
+        return (
+            f"FMechanism(base={base}, crank_lengths={one.cranks}, rod_lengths={one.rods}, "
+            f"platform={platform}, phase_b={self.phase_b!r}, phase_c={self.phase_c!r}, "
+            f"counter_rotating={self.counter_rotating})"
+        )
+
     @property
     def linkage(self) -> Linkage:
         """The dimensions as complex numbers."""

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarSweep as FourBarSweep
     from tri_glide_kinematics.mechanisms.four_bar.sweep import PointMotion as PointMotion
 
-__all__, __getattr__ = when_first_used(
+__all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "analysis": "Branch DeadCentre DeadCentreKind GrashofClass TransmissionExtremes",

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.mechanisms.landing_gear.states import Reaction as Reaction
 
-__all__, __getattr__ = when_first_used(
+__all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "gear": "LandingGear",

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.paths.errors import PathPlaceError as PathPlaceError
     from tri_glide_kinematics.motion.paths.platform_path import PlatformPath as PlatformPath
 
-__all__, __getattr__ = when_first_used(
+__all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "driven_path": "DrivenPath",

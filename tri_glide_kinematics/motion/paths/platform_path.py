@@ -34,6 +34,7 @@ from tri_glide_kinematics.motion.paths.segments import (
     polyline,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.wording import vector_text
 
 # No arc turns farther [rad].
 LARGEST_ANGLE = 1e5
@@ -68,6 +69,10 @@ class PlatformPath:
         self.count = count
         self._previous = previous
         self._part = part
+
+    def __repr__(self) -> str:
+        """Return how many segments it has and where it ends."""
+        return f"<PlatformPath, {self.count} segments, end {vector_text(self.end)} m>"
 
     @classmethod
     def start(cls, position: Iterable[float]) -> PlatformPath:
