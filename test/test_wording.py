@@ -6,10 +6,16 @@ import math
 
 import numpy as np
 import pytest
+from strategies import DEFAULT_LIMITS
 
-from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
+from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
+from tri_glide_kinematics.ros.parameters import IK_NODE
 from tri_glide_kinematics.tri_glide.errors import ArmTooShortError
-from tri_glide_kinematics.wording import number_text, vector_text
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.wording import number_text, unit_question, vector_text
+from tri_glide_kinematics.workspace.workspace import Workspace
 
 
 @pytest.mark.parametrize(
@@ -55,3 +61,33 @@ def test_errors_write_positions_so():
 def test_an_offending_number_is_written_however_small():
     """Its smallness may be what is wrong with it."""
     assert "x = -1e-30 m must be" in str(OutOfBoundsError("x", -1e-30, "at least 0", "m"))
+
+
+def test_a_length_far_beyond_its_bound_is_asked_for_its_unit():
+    assert unit_question(280.0, 0.4) == unit_question(-280.0, 0.4) == "; is it in millimetres?"
+    for length, bound in ((0.5, 0.4), (2.9, 0.4), (2.9, 0.0), (11.0, 4.0), (math.nan, 1.0)):
+        assert unit_question(length, bound) == ""
+
+
+def test_millimetres_taken_for_metres_are_asked_for_everywhere():
+    machine = TriGlide(DEFAULT_GEOMETRY)
+    workspace = Workspace(machine, DEFAULT_LIMITS)
+    base_radius = next(one for one in IK_NODE if one.name == "base_radius")
+    for wrong in (
+        lambda: machine.inverse((50.0, 0.0, 280.0)),
+        lambda: machine.forward((600.0, 610.0, 620.0)),
+        lambda: workspace.check_position((0.0, 0.0, 280.0)),
+        lambda: workspace.check_heights((600.0, 600.0, 600.0)),
+        lambda: PlatformPath.start((0.0, 0.0, 280.0)),
+        lambda: base_radius.checked(250.0),
+    ):
+        with pytest.raises(KinematicsError, match=r"; is it in millimetres\?$"):
+            wrong()
+    for wrong_too in (
+        lambda: machine.inverse((0.5, 0.0, 0.28)),
+        lambda: machine.forward((0.1, 0.6, 2.0)),
+        lambda: workspace.check_position((0.0, 0.0, 2.0)),
+        lambda: PlatformPath.start((0.0, math.nan, 0.0)),
+    ):
+        with pytest.raises(KinematicsError, match=r"^((?!millimetres).)*$"):
+            wrong_too()

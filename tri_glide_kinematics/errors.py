@@ -5,7 +5,9 @@ Each carries the data that explains it. The others stand in the rooms that raise
 
 from __future__ import annotations
 
-from tri_glide_kinematics.wording import number_text
+import math
+
+from tri_glide_kinematics.wording import number_text, unit_question
 
 
 class KinematicsError(ValueError):
@@ -39,7 +41,9 @@ class NotANumberError(KinematicsError):
 class OutOfBoundsError(KinematicsError):
     """A number lies outside the interval in which it is allowed."""
 
-    def __init__(self, name: str, value: float, bound: str, unit: str = "") -> None:
+    def __init__(
+        self, name: str, value: float, bound: str, unit: str = "", largest: float = math.inf
+    ) -> None:
         """Store what was checked.
 
         Args:
@@ -47,11 +51,13 @@ class OutOfBoundsError(KinematicsError):
             value: the offending number.
             bound: the bound in words, for example ``greater than 0``.
             unit: unit of both, for example ``m``.
+            largest: if it is a length, how large one may be expected to be [m].
         """
         suffix = f" {unit}" if unit else ""
         # However small: that may be what is wrong with it.
         text = number_text(value, scale=0.0)
-        super().__init__(f"{name} = {text}{suffix} must be {bound}{suffix}")
+        question = unit_question(value, largest)
+        super().__init__(f"{name} = {text}{suffix} must be {bound}{suffix}{question}")
         self.name = name
         self.value = value
         self.bound = bound

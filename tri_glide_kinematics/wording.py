@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+# A length so many times as large as what it is compared with, and so large [m], looks like one in
+# millimetres.
+LOOKS_LIKE_MILLIMETRES = 3.0
+
 # What rounding leaves of a zero, as part of the numbers that it was computed from.
 ROUNDING = 1e-12
 
@@ -25,3 +29,15 @@ def number_text(value: float, digits: int = 9, scale: float = 1.0) -> str:
 def vector_text(values: Iterable[float], digits: int = 9, scale: float = 1.0) -> str:
     """Return ``values`` in round brackets, each as in :func:`number_text`."""
     return "(" + ", ".join(number_text(value, digits, scale) for value in values) + ")"
+
+
+def unit_question(length: float, bound: float) -> str:
+    """Return the end of a text about a length that is far beyond its bound: a question, or nothing.
+
+    Args:
+        length: that somebody gave [m].
+        bound: what it is compared with [m].
+    """
+    if abs(length) > LOOKS_LIKE_MILLIMETRES * max(abs(bound), 1.0):
+        return "; is it in millimetres?"
+    return ""

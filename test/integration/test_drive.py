@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import threading
-from pathlib import Path
 
 import pytest
 import yaml
@@ -19,7 +18,6 @@ from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.ros.processes import executable
 from tri_glide_kinematics.ros.step_driver import NoMachineError, StepDriver
 
-EXAMPLE = Path(__file__).parents[2] / "config" / "drive_example.yaml"
 TIMEOUT = 60.0  # s
 
 
@@ -78,7 +76,8 @@ def drive(client, tmp_path):
 
 def test_the_example_is_driven_to_its_end(machine, drive):
     machine.start()
-    command = drive(EXAMPLE)
+    # Found by its name alone.
+    command = drive("drive_example.yaml")
     assert command.end() == 0, command.output
     rows = command.rows()
     assert [row[:3] for row in rows] == [
@@ -130,6 +129,15 @@ def test_a_step_that_is_refused_ends_the_drive_with_its_reason(machine, drive):
     assert [row[2] for row in command.rows()] == ["refused", "not"]
     assert "drive: step 1 of 2: " in command.output
     assert "(0.5, 0, 0.25) m" in command.output
+
+
+def test_a_path_that_is_refused_has_no_deviation(machine, drive):
+    machine.start()
+    command = drive([{"path": {"segments": [{"line": {"to": [0.5, 0.0, 0.25]}}]}}])
+    assert command.end() == 1
+    assert [row[2] for row in command.rows()] == ["refused"]
+    assert "nan" not in command.output
+    assert "drive: step 1 of 1: " in command.output
 
 
 def test_a_file_with_a_mistake_moves_nothing(client, drive):

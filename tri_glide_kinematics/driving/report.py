@@ -26,7 +26,8 @@ class StepReport:
         is_good: whether the next step may begin.
         time: that it took [s]; None if it was not driven.
         length: of the way [m]; None if there is none, or it is not known.
-        deviation: largest distance from the path as programmed [m]; None if there is none.
+        deviation: largest distance from the path as programmed [m]; None if there is none, or if
+            nothing of it was driven.
         text: the whole reason of the result; empty if there is nothing to say.
     """
 

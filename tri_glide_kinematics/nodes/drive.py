@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
 import rclpy
 from rclpy.node import Node
@@ -17,6 +18,7 @@ from rclpy.utilities import remove_ros_args
 from tri_glide_kinematics.driving.drive_file import DriveFile, load_drive
 from tri_glide_kinematics.driving.report import ProgressLine, is_whole, table
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.figures.installed import find_file
 from tri_glide_kinematics.ros.end_signals import EndSignals
 from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.ros.run import shut_down
@@ -55,13 +57,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         prog="drive", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("file", help="YAML file, such as config/drive_example.yaml")
+    parser.add_argument(
+        "file", type=Path, help="YAML file; those of config/ are found by their name alone"
+    )
     parser.add_argument("--check", action="store_true", help="only look whether the file is right")
     arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
     try:
-        drive = load_drive(arguments.file)
+        file = find_file(arguments.file)
+        drive = load_drive(file)
         if arguments.check:
-            print(f"drive: {arguments.file} has {len(drive.steps)} steps")
+            print(f"drive: {file} has {len(drive.steps)} steps")
             return 0
         choose_transport()
         return _drive(drive)

@@ -128,7 +128,8 @@ class Parameter:
         if self.minimum is not None and value < self.minimum:
             raise OutOfBoundsError(name, value, f"at least {self.minimum:g}", self.unit)
         if self.maximum is not None and value > self.maximum:
-            raise OutOfBoundsError(name, value, f"at most {self.maximum:g}", self.unit)
+            largest = self.maximum if self.unit == "m" else math.inf
+            raise OutOfBoundsError(name, value, f"at most {self.maximum:g}", self.unit, largest)
         return value
 
 

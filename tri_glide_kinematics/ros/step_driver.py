@@ -142,7 +142,9 @@ class StepDriver:
         length = deviation = None
         if is_path:
             length = _driven(step, goal)
-            deviation = result.largest_deviation
+            # Of a path that was not driven there is none.
+            if not math.isnan(result.largest_deviation):
+                deviation = result.largest_deviation
         elif before is not None:
             length = math.dist(before, self._place)
         name = GoalCode(result.code).name.lower().replace("_", " ")

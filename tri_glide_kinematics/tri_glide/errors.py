@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.wording import number_text, vector_text
+from tri_glide_kinematics.wording import number_text, unit_question, vector_text
 
 
 class GeometryError(KinematicsError):
@@ -78,7 +78,8 @@ class ArmTooShortError(UnreachableError):
         """
         super().__init__(
             f"position {vector_text(position)} m is out of reach of arm {arm + 1}: horizontal "
-            f"distance {number_text(distance)} m, arm length {number_text(arm_length)} m",
+            f"distance {number_text(distance)} m, arm length {number_text(arm_length)} m"
+            f"{unit_question(distance, arm_length)}",
             position,
         )
         self.arm = arm
@@ -116,11 +117,19 @@ class NoPoseError(KinematicsError):
 class SpheresDoNotMeetError(NoPoseError):
     """The sphere about each carriage with its arm as radius: all three have no common point."""
 
-    def __init__(self, heights: Sequence[float], discriminant: float) -> None:
-        """Store the slider ``heights`` [m] and the ``discriminant`` [m^2] (not positive)."""
+    def __init__(self, heights: Sequence[float], discriminant: float, longest_arm: float) -> None:
+        """Store what does not meet.
+
+        Args:
+            heights: of the sliders [m].
+            discriminant: not positive [m^2].
+            longest_arm: [m].
+        """
+        apart = max(heights) - min(heights)
         super().__init__(
             f"slider heights {vector_text(heights)} m are too far apart: the arms do not "
-            f"meet (discriminant {number_text(discriminant, 3)} m^2)",
+            f"meet (discriminant {number_text(discriminant, 3)} m^2)"
+            f"{unit_question(apart, longest_arm)}",
             heights,
         )
         self.discriminant = discriminant

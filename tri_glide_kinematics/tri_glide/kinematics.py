@@ -441,7 +441,7 @@ class TriGlide:
         if not discriminant > 0.0:
             # Heights so far apart that their squares overflow leave NaN.
             too_far = discriminant if isfinite(discriminant) else -inf
-            return SpheresDoNotMeetError(heights, too_far)
+            return SpheresDoNotMeetError(heights, too_far, max(self.geometry.arm_lengths))
         w = (px * mx + py * my - sqrt(discriminant)) / n
         rises = (-w, d2 - w, d3 - w)
         lowest = first_smallest(rises)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.wording import number_text, vector_text
+from tri_glide_kinematics.wording import number_text, unit_question, vector_text
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.workspace.limits import WorkspaceLimit
@@ -34,9 +34,10 @@ class OutsideWorkspaceError(KinematicsError):
         """
         of_arm = "" if arm is None else f" of arm {arm + 1}"
         unit = f" {limit.unit}" if limit.unit else ""
+        question = unit_question(value, bound) if limit.unit else ""
         super().__init__(
             f"outside the workspace at {vector_text(position)} m: {number_text(value)}{unit} "
-            f"breaks the {limit.value}{of_arm}, {number_text(bound)}{unit}"
+            f"breaks the {limit.value}{of_arm}, {number_text(bound)}{unit}{question}"
         )
         self.limit = limit
         self.arm = arm

@@ -17,6 +17,9 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 # No coordinate, and no tolerance, is larger [m].
 LARGEST_PLACE = 100.0
 
+# What may be the size of a machine, as the parameters of the nodes have it [m].
+LARGEST_MACHINE = 10.0
+
 # No speed is larger, or smaller [m/s].
 LARGEST_SPEED = 1e6
 LEAST_SPEED = 1e-5
@@ -24,7 +27,11 @@ LEAST_SPEED = 1e-5
 
 def coordinate_of(name: str, value: float) -> float:
     """Return ``value`` if it is finite and not too large [m]."""
-    return finite(name, value, LARGEST_PLACE)
+    number = finite(name, value)
+    if abs(number) > LARGEST_PLACE:
+        bound = f"from -{LARGEST_PLACE:g} to {LARGEST_PLACE:g}"
+        raise OutOfBoundsError(name, number, bound, "m", LARGEST_MACHINE)
+    return number
 
 
 def place_of(name: str, values: Iterable[float]) -> Vector3:
