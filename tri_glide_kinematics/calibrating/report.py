@@ -155,7 +155,7 @@ def _undetermined(calibration: Calibration) -> str:
 
 
 def _residuals(residuals: Sequence[Residual]) -> str:
-    lines = [f"{'measurement [µm]':18}{'left over':>11}{'by the others *':>17}{'in sd':>8}"]
+    lines = [f"{'measurement [µm]':18}{'residual':>11}{'by the others *':>17}{'in sd':>8}"]
     for one in residuals:
         left, others = (f"{1e6 * _size(values):+.1f}" for values in (one.error, one.left_out))
         size = f"{one.size:.1f}"

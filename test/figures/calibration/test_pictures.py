@@ -11,7 +11,7 @@ from tri_glide_kinematics.calibration.region import Region
 from tri_glide_kinematics.figures.calibration.pictures import (
     OUTLIER_COLOR,
     calibration_figure,
-    draw_map,
+    draw_maps,
     draw_residuals,
 )
 
@@ -34,14 +34,25 @@ def test_a_page_holds_nine_maps_and_the_residuals(has_priors):
 def test_a_map_shows_its_largest_value():
     axes = Figure().add_subplot()
     values = 1e-5 + 1e-4 * np.linalg.norm(REGION.places, axis=1)
-    draw_map(axes, REGION, values, "x")
+    draw_maps([axes], REGION, values[:, np.newaxis], ["x"])
     assert axes.get_title() == "x:\nat most 22 µm"
+
+
+def test_maps_side_by_side_have_one_scale():
+    figure = Figure()
+    maps = figure.subplots(1, 3).tolist()
+    values = np.multiply.outer(np.linalg.norm(REGION.places, axis=1), (1e-5, 1e-3, 1e-2))
+    draw_maps(maps, REGION, values, "xyz")
+    levels = [axes.collections[0].get_clim() for axes in maps]
+    assert levels[0] == levels[1] == levels[2]
+    # Three maps and one scale of colours.
+    assert len(figure.axes) == 4
 
 
 @pytest.mark.parametrize("value", [0.0, 1e-5, 0.002])
 def test_one_value_everywhere_can_be_drawn(value):
     axes = Figure().add_subplot()
-    draw_map(axes, REGION, np.full(len(REGION.places), value), "x")
+    draw_maps([axes], REGION, np.full((len(REGION.places), 1), value), ["x"])
     axes.figure.draw_without_rendering()
 
 
@@ -49,7 +60,7 @@ def test_residuals_are_bars_and_an_outlier_is_marked():
     residuals = calibration(outlier=0.002).residuals
     axes = Figure().add_subplot()
     draw_residuals(axes, residuals)
-    bars = [patch for patch in axes.patches if patch.get_width() == pytest.approx(0.8)]
+    (bars,) = axes.containers
     assert len(bars) == len(residuals)
     heights = [one.error[0] / one.measurement.standard_deviation for one in residuals]
     assert [bar.get_height() for bar in bars] == pytest.approx(heights)

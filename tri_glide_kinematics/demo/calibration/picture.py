@@ -15,9 +15,6 @@ from tri_glide_kinematics.vectors import FloatArray
 
 # The longest arrow, as a part of the radius.
 ARROW = 0.35
-UNITS = (("mm", 1e3), ("µm", 1e6))
-# Shorter than this, errors are written in micrometres [m].
-MICROMETRES_BELOW = 2e-4
 
 
 def verdict_figure(targets: FloatArray, verdict: Verdict) -> Figure:
@@ -29,11 +26,14 @@ def verdict_figure(targets: FloatArray, verdict: Verdict) -> Figure:
         ("after", verdict.after),
         ("after, in itself*", verdict.in_itself),
     )
+    largest = max(float(np.linalg.norm(errors[:, :2], axis=1).max()) for _, errors in maps)
     for column, (name, errors) in enumerate(maps):
-        _draw_arrows(figure.add_subplot(grid[0, column]), targets, errors, name)
+        _draw_arrows(figure.add_subplot(grid[0, column]), targets, errors, largest, name)
+    bars = None
     for axis, letter in enumerate("xyz"):
-        _draw_bars(figure.add_subplot(grid[1, axis]), verdict, axis, letter)
-    figure.suptitle("Where the platform truly is, less where it was sent")
+        bars = figure.add_subplot(grid[1, axis], sharey=bars)
+        _draw_bars(bars, verdict, axis, letter)
+    figure.suptitle("Position error of the platform")
     figure.supxlabel(
         "* without the shift in x and y and the turn about z that no such data can tell", fontsize=9
     )
@@ -47,25 +47,37 @@ def save_verdict(folder: Path, targets: FloatArray, verdict: Verdict) -> Path:
     return picture
 
 
-def _draw_arrows(axes: Axes, targets: FloatArray, errors: FloatArray, name: str) -> None:
-    """Draw errors in x and y as arrows, and write those in z beside them."""
-    largest = float(np.linalg.norm(errors[:, :2], axis=1).max())
-    unit, scale = UNITS[largest < MICROMETRES_BELOW]
+def _draw_arrows(
+    axes: Axes, targets: FloatArray, errors: FloatArray, largest: float, name: str
+) -> None:
+    """Draw errors in x and y as arrows, and write those in z beside them.
+
+    Args:
+        axes: to draw in.
+        targets: where the platform was sent. Shape (n, 3) [m].
+        errors: of its position. Shape (n, 3) [m].
+        largest: error in x and y of all maps, which have one scale [m].
+        name: of the map.
+    """
     x, y = 1e3 * targets[:, 0], 1e3 * targets[:, 1]
     length = 1e3 * RADIUS * ARROW / largest
     style: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "width": 0.008}
-    axes.quiver(x, y, length * errors[:, 0], length * errors[:, 1], color="tab:red", **style)
+    arrows = axes.quiver(
+        x, y, length * errors[:, 0], length * errors[:, 1], color="tab:red", **style
+    )
+    if name == "before":
+        axes.quiverkey(arrows, 0.25, 0.94, 1e-3 * length, "1 mm", labelpos="E")
     axes.scatter(x, y, s=12, color="black", zorder=3)
-    z_unit, z_scale = UNITS[float(np.abs(errors[:, 2]).max()) < MICROMETRES_BELOW]
     for place_x, place_y, error in zip(x, y, errors[:, 2]):
-        text = f"z {z_scale * error:+.3g}"
+        text = f"z {1e6 * error:+.3g}"
         axes.annotate(
             text, (place_x, place_y), (0, -12), textcoords="offset points", ha="center", fontsize=8
         )
     reach = 1e3 * RADIUS * 1.35
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="x [mm]", ylabel="y [mm]")
     axes.set_aspect("equal")
-    axes.set_title(f"{name}\nlongest arrow {scale * largest:.3g} {unit}; z in {z_unit}")
+    longest = 1e6 * float(np.linalg.norm(errors[:, :2], axis=1).max())
+    axes.set_title(f"{name}\nlongest arrow {longest:.0f} µm; z in µm")
 
 
 def _draw_bars(axes: Axes, verdict: Verdict, axis: int, letter: str) -> None:

@@ -1,4 +1,4 @@
-"""Draws a calibration: what is left of each measurement, and how well the position is known."""
+"""Draws a calibration: the residual of each measurement, and how well the position is known."""
 
 from __future__ import annotations
 
@@ -33,11 +33,10 @@ def calibration_figure(calibration: Calibration) -> Figure:
     figure = Figure(figsize=(11.0, 14.0), layout="constrained")
     grid = figure.add_gridspec(len(rows) + 1, 3, height_ratios=(1.0, 1.0, 1.0, 0.85))
     for row, (name, values) in enumerate(rows):
-        for axis, letter in enumerate("xyz"):
-            axes = figure.add_subplot(grid[row, axis])
-            draw_map(axes, uncertainty.region, values[:, axis], f"{letter} {name}")
+        maps = [figure.add_subplot(grid[row, axis]) for axis in range(3)]
+        draw_maps(maps, uncertainty.region, values, [f"{letter} {name}" for letter in "xyz"])
     draw_residuals(figure.add_subplot(grid[-1, :]), calibration.residuals)
-    figure.suptitle("Standard deviation of the platform's position, and what is left over")
+    figure.suptitle("Standard deviation of the platform's position, and the residuals")
     figure.supxlabel(
         "* if a shift in x and y and a turn about z do not matter: within what the machine makes",
         fontsize=9,
@@ -45,43 +44,56 @@ def calibration_figure(calibration: Calibration) -> Figure:
     return figure
 
 
-def draw_map(axes: Axes, region: Region, values: FloatArray, title: str) -> None:
-    """Draw lengths over a disc.
+def draw_maps(
+    maps: Sequence[Axes], region: Region, values: FloatArray, titles: Sequence[str]
+) -> None:
+    """Draw lengths over a disc, in maps of one scale of colours.
 
     Args:
-        axes: to draw in.
+        maps: one for each column.
         region: the disc with its places.
-        values: at these places; some may be infinite or NaN. Shape (n,) [m].
-        title: of the map; the largest value is added to it.
+        values: at these places; some may be infinite or NaN. Shape (n, len(maps)) [m].
+        titles: of the maps; the largest value is added to each.
     """
     x, y = (1e3 * region.places[:, axis] for axis in (0, 1))
-    axes.set_aspect("equal")
-    if np.isfinite(values).all():
-        worst = float(values.max())
-        unit, scale = ("µm", 1e6) if worst < 1e-3 else ("mm", 1e3)
-        triangles = Triangulation(x, y)
-        # One value everywhere has no levels.
-        spread = max(np.ptp(values), 1e-3 * worst, 1e-12)
-        levels = scale * np.linspace(values.max() - spread, values.max() + 1e-3 * spread, LEVELS)
-        drawn = axes.tricontourf(triangles, scale * values, levels=levels, cmap="viridis")
-        axes.figure.colorbar(drawn, ax=axes, label=unit, shrink=0.85, format="%.3g")
-        axes.set_title(f"{title}:\nat most {scale * worst:.3g} {unit}", fontsize=10)
-    else:
-        radius = 1e3 * region.radius
-        middle_x, middle_y = (1e3 * number for number in region.center)
-        disc = Circle((middle_x, middle_y), radius, facecolor="0.92", edgecolor="0.6", hatch="//")
-        axes.add_patch(disc)
-        style: dict[str, Any] = {"ha": "center", "va": "center", "backgroundcolor": "white"}
-        axes.text(middle_x, middle_y, "not known", **style)
-        axes.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
-        axes.set_title(title, fontsize=10)
-    axes.set_xlabel("x [mm]", fontsize=8)
-    axes.set_ylabel("y [mm]", fontsize=8)
-    axes.tick_params(labelsize=8)
+    known = np.isfinite(values).all(axis=0)
+    shown = values[:, known]
+    largest = float(shown.max(initial=0.0))
+    unit, scale = ("µm", 1e6) if largest < 1e-3 else ("mm", 1e3)
+    # One value everywhere has no levels.
+    least = min(float(shown.min(initial=largest)), largest - max(1e-3 * largest, 1e-12))
+    levels = scale * np.linspace(least, largest + 1e-3 * (largest - least), LEVELS)
+    drawn = None
+    for axes, column, title, is_known in zip(maps, values.T, titles, known):
+        axes.set_aspect("equal")
+        if is_known:
+            triangles = Triangulation(x, y)
+            drawn = axes.tricontourf(triangles, scale * column, levels=levels, cmap="viridis")
+            worst = scale * float(column.max())
+            axes.set_title(f"{title}:\nat most {worst:.3g} {unit}", fontsize=10)
+        else:
+            _draw_unknown(axes, region)
+            axes.set_title(title, fontsize=10)
+        axes.set_xlabel("x [mm]", fontsize=8)
+        axes.set_ylabel("y [mm]", fontsize=8)
+        axes.tick_params(labelsize=8)
+    if drawn is not None:
+        maps[0].figure.colorbar(drawn, ax=list(maps), label=unit, shrink=0.85, format="%.3g")
+
+
+def _draw_unknown(axes: Axes, region: Region) -> None:
+    radius = 1e3 * region.radius
+    middle_x, middle_y = (1e3 * number for number in region.center)
+    disc = Circle((middle_x, middle_y), radius, facecolor="0.92", edgecolor="0.6", hatch="//")
+    axes.add_patch(disc)
+    style: dict[str, Any] = {"ha": "center", "va": "center", "backgroundcolor": "white"}
+    axes.text(middle_x, middle_y, "not known", **style)
+    x, y = (1e3 * region.places[:, axis] for axis in (0, 1))
+    axes.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
 
 
 def draw_residuals(axes: Axes, residuals: Sequence[Residual]) -> None:
-    """Draw what is left of each measurement, and by how much the others contradict it.
+    """Draw the residual of each measurement, and by how much the others contradict it.
 
     Both are in standard deviations of the measurement, those with three coordinates as their size.
     """
@@ -94,7 +106,7 @@ def draw_residuals(axes: Axes, residuals: Sequence[Residual]) -> None:
     colors = [OUTLIER_COLOR if one.is_outlier else KEPT_COLOR for one in residuals]
     places = np.arange(len(names))
     axes.axhspan(-USUAL, USUAL, color="0.92", label="within 2 standard deviations")
-    axes.bar(places, np.multiply(signs, left), color=colors, label="left over")
+    axes.bar(places, np.multiply(signs, left), color=colors, label="residual")
     axes.scatter(
         places,
         np.multiply(signs, [one.size for one in residuals]),

@@ -6,6 +6,7 @@ They show what source 001 shows in its figures 3 and 5 to 8.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -205,7 +206,8 @@ def corners_figure(
     places = [curve.points.reshape(-1, 2) for curve in curves]
     box = bounds(np.concatenate([*places, _crank_ends(mechanism)]))
     figure, axes = plane_figure(box, unit, beside=2.8)
-    _draw_crank_circles(axes, mechanism, unit)
+    # No cranks are drawn here, and the colours are those of the joints.
+    _draw_crank_circles(axes, mechanism, unit, (INK,) * 3)
     for number, curve in enumerate(curves):
         for joint, colour in SKELETON.traced:
             axes.plot(
@@ -245,9 +247,14 @@ def _crank_ends(mechanism: FMechanism) -> FloatArray:
     return np.array([(end.real, end.imag) for end in ends])
 
 
-def _draw_crank_circles(axes: Axes, mechanism: FMechanism, unit: LengthUnit) -> None:
+def _draw_crank_circles(
+    axes: Axes,
+    mechanism: FMechanism,
+    unit: LengthUnit,
+    colours: Sequence[str] = CORNER_COLOURS,
+) -> None:
     linkage = mechanism.linkage
     circle = np.exp(1j * np.linspace(0.0, math.tau, 181))
-    for pivot, crank, colour in zip(linkage.pivots, linkage.cranks, CORNER_COLOURS):
+    for pivot, crank, colour in zip(linkage.pivots, linkage.cranks, colours):
         places = (pivot + crank * circle) * unit.per_metre
         axes.plot(places.real, places.imag, color=colour, linewidth=0.6, alpha=0.6)

@@ -48,7 +48,7 @@ SKELETON = Skeleton(
     plate=(1, 2, 4),
     plate_colour=ORANGE,
     pivots=(0, 3),
-    traced=((4, ORANGE),),
+    traced=((4, PURPLE),),
 )
 
 
@@ -130,7 +130,7 @@ def coupler_curve_figure(
         scaled = points * unit.per_metre
         axes.plot(
             *scaled[:, 4].T,
-            color=ORANGE if drawn is branch else PURPLE,
+            color=PURPLE,
             linestyle=BRANCH_STYLES[drawn],
             linewidth=1.8,
             label=f"path of P, {drawn.value} branch",
