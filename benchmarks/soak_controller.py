@@ -37,7 +37,7 @@ from tri_glide_kinematics.control.operating_state import (
 from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import (
     MotionEngine,
@@ -213,7 +213,7 @@ class Adversary:
     def _violated(self, text: str) -> None:
         self._findings.violated(f"{text} at {self._now:.4f} s of {self._name}")
 
-    def _count_refusal(self, _: str) -> None:
+    def _count_refusal(self, _text: str, _refusal: Refusal) -> None:
         self._findings.refusals["when it was its turn"] += 1
 
     def _move(self) -> None:
@@ -293,8 +293,8 @@ class Adversary:
         self._allowed_plans += 1
         self._services += 1
         answer = self.controller.stop()
-        if before.state in IN_MOTION and before.reason not in answer:
-            self._violated(f"stop answered {answer!r}, but it was {before.reason!r}")
+        if before.state in IN_MOTION and before.reason.text not in answer:
+            self._violated(f"stop answered {answer!r}, but it was {before.reason.text!r}")
         if self.engine.phase is not MotionPhase.IDLE:
             if "ramping to a stop" not in answer:
                 self._violated(f"stop answered {answer!r} in motion")

@@ -52,7 +52,7 @@ class Rig:
             start_disabled=start_disabled,
             travel=(LOWER, UPPER),
             on_change=self.statuses.append,
-            on_refusal=self.refusals.append,
+            on_refusal=lambda text, refusal: self.refusals.append(text),
         )
 
     @property
@@ -61,7 +61,7 @@ class Rig:
 
     @property
     def changes(self):
-        return [(status.state, status.reason) for status in self.statuses]
+        return [(status.state, status.reason.text) for status in self.statuses]
 
     def cycle(self, count=1):
         setpoint = None

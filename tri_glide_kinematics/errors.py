@@ -6,8 +6,38 @@ Each carries the data that explains it. The others stand in the rooms that raise
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 
 from tri_glide_kinematics.wording import number_text, unit_question
+
+
+class Refusal(IntEnum):
+    """Why a command is refused, as programs read it: ``MachineState`` says what each one means."""
+
+    NONE = 0
+    OTHER = 1
+    NOT_FINITE = 2
+    OUT_OF_BOUNDS = 3
+    WRONG_FRAME = 4
+    ROTATION = 5
+    STAMP = 6
+    MESSAGE = 7
+    UNSUPPORTED = 8
+    UNREACHABLE = 9
+    OUTSIDE_WORKSPACE = 10
+    NO_ROOM = 11
+    PATH = 12
+    NO_PLAN = 13
+    WAITING = 14
+    FAULT = 15
+    DISABLED = 16
+    STOPPING = 17
+    NOT_RELEASED = 18
+    NO_PATH = 19
+    NEWER_COMMAND = 20
+    NO_MEASUREMENT = 21
+    OTHER_PUBLISHER = 22
+    OUTSIDE_TRAVEL = 23
 
 
 class KinematicsError(ValueError):
@@ -15,11 +45,18 @@ class KinematicsError(ValueError):
 
     The text of a subclass names the offending number and the bound that it breaks, so that it can
     be read in a log without the code beside it.
+
+    Attributes:
+        refusal: why a command is refused, if it is refused for this error.
     """
+
+    refusal = Refusal.OTHER
 
 
 class NotFiniteError(KinematicsError):
     """A number is NaN or infinite where only finite ones have a meaning."""
+
+    refusal = Refusal.NOT_FINITE
 
     def __init__(self, name: str, value: float) -> None:
         """Store the ``name`` of the quantity and its ``value``."""
@@ -40,6 +77,8 @@ class NotANumberError(KinematicsError):
 
 class OutOfBoundsError(KinematicsError):
     """A number lies outside the interval in which it is allowed."""
+
+    refusal = Refusal.OUT_OF_BOUNDS
 
     def __init__(
         self, name: str, value: float, bound: str, unit: str = "", largest: float = math.inf
@@ -66,6 +105,8 @@ class OutOfBoundsError(KinematicsError):
 
 class WrongShapeError(KinematicsError):
     """An array has not the shape that its meaning asks for."""
+
+    refusal = Refusal.OUT_OF_BOUNDS
 
     def __init__(self, name: str, shape: tuple[int, ...], expected: str) -> None:
         """Store the ``name`` of the array, its ``shape`` and the ``expected`` one in words."""

@@ -24,8 +24,11 @@ from tri_glide_kinematics.control.operating_state import (
     STOPPING,
     WAITING,
 )
+from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind, MotionPhase
+
+SOMEBODY_ELSE = Reason(Cause.OTHER_PUBLISHER, "somebody else leads")
 
 
 @pytest.fixture
@@ -116,8 +119,8 @@ def test_a_jog_rests_at_the_edge_and_says_why(rig):
     assert rig.engine.phase is MotionPhase.IDLE
     assert max(rig.heights) <= 0.9
     assert rig.controller.status.held_at_edge
-    assert "held at the edge" in rig.controller.reason
-    assert "slider travel" in rig.controller.reason
+    assert rig.controller.reason.cause is Cause.EDGE
+    assert "slider travel" in rig.controller.reason.text
     # The first twist, and that it is held: no more, however often it is renewed.
     assert rig.states.count(JOGGING) == 2
     assert rig.refusals == []
@@ -135,7 +138,7 @@ def test_a_jog_that_begins_at_the_edge_is_held_there_as_one_that_came_to_it(rig)
     rig.cycle_until(IDLE)
     rig.jog((0.0, 0.0, 0.2))
     assert rig.controller.state is JOGGING
-    assert "held at the edge" in rig.controller.reason
+    assert rig.controller.reason.cause is Cause.EDGE
 
 
 def test_a_twist_without_room_in_mid_jog_brings_the_platform_to_rest(rig):
@@ -246,17 +249,22 @@ def not_finite(rig):
 
 
 @pytest.mark.parametrize(
-    ("fault", "reason"),
-    [(silent, "silent"), (jumping, "jumped"), (apart, "apart"), (not_finite, "inf")],
+    ("fault", "cause"),
+    [
+        (silent, Cause.MEASUREMENTS_SILENT),
+        (jumping, Cause.MEASUREMENT_JUMP),
+        (apart, Cause.TRACKING_ERROR),
+        (not_finite, Cause.MEASUREMENT_NOT_FINITE),
+    ],
 )
-def test_a_fault_is_a_ramp_and_then_silence_until_somebody_clears_it(rig, fault, reason):
+def test_a_fault_is_a_ramp_and_then_silence_until_somebody_clears_it(rig, fault, cause):
     rig.controller.set_limits(LIMITS, 0.05)
     rig.controller.move_to(TARGET)
     rig.cycle(100)
     fault(rig)
     rig.measures = False
     assert rig.controller.state is FAULT
-    assert reason in rig.controller.reason
+    assert rig.controller.reason.cause is cause
     if fault is not silent:
         # The setpoint is still on its way down.
         with pytest.raises(CommandRefusedError, match="ramp to a stop is not over"):
@@ -410,7 +418,8 @@ def test_a_target_counts_as_reached_only_when_it_is_measured(rig):
     assert rig.controller.state is MOVING
     rig.offset = 1e-5
     rig.cycle_until(IDLE)
-    assert "is reached, measured" in rig.controller.reason
+    assert rig.controller.reason.cause is Cause.TARGET_REACHED
+    assert rig.controller.status.target_reached
     assert not rig.controller.status.target_missed
 
 
@@ -418,15 +427,19 @@ def test_a_target_that_is_not_reached_is_told_and_told_again_when_it_is(rig):
     rig.offset = 0.002
     rig.controller.move_to(TARGET)
     rig.cycle_until(IDLE)
-    assert "target (0.05, 0.03, 0.3) m is NOT reached, measured 0.00" in rig.controller.reason
-    assert "more than 0.0005 m" in rig.controller.reason
+    assert rig.controller.reason.cause is Cause.TARGET_NOT_REACHED
+    text = rig.controller.reason.text
+    assert "target (0.05, 0.03, 0.3) m is NOT reached, measured 0.00" in text
+    assert "more than 0.0005 m" in text
+    assert rig.controller.status.target_distance > 0.0005
     assert rig.controller.status.target_missed
     count = len(rig.statuses)
     rig.cycle(200)
     assert len(rig.statuses) == count
     rig.offset = 0.0
     rig.cycle(20)
-    assert "is reached" in rig.controller.reason
+    assert rig.controller.reason.cause is Cause.TARGET_REACHED
+    assert rig.controller.status.target_distance < 1e-9
     assert not rig.controller.status.target_missed
 
 
@@ -436,8 +449,9 @@ def test_a_target_that_is_missed_by_far_is_a_fault(rig):
         rig.offset += 0.001
         rig.cycle()
     rig.cycle_until(FAULT)
-    assert "target (0.05, 0.03, 0.3) m is not reached" in rig.controller.reason
-    assert "more than 0.005 m" in rig.controller.reason
+    assert rig.controller.reason.cause is Cause.TARGET_TOO_FAR
+    assert "target (0.05, 0.03, 0.3) m is not reached" in rig.controller.reason.text
+    assert "more than 0.005 m" in rig.controller.reason.text
 
 
 def test_a_new_target_in_mid_motion_is_told(rig):
@@ -473,7 +487,7 @@ def test_twists_that_come_too_seldom_are_told_to(rig):
 
 def test_an_obstacle_keeps_it_from_leading_and_is_a_fault_while_it_leads():
     rig = Rig()
-    rig.controller.set_obstacle("somebody else leads")
+    rig.controller.set_obstacle(SOMEBODY_ELSE)
     assert rig.cycle(5) is None
     assert (WAITING, "somebody else leads") in rig.changes
     rig.controller.set_obstacle(None)
@@ -481,7 +495,7 @@ def test_an_obstacle_keeps_it_from_leading_and_is_a_fault_while_it_leads():
     assert rig.controller.state is IDLE
     rig.controller.move_to(TARGET)
     rig.cycle(20)
-    rig.controller.set_obstacle("somebody else leads")
+    rig.controller.set_obstacle(SOMEBODY_ELSE)
     assert rig.controller.state is FAULT
     while rig.cycle() is not None:
         pass

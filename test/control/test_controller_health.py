@@ -10,15 +10,17 @@ from tri_glide_kinematics.control.loop_statistics import LoopStatistics
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
     FAULT,
+    IN_MOTION,
     WAITING,
     OperatingState,
 )
+from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.status import ControllerStatus
 
 
 def health(state, missed=False):
-    status = ControllerStatus(state, "because", "target", missed, False)
+    status = ControllerStatus(state, Reason(Cause.COMMAND, "because"), "target", missed, False)
     return status_of(status, ReasonLog(lambda text: None, 1))
 
 
@@ -26,7 +28,10 @@ def health(state, missed=False):
 def test_a_fault_is_an_error_and_what_refuses_motion_a_warning(state):
     expected = {FAULT: Level.ERROR, WAITING: Level.WARN, DISABLED: Level.WARN}
     assert health(state).level is expected.get(state, Level.OK)
-    assert health(state).message == f"{state.value}: because"
+    # Standard tools know a pause as a motion.
+    word = "moving" if state is OperatingState.PAUSED else state.value
+    assert health(state).message == f"{word}: because"
+    assert health(state).values["state"] == (word if state in IN_MOTION else state.name.lower())
 
 
 @pytest.mark.parametrize("state", OperatingState)

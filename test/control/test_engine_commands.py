@@ -6,6 +6,7 @@ import pytest
 
 from tri_glide_kinematics.control.engine_commands import EngineCommands
 from tri_glide_kinematics.control.inbox import TargetPosition, TargetVelocity
+from tri_glide_kinematics.control.reason import Cause
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, NoRoomError, SliderLimits
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
@@ -66,7 +67,7 @@ def test_a_jog_without_room_is_held_and_a_move_goes_on():
     commands, engine = commands_at(TOP)
     commands.put(outwards)
     done = commands.carry_out(moving=False)
-    assert done is not None and done.held_at_edge and "held at the edge" in done.reason
+    assert done is not None and done.reason.cause is Cause.EDGE
     commands, engine = commands_at(TOP)
     commands.put(outwards)
     with pytest.raises(NoRoomError):

@@ -11,6 +11,7 @@ from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.goals import GRACE, Goal, GoalCode, Outcome
 from tri_glide_kinematics.control.inbox import TargetPath
 from tri_glide_kinematics.control.operating_state import FAULT, IDLE, MOVING
+from tri_glide_kinematics.control.reason import Cause
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind, PlatformPath
 
@@ -79,7 +80,8 @@ def test_a_target_that_is_missed_by_far_is_a_fault(rig):
     rig.offset = 0.02
     code, text = ended(rig, goal)
     assert code is GoalCode.FAULT
-    assert text == rig.controller.reason
+    assert text == rig.controller.reason.text
+    assert rig.controller.reason.cause is Cause.TARGET_TOO_FAR
 
 
 NEWER = {

@@ -7,16 +7,18 @@ import pytest
 from tri_glide_kinematics.control.engine_commands import CarriedOut
 from tri_glide_kinematics.control.in_position import Arrival, InPositionBounds
 from tri_glide_kinematics.control.inbox import TargetPosition
-from tri_glide_kinematics.control.newest_target import NewestTarget
+from tri_glide_kinematics.control.newest_target import CAUSE_OF, NewestTarget
+from tri_glide_kinematics.control.reason import Cause, Reason
 
 BOUNDS = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)
+BECAUSE = Reason(Cause.COMMAND, "because")
 NEAR, OFF, FAR = 0.0001, 0.002, 0.02  # m, from the target
 
 
 @pytest.fixture
 def target():
     target = NewestTarget(BOUNDS)
-    target.take(CarriedOut(TargetPosition((0.0, 0.0, 0.3)), "because"))
+    target.take(CarriedOut(TargetPosition((0.0, 0.0, 0.3)), BECAUSE))
     target.judge_from(0.0)
     return target
 
@@ -37,22 +39,26 @@ def arrival_after(target, distance, time):
     ],
 )
 def test_what_is_said_and_whether_it_is_missed(target, distance, expected, words):
-    arrival, text = arrival_after(target, distance, 0.6)
-    assert arrival is expected
-    assert words in text
-    assert target.is_missed == (expected is not Arrival.REACHED)
+    arrival, reason = arrival_after(target, distance, 0.6)
+    assert arrival is target.decided is expected
+    assert reason.cause is CAUSE_OF[expected]
+    assert words in reason.text
+    assert target.distance == distance
+    assert target.is_missed == (expected is not Arrival.REACHED) != target.is_reached
 
 
 def test_a_target_that_was_missed_may_still_be_reached(target):
     arrival_after(target, OFF, 0.6)
     assert arrival_after(target, NEAR, 0.8)[0] is Arrival.REACHED
-    assert not target.is_missed
+    assert target.is_reached and not target.is_missed
+    assert target.distance == NEAR
     assert not target.is_judged
 
 
 def test_the_next_target_is_not_missed_and_not_judged_yet(target):
     arrival_after(target, OFF, 0.6)
-    target.take(CarriedOut(TargetPosition((0.0, 0.0, 0.2)), "because"))
-    assert not target.is_missed
-    assert target.arrival(9.0) == (Arrival.SETTLING, "")
+    target.take(CarriedOut(TargetPosition((0.0, 0.0, 0.2)), BECAUSE))
+    assert not target.is_missed and target.distance is None
+    assert target.arrival(9.0) == (Arrival.SETTLING, None)
     assert "0.2" in target.text
+    assert target.position == (0.0, 0.0, 0.2)

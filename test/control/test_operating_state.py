@@ -16,35 +16,40 @@ from tri_glide_kinematics.control.operating_state import (
     OperatingState,
     StateMachine,
 )
+from tri_glide_kinematics.control.reason import Cause, Reason
+
+
+def reason(text):
+    return Reason(Cause.COMMAND, text)
 
 
 def test_each_new_state_or_reason_is_told_and_the_same_again_is_not():
     changes = []
     machine = StateMachine(
-        WAITING, "start", lambda: changes.append((machine.state, machine.reason))
+        WAITING, reason("start"), lambda: changes.append((machine.state, machine.reason))
     )
-    machine.change(IDLE, "measured")
-    machine.change(MOVING, "first target")
-    machine.change(MOVING, "second target")
-    machine.change(MOVING, "second target")
-    machine.change(FAULT, "silent")
+    machine.change(IDLE, reason("measured"))
+    machine.change(MOVING, reason("first target"))
+    machine.change(MOVING, reason("second target"))
+    machine.change(MOVING, reason("second target"))
+    machine.change(FAULT, reason("silent"))
     assert changes == [
-        (IDLE, "measured"),
-        (MOVING, "first target"),
-        (MOVING, "second target"),
-        (FAULT, "silent"),
+        (IDLE, reason("measured")),
+        (MOVING, reason("first target")),
+        (MOVING, reason("second target")),
+        (FAULT, reason("silent")),
     ]
 
 
 @pytest.mark.parametrize(("state", "following"), [*product(OperatingState, repeat=2)])
 def test_only_listed_states_follow(state, following):
-    machine = StateMachine(state, "", lambda: None)
+    machine = StateMachine(state, reason(""), lambda: None)
     if following is state or following in FOLLOWERS[state]:
-        machine.change(following, "")
+        machine.change(following, reason(""))
         assert machine.state is following
     else:
         with pytest.raises(ForbiddenTransitionError, match="cannot follow"):
-            machine.change(following, "")
+            machine.change(following, reason(""))
         assert machine.state is state
 
 
@@ -63,15 +68,15 @@ def accepts(machine):
 
 @pytest.mark.parametrize("state", OperatingState)
 def test_motion_is_accepted_where_the_machine_is_led_and_no_fault(state):
-    machine = StateMachine(state, "because", lambda: None)
+    machine = StateMachine(state, reason("because"), lambda: None)
     assert accepts(machine) == (state not in (WAITING, FAULT, DISABLED))
 
 
 @pytest.mark.parametrize("asked_for", [True, False])
 @pytest.mark.parametrize("then", [IDLE, DISABLED])
 def test_a_stop_that_was_asked_for_is_not_cut_short_and_ends_where_it_should(asked_for, then):
-    machine = StateMachine(MOVING, "target", lambda: None)
-    machine.stop("because", asked_for=asked_for, then=then)
+    machine = StateMachine(MOVING, reason("target"), lambda: None)
+    machine.stop(reason("because"), asked_for=asked_for, then=then)
     assert accepts(machine) != asked_for
     machine.stopped()
-    assert (machine.state, machine.reason) == (then, "at rest: because")
+    assert (machine.state, machine.reason) == (then, reason("at rest: because"))

@@ -7,7 +7,8 @@ from controller_rig import LIMITS, MACHINE, Rig, ended
 
 from tri_glide_kinematics.control.goals import GoalCode
 from tri_glide_kinematics.control.inbox import TargetPath
-from tri_glide_kinematics.control.operating_state import IDLE, MOVING
+from tri_glide_kinematics.control.operating_state import IDLE, MOVING, PAUSED
+from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind
 from tri_glide_kinematics.motion.paths.flat_path import FlatPath
@@ -149,11 +150,14 @@ def test_what_cannot_be_driven_is_refused_with_the_segment_and_what_went_on_goes
 def test_it_pauses_and_goes_on(rig):
     goal = under_way(rig)
     assert rig.controller.pause() == "comes to rest on the path"
-    assert rig.controller.reason == "path of 4 segments, paused"
+    assert rig.controller.reason == Reason(Cause.PAUSE_ASKED, "path of 4 segments, paused")
+    assert rig.controller.state is PAUSED
     rig.cycle(500)
     assert goal.outcome is None
     assert rig.cycle().velocities == (0.0, 0.0, 0.0)
+    assert rig.controller.state is PAUSED
     assert rig.controller.resume() == "goes on along the path"
+    assert rig.controller.state is MOVING and rig.controller.reason.cause is Cause.COMMAND
     assert ended(rig, goal).code is GoalCode.SUCCEEDED
     with pytest.raises(KinematicsError, match="path"):
         rig.controller.pause()

@@ -7,8 +7,10 @@ import math
 import pytest
 
 from tri_glide_kinematics.control.errors import CommandRefusedError
+from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.control.starting import TRAVEL_TOLERANCE, StartingPlace
 from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
+from tri_glide_kinematics.errors import Refusal
 
 LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
 TIMEOUT, NOW = 0.2, 10.0
@@ -40,9 +42,10 @@ def test_what_is_not_finite_is_no_place(height):
 
 def test_an_obstacle_keeps_the_machine_from_being_led_until_it_is_gone():
     start = place()
-    start.obstacle = "somebody else leads"
-    with pytest.raises(CommandRefusedError, match="somebody else leads"):
+    start.obstacle = Reason(Cause.OTHER_PUBLISHER, "somebody else leads")
+    with pytest.raises(CommandRefusedError, match="somebody else leads") as caught:
         start.checked(NOW)
+    assert caught.value.refusal is Refusal.OTHER_PUBLISHER
     start.obstacle = None
     start.checked(NOW)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_kinematics.control.errors import CommandRefusedError
+from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.control.streams import SLOWEST_STREAM, twist_stream
 
 TIMEOUT, START = 0.1, 50.0
@@ -15,7 +16,8 @@ def test_a_jog_ends_when_no_twist_was_accepted_for_longer_than_the_timeout():
     assert twists.silence(START) is not None
     twists.accept(START)
     assert twists.silence(START + 0.99 * TIMEOUT) is None
-    assert twists.silence(START + 1.01 * TIMEOUT) == "no twist for 0.1 s"
+    expected = Reason(Cause.TWISTS_SILENT, "no twist for 0.1 s")
+    assert twists.silence(START + 1.01 * TIMEOUT) == expected
 
 
 def test_twists_that_are_not_accepted_do_not_keep_a_jog_going():

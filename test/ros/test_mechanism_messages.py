@@ -86,7 +86,7 @@ class TestCrankAngles:
 
 class TestInterfaceFiles:
     FOLDER = Path(__file__).parents[2] / "tri_glide_interfaces"
-    DIMENSIONLESS = ("tolerance", "singularity", "turns")
+    DIMENSIONLESS = ("tolerance", "singularity", "turns", "speed_scale")
 
     def test_every_number_says_its_unit(self):
         """Which stands first in the comment behind the field, or on the line above it."""

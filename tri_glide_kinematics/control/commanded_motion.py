@@ -18,20 +18,20 @@ from tri_glide_kinematics.control.operating_state import (
     IDLE,
     JOGGING,
     MOVING,
+    ON_THE_WAY,
+    PAUSED,
     TRACKING,
     OperatingState,
     StateMachine,
 )
+from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.streams import Stream, Streams
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.commands import jog_of
 from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.vectors import Vector3
-
-# What is said of a path that is paused.
-PAUSED = ", paused"
 
 STATE_OF = {
     TargetPosition: MOVING,
@@ -56,7 +56,7 @@ class CommandedMotion:
         states: StateMachine,
         streams: Streams,
         newest_target: NewestTarget,
-        on_refusal: Callable[[str], None],
+        on_refusal: Callable[[str, Refusal], None],
     ) -> None:
         """Take nothing in yet.
 
@@ -66,7 +66,7 @@ class CommandedMotion:
             states: say what may be asked for.
             streams: of what has to be renewed.
             newest_target: gets each target that is carried out.
-            on_refusal: gets the reason why a command that had waited is refused.
+            on_refusal: gets why a command that had waited is refused, in words and for programs.
         """
         self.streams = streams
         self.newest_target = newest_target
@@ -83,8 +83,20 @@ class CommandedMotion:
     def status(self) -> ControllerStatus:
         """State, reason and target."""
         target = self.newest_target
+        command = target.command
         return ControllerStatus(
-            self.state, self.reason, target.text, target.is_missed, target.held_at_edge
+            self.state,
+            self.reason,
+            target.text,
+            target.is_missed,
+            target.held_at_edge,
+            target.is_reached,
+            target.distance,
+            None if command is None else command.kind,
+            target.position,
+            None if command is None else command.velocity,
+            self._leading,
+            self._engine.speed_scale,
         )
 
     @property
@@ -93,7 +105,7 @@ class CommandedMotion:
         return self._states.state
 
     @property
-    def reason(self) -> str:
+    def reason(self) -> Reason:
         """Why it is doing that."""
         return self._states.reason
 
@@ -132,7 +144,7 @@ class CommandedMotion:
         if released:
             self._commands.drop_twist()
             if self.state is JOGGING:
-                self._brake("twist of zero", asked_for=False)
+                self._brake(Reason(Cause.RELEASED, "twist of zero"), asked_for=False)
             return
         self._states.check_accepting()
         self.streams.twists.check_released()
@@ -179,7 +191,7 @@ class CommandedMotion:
         self._engine.check_position(command.position)
         self._carry_out(command)
 
-    def _brake(self, reason: str, asked_for: bool = True, then: OperatingState = IDLE) -> None:
+    def _brake(self, reason: Reason, asked_for: bool = True, then: OperatingState = IDLE) -> None:
         self._commands.stop()
         self._states.stop(reason, asked_for=asked_for, then=then)
         self._note(None)
@@ -187,7 +199,7 @@ class CommandedMotion:
     def _take(self, carry_out: Callable[[bool], CarriedOut | None]) -> None:
         """Take note of a command that is carried out, or tell why it is refused."""
         try:
-            self._note(carry_out(self.state is MOVING))
+            self._note(carry_out(self.state in ON_THE_WAY))
         except KinematicsError as error:
             self._tell_refusal(error)
 
@@ -199,7 +211,7 @@ class CommandedMotion:
         """
         self._commands.put(target)
         try:
-            self._note(self._commands.carry_out(self.state is MOVING))
+            self._note(self._commands.carry_out(self.state in ON_THE_WAY))
         except KinematicsError as error:
             if self._commands.refused is target:
                 raise
@@ -212,11 +224,18 @@ class CommandedMotion:
                 self._before.append(self.newest_target.command)
             else:
                 self._before.clear()
-            self.newest_target.take(done)
-            paused = PAUSED if self._engine.is_paused else ""
-            self._states.change(STATE_OF[type(done.target)], f"{done.reason}{paused}")
+            self.newest_target.take(done, self._engine.target)
+            if self._engine.is_paused:
+                self._pause()
+            else:
+                self._states.change(STATE_OF[type(done.target)], done.reason)
         if self._goals:
             self._goals.keep(self._is_held, self._newest_text)
+
+    def _pause(self) -> None:
+        """Tell that the path that is followed is paused."""
+        text = f"{self.newest_target.text}, paused"
+        self._states.change(PAUSED, Reason(Cause.PAUSE_ASKED, text))
 
     def _end_driven(self, code: GoalCode, text: str) -> None:
         """End the goals of what is carried out."""
@@ -248,10 +267,14 @@ class CommandedMotion:
     def _tell_refusal(self, error: KinematicsError) -> None:
         refused = self._commands.refused
         self._goals.end(refused, GoalCode.REFUSED, str(error))
-        self._give_up(f"{refused}: {error}")
+        self._give_up(error, f"{refused}: {error}")
 
-    def _give_up(self, reason: str) -> None:
-        """Tell the reason of a refusal; it may be that the present motion cannot go on."""
-        self._on_refusal(reason)
+    def _give_up(self, error: KinematicsError, text: str = "") -> None:
+        """Tell why something is refused; it may be that the present motion cannot go on.
+
+        The ``text`` says more than the ``error`` alone, if it is given.
+        """
+        text = text or str(error)
+        self._on_refusal(text, error.refusal)
         if self._goals and self._engine.target is None:
-            self._end_driven(GoalCode.REFUSED, reason)
+            self._end_driven(GoalCode.REFUSED, text)

@@ -15,20 +15,27 @@ from tri_glide_kinematics.control.operating_state import (
     FAULT,
     IDLE,
     IN_MOTION,
-    MOVING,
+    ON_THE_WAY,
     STOPPING,
     WAITING,
     StateMachine,
+    at_rest,
 )
+from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.control.starting import StartingPlace
 from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
+from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
 from tri_glide_kinematics.vectors import Vector3
 
-NO_MEASUREMENT = "no measured slider heights yet"
-STOP_ASKED = "stop was asked for"
+STARTED_DISABLED = Reason(Cause.STARTED_DISABLED, "started disabled")
+NO_MEASUREMENT = Reason(Cause.NO_MEASUREMENT, "no measured slider heights yet")
+MEASURED = Reason(Cause.MEASUREMENT, "measured slider heights received")
+ENABLED = Reason(Cause.ENABLE_ASKED, "enabled by request")
+DISABLED_BY_REQUEST = Reason(Cause.DISABLE_ASKED, "disabled by request")
+STOP_ASKED = Reason(Cause.STOP_ASKED, "stop was asked for")
 RAMP_NOT_OVER = "the ramp to a stop is not over yet"
 
 # A target that is too far away is a fault, which ends all goals.
@@ -54,7 +61,7 @@ class MotionController(GoalCommands):
         start_disabled: bool,
         travel: tuple[Sequence[float], Sequence[float]],
         on_change: Callable[[ControllerStatus], None],
-        on_refusal: Callable[[str], None],
+        on_refusal: Callable[[str, Refusal], None],
     ) -> None:
         """Wait for the machine, or to be enabled.
 
@@ -67,9 +74,9 @@ class MotionController(GoalCommands):
             start_disabled: whether ``enable`` has to be called first.
             travel: lower and upper ends of the sliders' travel, each of shape (3,) [m].
             on_change: gets the first status, and each one with another state or reason.
-            on_refusal: gets the reason why a command that had waited is refused.
+            on_refusal: gets why a command that had waited is refused, in words and for programs.
         """
-        first = (DISABLED, "started disabled") if start_disabled else (WAITING, NO_MEASUREMENT)
+        first = (DISABLED, STARTED_DISABLED) if start_disabled else (WAITING, NO_MEASUREMENT)
         super().__init__(
             engine,
             EngineCommands(engine, period, streams, self._give_up),
@@ -141,9 +148,9 @@ class MotionController(GoalCommands):
                 self._goals.measured(self._supervisor.tracking_error, now)
         elif self.state is WAITING:
             if reason is not None:
-                raise CommandRefusedError(reason)
+                raise CommandRefusedError(reason.text, Refusal.NO_MEASUREMENT)
             if self._start.obstacle is None:
-                self._lead(self._start.checked(now), "measured slider heights received")
+                self._lead(self._start.checked(now), MEASURED)
 
     @property
     def measured_heights(self) -> Vector3 | None:
@@ -171,7 +178,7 @@ class MotionController(GoalCommands):
         """
         self.streams.need_release()
         dropped = self._commands.drop_target()
-        self._goals.end_all(GoalCode.STOPPED, STOP_ASKED, but_cancelled=True)
+        self._goals.end_all(GoalCode.STOPPED, STOP_ASKED.text, but_cancelled=True)
         state, reason = self.state, self.reason
         if state is FAULT and self._leading:
             return f"ramping to a stop already: {state.value}: {reason}"
@@ -199,8 +206,8 @@ class MotionController(GoalCommands):
         if state not in (DISABLED, FAULT):
             return f"is enabled already: {state.value}"
         if self._leading:
-            raise CommandRefusedError(RAMP_NOT_OVER)
-        self._lead(self._start.checked(now), "enabled by request")
+            raise CommandRefusedError(RAMP_NOT_OVER, Refusal.STOPPING)
+        self._lead(self._start.checked(now), ENABLED)
         return "enabled"
 
     def disable(self) -> str:
@@ -212,16 +219,16 @@ class MotionController(GoalCommands):
         self.streams.need_release()
         self._commands.drop_target()
         if self.state is FAULT and self._leading:
-            raise CommandRefusedError(RAMP_NOT_OVER)
-        self._goals.end_all(GoalCode.DISABLED, "disabled by request")
+            raise CommandRefusedError(RAMP_NOT_OVER, Refusal.STOPPING)
+        self._goals.end_all(GoalCode.DISABLED, DISABLED_BY_REQUEST.text)
         if self.state in IN_MOTION:
-            self._brake("disabled by request", then=DISABLED)
+            self._brake(DISABLED_BY_REQUEST, then=DISABLED)
             return "ramping to a stop, then disabled"
         self._end_leading()
-        self._states.change(DISABLED, "disabled by request")
+        self._states.change(DISABLED, DISABLED_BY_REQUEST)
         return "disabled"
 
-    def set_obstacle(self, reason: str | None) -> None:
+    def set_obstacle(self, reason: Reason | None) -> None:
         """Lead no machine for a ``reason`` from outside: fault, or wait; None if there is none."""
         self._start.obstacle = reason
         if self.state is WAITING:
@@ -229,7 +236,7 @@ class MotionController(GoalCommands):
         elif reason is not None and self._leading:
             self._fault(reason)
 
-    def _lead(self, heights: Vector3, reason: str) -> None:
+    def _lead(self, heights: Vector3, reason: Reason) -> None:
         self._engine.start(heights)
         # So that whoever listens gets the place from which the machine sets off.
         self._commands.rest_first()
@@ -242,12 +249,12 @@ class MotionController(GoalCommands):
         self._commanded = None
         self.newest_target.end()
 
-    def _fault(self, reason: str) -> None:
+    def _fault(self, reason: Reason) -> None:
         if self.state is not FAULT:
             self.streams.need_release()
             self._commands.drop_target()
             self._commands.stop()
-            self._goals.end_all(GoalCode.FAULT, reason)
+            self._goals.end_all(GoalCode.FAULT, reason.text)
             self._states.change(FAULT, reason)
 
     def _stand_still(self, now: float) -> None:
@@ -259,18 +266,20 @@ class MotionController(GoalCommands):
             if states.after_stop is DISABLED:
                 self._end_leading()
             states.stopped()
-        elif states.state is MOVING and self._engine.target is None:
+        elif states.state in ON_THE_WAY and self._engine.target is None:
             # Its way was found to be blocked when it was its turn, which has been told.
-            text = f"{states.reason} was refused"
-            self._end_driven(GoalCode.REFUSED, text)
-            states.change(IDLE, f"at rest: {text}")
-        elif states.state is MOVING and not self.newest_target.is_judged:
+            refused = Reason(Cause.TARGET_REFUSED, f"{states.reason} was refused")
+            self._end_driven(GoalCode.REFUSED, refused.text)
+            states.change(IDLE, at_rest(refused))
+        elif states.state in ON_THE_WAY and not self.newest_target.is_judged:
             self.newest_target.judge_from(now)
         else:
-            arrival, text = self.newest_target.arrival(now)
+            arrival, reason = self.newest_target.arrival(now)
+            if reason is None:
+                return
             if arrival in CODE_OF:
-                self._end_driven(CODE_OF[arrival], text)
+                self._end_driven(CODE_OF[arrival], reason.text)
             if arrival is Arrival.TOO_FAR:
-                self._fault(text)
-            elif arrival is Arrival.REACHED or (states.state is MOVING and text):
-                states.change(IDLE, f"at rest: {text}")
+                self._fault(reason)
+            elif arrival is Arrival.REACHED or states.state in ON_THE_WAY:
+                states.change(IDLE, at_rest(reason))

@@ -5,7 +5,14 @@ from __future__ import annotations
 from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.health import Health, Level
 from tri_glide_kinematics.control.loop_statistics import CLASSES, LoopStatistics
-from tri_glide_kinematics.control.operating_state import DISABLED, FAULT, WAITING
+from tri_glide_kinematics.control.operating_state import (
+    DISABLED,
+    FAULT,
+    MOVING,
+    PAUSED,
+    WAITING,
+    OperatingState,
+)
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.supervision import Supervisor
@@ -14,6 +21,16 @@ from tri_glide_kinematics.control.supervision import Supervisor
 TOO_MANY_LATE = 0.05
 
 LEVELS = {WAITING: Level.WARN, DISABLED: Level.WARN, FAULT: Level.ERROR}
+
+
+def told_state(state: OperatingState) -> OperatingState:
+    """Return the state as texts name it: standard tools know a pause as a motion."""
+    return MOVING if state is PAUSED else state
+
+
+def line_of(status: ControllerStatus) -> str:
+    """Return state and reason in a line."""
+    return f"{told_state(status.state).value}: {status.reason}"
 
 
 def status_of(status: ControllerStatus, refused: ReasonLog, remark: str = "") -> Health:
@@ -26,10 +43,10 @@ def status_of(status: ControllerStatus, refused: ReasonLog, remark: str = "") ->
         level = max(level, Level.WARN)
     return Health(
         level,
-        f"{status.state.value}: {status.reason}",
+        line_of(status),
         {
-            "state": status.state.name.lower(),
-            "reason": status.reason,
+            "state": told_state(status.state).name.lower(),
+            "reason": status.reason.text,
             "newest target": status.newest_target,
             "refused commands": refused.total,
             "last refusal": refused.last,

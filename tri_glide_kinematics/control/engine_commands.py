@@ -19,8 +19,9 @@ from tri_glide_kinematics.control.inbox import (
     TrackedTarget,
 )
 from tri_glide_kinematics.control.path_making import PathMaking
+from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.control.streams import Streams
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
 from tri_glide_kinematics.motion.errors import NoRoomError
 from tri_glide_kinematics.motion.limits import SliderLimits
@@ -34,13 +35,11 @@ class CarriedOut(NamedTuple):
 
     Attributes:
         target: where, or how, the platform is to move.
-        reason: for the new state, in words.
-        held_at_edge: whether it leads out of the workspace, so that the platform is held there.
+        reason: for the new state.
     """
 
     target: Target
-    reason: str
-    held_at_edge: bool = False
+    reason: Reason
 
 
 class EngineCommands:
@@ -51,7 +50,7 @@ class EngineCommands:
         engine: MotionEngine,
         period: float,
         streams: Streams,
-        on_refusal: Callable[[str], None],
+        on_refusal: Callable[[KinematicsError], None],
     ) -> None:
         """Hold nothing yet.
 
@@ -59,7 +58,7 @@ class EngineCommands:
             engine: that carries them out.
             period: time of one cycle [s].
             streams: are told which of their commands are carried out.
-            on_refusal: gets the reason why the engine did not carry out what it had to put off.
+            on_refusal: gets the error if the engine does not carry out what it had to put off.
         """
         self._engine = engine
         self._period = period
@@ -211,7 +210,9 @@ class EngineCommands:
             raise refusal
         if isinstance(command, TrackedTarget):
             return self._tracked(command)
-        return None if isinstance(command, NewLimits) else CarriedOut(command, str(command))
+        if isinstance(command, NewLimits):
+            return None
+        return CarriedOut(command, Reason(Cause.COMMAND, str(command)))
 
     def step(self) -> SliderState:
         """Advance the engine by a cycle, and return its setpoint."""
@@ -219,7 +220,7 @@ class EngineCommands:
         setpoint = self._engine.step(self._period)
         refusal = self._engine.take_refusal()
         if refusal is not None:
-            self._on_refusal(str(refusal))
+            self._on_refusal(refusal)
         return setpoint
 
     @property
@@ -251,7 +252,7 @@ class EngineCommands:
                 self._engine.jog(command.velocity)
             elif isinstance(command, TargetPath):
                 if command in self._orphans:
-                    raise CommandRefusedError(NO_PATH_BEFORE)
+                    raise CommandRefusedError(NO_PATH_BEFORE, Refusal.NO_PATH)
                 self._paths.begin(command)
             else:
                 # The next setpoint is for now; the present one of the engine is a period older.
@@ -267,9 +268,9 @@ class EngineCommands:
         try:
             self._engine.check_position(target.position)
         except KinematicsError as error:
-            reason = f"{TRACKING_REASON}, held at the edge: {error}{remark}"
-            return CarriedOut(target, reason, held_at_edge=True)
-        return CarriedOut(target, f"{TRACKING_REASON}{remark}")
+            text = f"{TRACKING_REASON}, held at the edge: {error}{remark}"
+            return CarriedOut(target, Reason(Cause.EDGE, text))
+        return CarriedOut(target, _streamed(TRACKING_REASON, remark))
 
     def _jogged(
         self, twist: TargetVelocity, refusal: KinematicsError | None, moving: bool
@@ -277,11 +278,18 @@ class EngineCommands:
         if isinstance(refusal, NoRoomError) and not moving:
             # A move goes on. A jog comes to rest, as its direction is not wanted any more.
             self._engine.stop()
-            done = CarriedOut(twist, f"{twist}, held at the edge: {refusal}", held_at_edge=True)
+            text = f"{twist}, held at the edge: {refusal}"
+            done = CarriedOut(twist, Reason(Cause.EDGE, text))
         elif refusal is not None:
             self.refused = twist
             raise refusal
         else:
-            done = CarriedOut(twist, f"{twist}{self._streams.twists.remark(twist.pause)}")
+            remark = self._streams.twists.remark(twist.pause)
+            done = CarriedOut(twist, _streamed(str(twist), remark))
         self._streams.twists.accept(twist.received)
         return done
+
+
+def _streamed(text: str, remark: str) -> Reason:
+    """Return the reason of a motion by a stream; the ``remark`` says if that is too slow."""
+    return Reason(Cause.SLOW_STREAM if remark else Cause.COMMAND, f"{text}{remark}")

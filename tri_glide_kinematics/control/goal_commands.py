@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tri_glide_kinematics.control.commanded_motion import PAUSED, CommandedMotion
+from tri_glide_kinematics.control.commanded_motion import CommandedMotion
 from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.goals import Goal, GoalCode
 from tri_glide_kinematics.control.inbox import TargetPath, TargetPosition
-from tri_glide_kinematics.control.operating_state import MOVING
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.control.operating_state import MOVING, ON_THE_WAY
+from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.paths.path_progress import PathProgress
 from tri_glide_kinematics.vectors import Vector3
 
@@ -53,7 +54,7 @@ class GoalCommands(CommandedMotion):
         self._states.check_accepting()
         self._check_no_newer()
         self._engine.pause()
-        self._states.change(self.state, f"{self.newest_target.text}{PAUSED}")
+        self._pause()
         return "comes to rest on the path"
 
     def resume(self) -> str:
@@ -65,7 +66,7 @@ class GoalCommands(CommandedMotion):
         self._states.check_accepting()
         self._check_no_newer()
         self._engine.resume()
-        self._states.change(self.state, self.newest_target.text)
+        self._states.change(MOVING, Reason(Cause.COMMAND, self.newest_target.text))
         return "goes on along the path"
 
     def _check_no_newer(self) -> None:
@@ -76,7 +77,8 @@ class GoalCommands(CommandedMotion):
         """
         newest = self._commands.target
         if newest is not None and not (isinstance(newest, TargetPath) and newest.extends):
-            raise CommandRefusedError(f"a newer command is not begun yet: {newest}; ask again")
+            text = f"a newer command is not begun yet: {newest}; ask again"
+            raise CommandRefusedError(text, Refusal.NEWER_COMMAND)
 
     @property
     def path_progress(self) -> PathProgress | None:
@@ -98,7 +100,7 @@ class GoalCommands(CommandedMotion):
         goes_on = not extends and not (
             newest is goal.command and self._goals.was_superseded(before)
         )
-        if waited and (goes_on or self.state is not MOVING):
+        if waited and (goes_on or self.state not in ON_THE_WAY):
             text = f"cancelled before it began: {goal.command}"
             self._goals.end(goal.command, GoalCode.CANCELED, text)
             return
@@ -108,8 +110,8 @@ class GoalCommands(CommandedMotion):
         self._end_driven(GoalCode.SUPERSEDED, text)
         if extends:
             self._goals.end_all(GoalCode.SUPERSEDED, text, but_cancelled=True)
-        if self.state is MOVING:
-            self._brake(text, asked_for=False)
+        if self.state in ON_THE_WAY:
+            self._brake(Reason(Cause.CANCELLED, text), asked_for=False)
 
     @property
     def _has_path(self) -> bool:
@@ -121,7 +123,7 @@ class GoalCommands(CommandedMotion):
 
     def leads_to(self, goal: Goal) -> bool:
         """Return whether the present motion is that of the ``goal``."""
-        return self._is_driven(goal.command) and self.state is MOVING
+        return self._is_driven(goal.command) and self.state in ON_THE_WAY
 
     def end_goals(self, reason: str) -> None:
         """End all goals for a ``reason``, as the machine is not led any more after this."""

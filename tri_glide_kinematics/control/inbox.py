@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, IntEnum
+from typing import ClassVar
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderLimits
@@ -25,11 +26,22 @@ class Kind(Enum):
     LIMITS = "limits"
 
 
+class TargetKind(IntEnum):
+    """What a target asks for, as programs read it in ``MachineState``."""
+
+    POSITION = 1
+    VELOCITY = 2
+    MOVING = 3
+    PATH = 4
+
+
 @dataclass(frozen=True)
 class TargetPosition:
     """Where the platform is to be moved [m]."""
 
+    kind: ClassVar = TargetKind.POSITION
     position: Vector3
+    velocity: ClassVar = None
 
     def __str__(self) -> str:
         """Return the target in words."""
@@ -40,9 +52,11 @@ class TargetPosition:
 class TargetVelocity:
     """How the platform is to move [m/s], when that came in [s], and how long after the last."""
 
+    kind: ClassVar = TargetKind.VELOCITY
     velocity: Vector3
     received: float
     pause: float
+    position: ClassVar = None
 
     def __str__(self) -> str:
         """Return the target in words."""
@@ -61,6 +75,7 @@ class TrackedTarget:
         pause: how long after the last one that was [s].
     """
 
+    kind: ClassVar = TargetKind.MOVING
     position: Vector3
     velocity: Vector3
     seen: float
@@ -86,9 +101,12 @@ class TargetPath:
         extends: whether they go on from the end of the path that is followed, if there is one.
     """
 
+    kind: ClassVar = TargetKind.PATH
     make: Callable[[Vector3 | None], Interruptible[PlatformPath]]
     name: str
     extends: bool = False
+    position: ClassVar = None
+    velocity: ClassVar = None
 
     def __str__(self) -> str:
         """Return the target in words."""

@@ -5,6 +5,14 @@ from __future__ import annotations
 from tri_glide_kinematics.control.engine_commands import CarriedOut
 from tri_glide_kinematics.control.in_position import Arrival, InPosition, InPositionBounds
 from tri_glide_kinematics.control.inbox import Target
+from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.vectors import Vector3
+
+CAUSE_OF = {
+    Arrival.REACHED: Cause.TARGET_REACHED,
+    Arrival.NOT_REACHED: Cause.TARGET_NOT_REACHED,
+    Arrival.TOO_FAR: Cause.TARGET_TOO_FAR,
+}
 
 
 class NewestTarget:
@@ -17,8 +25,10 @@ class NewestTarget:
         bounds: when a position counts as reached.
         command: the target; None before the first.
         text: the target in words; empty before the first.
-        is_missed: whether the machine stands still and is not measured there.
+        position: its place, of a path its end. Shape (3,) [m]; None if it has none.
         held_at_edge: whether it leads out of the workspace, so that the platform is held there.
+        decided: what has become of it once the machine stood still.
+        distance: that was measured when this was decided [m]; None before that.
     """
 
     def __init__(self, bounds: InPositionBounds) -> None:
@@ -26,8 +36,10 @@ class NewestTarget:
         self.bounds = bounds
         self.command: Target | None = None
         self.text = ""
-        self.is_missed = False
+        self.position: Vector3 | None = None
         self.held_at_edge = False
+        self.decided = Arrival.SETTLING
+        self.distance: float | None = None
         self._in_position: InPosition | None = None
 
     @property
@@ -35,11 +47,27 @@ class NewestTarget:
         """Whether measured distances matter."""
         return self._in_position is not None
 
-    def take(self, command: CarriedOut) -> None:
-        """Take a target in place of the last one."""
+    @property
+    def is_reached(self) -> bool:
+        """Whether the machine stands still and is measured there."""
+        return self.decided is Arrival.REACHED
+
+    @property
+    def is_missed(self) -> bool:
+        """Whether the machine stands still and is not measured there."""
+        return self.decided in (Arrival.NOT_REACHED, Arrival.TOO_FAR)
+
+    def take(self, command: CarriedOut, end: Vector3 | None = None) -> None:
+        """Take a target in place of the last one.
+
+        Args:
+            command: that was carried out.
+            end: where the engine leads the platform to [m]; None if it knows no such place.
+        """
         self.command = command.target
         self.text = str(command.target)
-        self.held_at_edge = command.held_at_edge
+        self.position = command.target.position or end
+        self.held_at_edge = command.reason.cause is Cause.EDGE
         self.end()
 
     def judge_from(self, now: float) -> None:
@@ -53,14 +81,19 @@ class NewestTarget:
 
     def end(self) -> None:
         """Judge no more, and call nothing missed."""
-        self._in_position, self.is_missed = None, False
+        self._in_position = None
+        self.decided, self.distance = Arrival.SETTLING, None
 
-    def arrival(self, now: float) -> tuple[Arrival, str]:
-        """Return what has become of the target by ``now`` [s], and that in words."""
+    def arrival(self, now: float) -> tuple[Arrival, Reason | None]:
+        """Return what has become of the target by ``now`` [s], and the reason for a new state.
+
+        There is none while that is not decided.
+        """
         position = self._in_position
         if position is None or (arrival := position.arrival(now)) is Arrival.SETTLING:
-            return Arrival.SETTLING, ""
-        self.is_missed = arrival is not Arrival.REACHED
+            return Arrival.SETTLING, None
+        if arrival is not self.decided:
+            self.decided, self.distance = arrival, position.distance
         if arrival is not Arrival.NOT_REACHED:
             self._in_position = None
-        return arrival, position.text(arrival, self.text)
+        return arrival, Reason(CAUSE_OF[arrival], position.text(arrival, self.text))

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from enum import Enum
 
 from tri_glide_kinematics.control.errors import CommandRefusedError
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.control.reason import Reason
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 
 
 class OperatingState(Enum):
@@ -20,20 +21,27 @@ class OperatingState(Enum):
     STOPPING = "stopping"
     FAULT = "fault"
     DISABLED = "disabled"
+    PAUSED = "paused"
 
 
-WAITING, IDLE, MOVING, JOGGING, TRACKING, STOPPING, FAULT, DISABLED = OperatingState
+WAITING, IDLE, MOVING, JOGGING, TRACKING, STOPPING, FAULT, DISABLED, PAUSED = OperatingState
+
+# There is a place to be reached.
+ON_THE_WAY = frozenset((MOVING, PAUSED))
 
 # In all other states nothing moves by command.
-IN_MOTION = frozenset((MOVING, JOGGING, TRACKING, STOPPING))
+IN_MOTION = ON_THE_WAY | {JOGGING, TRACKING, STOPPING}
 
 # Each may follow the other.
 LEAD_ON = frozenset((MOVING, JOGGING, TRACKING))
 
+REFUSAL_IN = {WAITING: Refusal.WAITING, FAULT: Refusal.FAULT, DISABLED: Refusal.DISABLED}
+
 FOLLOWERS: dict[OperatingState, frozenset[OperatingState]] = {
     WAITING: frozenset((IDLE, DISABLED)),
     IDLE: LEAD_ON | {FAULT, DISABLED},
-    MOVING: LEAD_ON | {IDLE, STOPPING, FAULT},
+    MOVING: LEAD_ON | {PAUSED, IDLE, STOPPING, FAULT},
+    PAUSED: LEAD_ON | {IDLE, STOPPING, FAULT},
     JOGGING: LEAD_ON | {IDLE, STOPPING, FAULT},
     TRACKING: LEAD_ON | {STOPPING, FAULT},
     STOPPING: LEAD_ON | {IDLE, FAULT, DISABLED},
@@ -66,7 +74,7 @@ class StateMachine:
     def __init__(
         self,
         state: OperatingState,
-        reason: str,
+        reason: Reason,
         on_change: Callable[[], None],
     ) -> None:
         """Start in ``state``; ``on_change`` is called after each change."""
@@ -76,7 +84,7 @@ class StateMachine:
         self.stop_was_asked_for = False
         self._on_change = on_change
 
-    def change(self, state: OperatingState, reason: str) -> None:
+    def change(self, state: OperatingState, reason: Reason) -> None:
         """Go to ``state``, or stay there with another reason; the same again is no change.
 
         Raises:
@@ -89,7 +97,7 @@ class StateMachine:
         self.state, self.reason = state, reason
         self._on_change()
 
-    def stop(self, reason: str, *, asked_for: bool, then: OperatingState = IDLE) -> None:
+    def stop(self, reason: Reason, *, asked_for: bool, then: OperatingState = IDLE) -> None:
         """Go to the state of stopping; ``stopped`` ends it.
 
         Raises:
@@ -100,7 +108,7 @@ class StateMachine:
 
     def stopped(self) -> None:
         """Go to the state that follows the stop."""
-        self.change(self.after_stop, f"at rest: {self.reason}")
+        self.change(self.after_stop, at_rest(self.reason))
 
     def check_accepting(self) -> None:
         """Check that a motion may begin, or change, in this state.
@@ -108,7 +116,14 @@ class StateMachine:
         Raises:
             CommandRefusedError: if it may not.
         """
-        if self.state in (WAITING, FAULT, DISABLED):
-            raise CommandRefusedError(f"no motion while {self.state.value}: {self.reason}")
+        if (refusal := REFUSAL_IN.get(self.state)) is not None:
+            text = f"no motion while {self.state.value}: {self.reason}"
+            raise CommandRefusedError(text, refusal)
         if self.state is STOPPING and self.stop_was_asked_for:
-            raise CommandRefusedError(f"no motion before the stop is over: {self.reason}")
+            text = f"no motion before the stop is over: {self.reason}"
+            raise CommandRefusedError(text, Refusal.STOPPING)
+
+
+def at_rest(reason: Reason) -> Reason:
+    """Return the ``reason`` of a motion's end, once the setpoints rest."""
+    return Reason(reason.cause, f"at rest: {reason}")

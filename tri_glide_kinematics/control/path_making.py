@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.inbox import TargetPath
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
@@ -34,7 +34,8 @@ class PathMaking:
         """
         self._extends = target.extends
         if self._extends and self._engine.driven_path is None:
-            raise CommandRefusedError("the path that it goes on from is not followed any more")
+            text = "the path that it goes on from is not followed any more"
+            raise CommandRefusedError(text, Refusal.NO_PATH)
         self._making = target.make(self._engine.target if self._extends else None)
 
     def give_up(self) -> None:

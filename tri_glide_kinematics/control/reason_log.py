@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from tri_glide_kinematics.errors import Refusal
+
 
 class ReasonLog:
     """Counts reasons and passes on the first ones of each second; all others become one line.
@@ -41,3 +43,18 @@ class ReasonLog:
         if count > lines:
             self._write(f"{count - lines} more in the last second; the latest: {self.last}")
         return count
+
+
+class RefusalLog(ReasonLog):
+    """Logs why commands were refused.
+
+    Attributes:
+        refusal: why the latest one was, for programs.
+    """
+
+    refusal = Refusal.NONE
+
+    def refuse(self, text: str, refusal: Refusal) -> None:
+        """Count a refusal, and log its ``text`` unless there were too many."""
+        self.refusal = refusal
+        self.add(text)

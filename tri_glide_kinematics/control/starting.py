@@ -6,7 +6,9 @@ import math
 from collections.abc import Sequence
 
 from tri_glide_kinematics.control.errors import CommandRefusedError
+from tri_glide_kinematics.control.reason import Reason
 from tri_glide_kinematics.control.supervision import Supervisor
+from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 
@@ -31,7 +33,7 @@ class StartingPlace:
             supervisor: of the measured heights.
             travel: lower and upper ends of the sliders' travel, each of shape (3,) [m].
         """
-        self.obstacle: str | None = None
+        self.obstacle: Reason | None = None
         self._supervisor = supervisor
         self._travel = travel
         self.heights: Vector3 | None = None
@@ -47,15 +49,17 @@ class StartingPlace:
             CommandRefusedError: if there is no such place, or an obstacle.
         """
         if self.heights is None or not self._supervisor.is_fresh(now):
-            raise CommandRefusedError("there are no measured slider heights to start from")
+            text = "there are no measured slider heights to start from"
+            raise CommandRefusedError(text, Refusal.NO_MEASUREMENT)
         if self.obstacle is not None:
-            raise CommandRefusedError(self.obstacle)
+            raise CommandRefusedError(self.obstacle.text, Refusal.OTHER_PUBLISHER)
         for slider, (lower, height, upper) in enumerate(
             zip(self._travel[0], self.heights, self._travel[1])
         ):
             if not lower - TRAVEL_TOLERANCE <= height <= upper + TRAVEL_TOLERANCE:
                 raise CommandRefusedError(
                     f"slider {slider + 1} is measured at {number_text(height, 6)} m, outside its "
-                    f"travel from {number_text(lower, 6)} to {number_text(upper, 6)} m"
+                    f"travel from {number_text(lower, 6)} to {number_text(upper, 6)} m",
+                    Refusal.OUTSIDE_TRAVEL,
                 )
         return self.heights

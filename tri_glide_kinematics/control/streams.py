@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 
 from tri_glide_kinematics.control.errors import CommandRefusedError
+from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.wording import number_text
 
 # Commands that come less often than this are those of a person, not a stream [s].
@@ -19,7 +21,9 @@ class Stream:
         timeout: longest time between two commands [s].
     """
 
-    def __init__(self, command: str, motion: str, release: str, timeout: float) -> None:
+    def __init__(
+        self, command: str, motion: str, release: str, timeout: float, silent: Cause
+    ) -> None:
         """Wait for the first command.
 
         Args:
@@ -27,11 +31,13 @@ class Stream:
             motion: what goes on while they come, in words.
             release: what the sender has to do after a stop, in words.
             timeout: longest time between two commands [s].
+            silent: cause of the stop when they do not come any more.
         """
         self.timeout = timeout
         self._command = command
         self._motion = motion
         self._release = release
+        self._silent = silent
         self._received = -math.inf
         self._accepted = -math.inf
         self._looked = math.inf
@@ -70,17 +76,18 @@ class Stream:
         if self._release_needed:
             raise CommandRefusedError(
                 f"{self._motion} was stopped: it needs {self._release} of "
-                f"{self.timeout:g} s before it goes on"
+                f"{self.timeout:g} s before it goes on",
+                Refusal.NOT_RELEASED,
             )
 
     def accept(self, received: float) -> None:
         """Note that a command that came in at ``received`` [s] is carried out."""
         self._accepted = received
 
-    def silence(self, now: float) -> str | None:
+    def silence(self, now: float) -> Reason | None:
         """Return why the motion has to end ``now`` [s], or None."""
         if now - self._accepted > self.timeout:
-            return f"no {self._command} for {self.timeout:g} s"
+            return Reason(self._silent, f"no {self._command} for {self.timeout:g} s")
         return None
 
     def remark(self, pause: float) -> str:
@@ -95,12 +102,13 @@ class Stream:
 
 def twist_stream(timeout: float) -> Stream:
     """Return the stream of twists that a jog needs, with its ``timeout`` [s]."""
-    return Stream("twist", "jogging", "a twist of zero or a pause", timeout)
+    release = "a twist of zero or a pause"
+    return Stream("twist", "jogging", release, timeout, Cause.TWISTS_SILENT)
 
 
 def target_stream(timeout: float) -> Stream:
     """Return the stream of states of a moving target, with its ``timeout`` [s]."""
-    return Stream("target", "tracking", "a pause", timeout)
+    return Stream("target", "tracking", "a pause", timeout, Cause.TARGETS_SILENT)
 
 
 @dataclass(frozen=True)

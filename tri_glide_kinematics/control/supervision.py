@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.wording import number_text
 
 # The machine is silent only if it says nothing while we listen: after a late cycle of our own the
@@ -64,7 +65,7 @@ class Supervisor:
         commanded: Sequence[float] | None,
         now: float,
         stamp: float = 0.0,
-    ) -> str | None:
+    ) -> Reason | None:
         """Take in a measurement.
 
         Measurements that waited in a queue come in faster than they were made; so the time that
@@ -85,15 +86,19 @@ class Supervisor:
         for name, height in zip(self._names, heights):
             if not math.isfinite(height):
                 self._heights = None
-                return f"measured height of {name} is {height}, not a finite number"
+                return Reason(
+                    Cause.MEASUREMENT_NOT_FINITE,
+                    f"measured height of {name} is {height}, not a finite number",
+                )
         if last is not None:
             for slider, name in enumerate(self._names):
                 change = heights[slider] - last[slider]
                 allowed = self.bounds.jump + self.bounds.velocity[slider] * elapsed
                 if abs(change) > allowed:
-                    return (
+                    return Reason(
+                        Cause.MEASUREMENT_JUMP,
                         f"measured height of {name} jumped by {number_text(change, 6)} m in "
-                        f"{number_text(elapsed, 3)} s, more than {number_text(allowed, 6)} m"
+                        f"{number_text(elapsed, 3)} s, more than {number_text(allowed, 6)} m",
                     )
         if commanded is None:
             return None
@@ -101,15 +106,16 @@ class Supervisor:
         self.tracking_error = max(errors)
         if self.tracking_error > self.bounds.tracking_error:
             slider = errors.index(self.tracking_error)
-            return (
+            return Reason(
+                Cause.TRACKING_ERROR,
                 f"{self._names[slider]} is measured at {number_text(heights[slider], 6)} m, but "
                 f"commanded to {number_text(commanded[slider], 6)} m: "
                 f"{number_text(errors[slider], 6)} m apart, more than "
-                f"{number_text(self.bounds.tracking_error, 6)} m"
+                f"{number_text(self.bounds.tracking_error, 6)} m",
             )
         return None
 
-    def cycle(self, now: float) -> str | None:
+    def cycle(self, now: float) -> Reason | None:
         """Look whether the measurements have gone silent; to be called in each control cycle."""
         if self.is_fresh(now):
             self._silent_cycles = 0
@@ -117,7 +123,8 @@ class Supervisor:
         self._silent_cycles += 1
         if self._silent_cycles < SILENT_CYCLES:
             return None
-        return (
+        return Reason(
+            Cause.MEASUREMENTS_SILENT,
             f"measured heights are silent for {number_text(now - self._time, 3)} s, more than "
-            f"{number_text(self.bounds.timeout, 3)} s"
+            f"{number_text(self.bounds.timeout, 3)} s",
         )

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.wording import number_text, vector_text
 
 
 class MotionError(KinematicsError):
     """A motion is refused; what moves goes on as it was."""
 
+    refusal = Refusal.NO_PLAN
+
 
 class NotStartedError(MotionError):
     """A command came before the engine knew the heights that the sliders have."""
+
+    refusal = Refusal.WAITING
 
     def __init__(self) -> None:
         """Store the fixed text."""
@@ -86,6 +90,8 @@ class SliderTravelError(MotionError):
 class NoRoomError(MotionError):
     """The platform is at the edge of the workspace in the direction in which it is to move."""
 
+    refusal = Refusal.NO_ROOM
+
     def __init__(self, position: Sequence[float], direction: Sequence[float], reason: str) -> None:
         """Store the ``position`` [m], the unit vector ``direction`` and the ``reason`` in words."""
         super().__init__(
@@ -100,6 +106,8 @@ class NoRoomError(MotionError):
 class NoPathError(MotionError):
     """No path is followed."""
 
+    refusal = Refusal.NO_PATH
+
     def __init__(self, purpose: str) -> None:
         """Store for what ``purpose`` there has to be one, in words."""
         super().__init__(f"no path {purpose}: none is followed")
@@ -108,6 +116,8 @@ class NoPathError(MotionError):
 
 class NewerGoalError(MotionError):
     """A goal is being planned that takes the place of the one that this is about."""
+
+    refusal = Refusal.NEWER_COMMAND
 
     def __init__(self) -> None:
         """Store the fixed text."""

@@ -18,7 +18,8 @@ from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.controller_health import health_of
 from tri_glide_kinematics.control.health import Health
 from tri_glide_kinematics.control.loop_statistics import LoopStatistics
-from tri_glide_kinematics.control.reason_log import ReasonLog
+from tri_glide_kinematics.control.reason import Reason
+from tri_glide_kinematics.control.reason_log import ReasonLog, RefusalLog
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import KinematicsError
@@ -100,11 +101,11 @@ class IkNode(Node):
         self._platform_frame = values["platform_frame"]
         check_joint_names(values)
         self._reader = SliderMeasurements(values["joint_names"], values["height_offsets"])
-        self._refused = ReasonLog(self.get_logger().warning, lines_per_second=10)
+        self._refused = RefusalLog(self.get_logger().warning, lines_per_second=10)
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._stalls = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._loop = LoopStatistics(period)
-        self._reports = StateReports(self, self._refused)
+        self._reports = StateReports(self, self._refused, values["base_frame"])
         self._stream_topics: tuple[str, ...] = ()
         self._outputs = CommandOutputs(self, values)
         self._motion_states = MotionStates(self, values)
@@ -126,7 +127,9 @@ class IkNode(Node):
             start_disabled=values["start_disabled"],
             travel=true_travel_of(values),
             on_change=self._reports.add,
-            on_refusal=lambda reason: self._refused.add(f"refused a target: {reason}"),
+            on_refusal=lambda text, refusal: self._refused.refuse(
+                f"refused a target: {text}", refusal
+            ),
         )
         parameters.on_change(self._apply)
         self._others = OtherPublishers(self, self._outputs.publishers, self._on_others)
@@ -222,7 +225,7 @@ class IkNode(Node):
         try:
             self._controller.move_to(target_position(message, self._base_frame))
         except KinematicsError as error:
-            self._refused.add(f"refused a target pose: {error}")
+            self._refused.refuse(f"refused a target pose: {error}", error.refusal)
 
     def _on_twist(self, message: TwistStamped) -> None:
         now = time.monotonic()
@@ -231,7 +234,7 @@ class IkNode(Node):
             self._outputs.check_jogging()
             self._controller.jog(velocity, now)
         except KinematicsError as error:
-            self._refused.add(f"refused a target twist: {error}")
+            self._refused.refuse(f"refused a target twist: {error}", error.refusal)
 
     def _on_state(self, message: Odometry) -> None:
         now = time.monotonic()
@@ -241,16 +244,16 @@ class IkNode(Node):
             self._outputs.check_jogging()
             self._controller.track(position, velocity, now - age - self._tracking_latency, now)
         except KinematicsError as error:
-            self._refused.add(f"refused a target state: {error}")
+            self._refused.refuse(f"refused a target state: {error}", error.refusal)
 
     def _on_path(self, data: bytes) -> None:
         try:
             self._actions.follow_points(data)
         except KinematicsError as error:
-            self._refused.add(f"refused a target path: {error}")
+            self._refused.refuse(f"refused a target path: {error}", error.refusal)
 
-    def _on_others(self, text: str | None) -> None:
-        self._controller.set_obstacle(text)
+    def _on_others(self, reason: Reason | None) -> None:
+        self._controller.set_obstacle(reason)
         self._reports.tell()
         self._reports.remark = "; ".join(
             f"{count} publishers of {topic}: the newest message wins"

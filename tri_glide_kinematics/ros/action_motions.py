@@ -15,8 +15,8 @@ from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.goals import Goal, GoalCode, Outcome
 from tri_glide_kinematics.control.inbox import TargetPath, TargetPosition
-from tri_glide_kinematics.control.reason_log import ReasonLog
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.control.reason_log import RefusalLog
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.paths.flat_path import FlatPath, SegmentKind, polyline_from
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
@@ -53,7 +53,7 @@ class MotionActions:
         machine: TriGlide,
         base_frame: str,
         kind: MotionKind,
-        refused: ReasonLog,
+        refused: RefusalLog,
         patient: PatientServices,
         path_tolerance: float,
     ) -> None:
@@ -159,7 +159,7 @@ class MotionActions:
         try:
             return begin()
         except KinematicsError as error:
-            self._refused.add(f"refused a goal: {error}")
+            self._refused.refuse(f"refused a goal: {error}", error.refusal)
             return Goal(None, Outcome(GoalCode.REFUSED, str(error)))
 
     def _move_to(self, request: Any) -> Goal:
@@ -186,14 +186,15 @@ class MotionActions:
         kind = kinds.get(request.kind) if request.kind else default
         if kind is None:
             names = ", ".join(sorted(kinds))
-            raise CommandRefusedError(f"kind = {request.kind!r} must be one of {names}, or empty")
+            text = f"kind = {request.kind!r} must be one of {names}, or empty"
+            raise CommandRefusedError(text, Refusal.OUT_OF_BOUNDS)
         if kind is MotionKind.SLIDER and request.speed != 0.0:
             speed = number_text(request.speed, 3)
-            raise CommandRefusedError(f"speed = {speed} m/s must be 0 for a move of kind 'slider'")
+            text = f"speed = {speed} m/s must be 0 for a move of kind 'slider'"
+            raise CommandRefusedError(text, Refusal.OUT_OF_BOUNDS)
         if kind is MotionKind.SLIDER and self._kind is not kind:
-            raise CommandRefusedError(
-                "kind = 'slider' must be 'linear', as that is the parameter motion of this node"
-            )
+            text = "kind = 'slider' must be 'linear', as that is the parameter motion of this node"
+            raise CommandRefusedError(text, Refusal.UNSUPPORTED)
         return kind
 
     def _is_at(self, position: Vector3) -> bool:

@@ -13,7 +13,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import MotionEngine, SampledPlan, SliderState
 from tri_glide_kinematics.ros.parameter_table import Values
 from tri_glide_kinematics.ros.stamped_triples import FIRST, SECOND, StampedTriples
@@ -28,6 +28,8 @@ SHORTEST_STEP = 1e-8
 
 class JogOutputError(KinematicsError):
     """An output cannot follow a jog."""
+
+    refusal = Refusal.UNSUPPORTED
 
 
 class CommandOutputs:

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from tri_glide_kinematics.control.controller import MotionController
-from tri_glide_kinematics.control.reason_log import ReasonLog
+from tri_glide_kinematics.control.reason_log import RefusalLog
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.state_reports import StateReports
 
@@ -26,7 +26,7 @@ class MachineServices:
         node: Node,
         controller: MotionController,
         reports: StateReports,
-        refused: ReasonLog,
+        refused: RefusalLog,
         look_for_others: Callable[[], None],
     ) -> None:
         """Serve them.
@@ -81,6 +81,7 @@ class MachineServices:
             response.success = True
         except KinematicsError as error:
             response.message = str(error)
-            self._refused.add(f"refused to {'enable' if request.data else 'disable'}: {error}")
+            what = "enable" if request.data else "disable"
+            self._refused.refuse(f"refused to {what}: {error}", error.refusal)
         self._reports.tell()
         return response

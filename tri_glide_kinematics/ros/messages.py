@@ -12,7 +12,7 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.errors import KinematicsError, NotFiniteError
+from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, Refusal
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
 
@@ -28,6 +28,11 @@ LARGEST_LEAD = 0.01
 
 class RefusedMessageError(KinematicsError):
     """A message asks for something that this machine has no way to do, or contradicts itself."""
+
+    def __init__(self, text: str, refusal: Refusal = Refusal.MESSAGE) -> None:
+        """Store why, in words and for programs."""
+        super().__init__(text)
+        self.refusal = refusal
 
 
 class SliderReading(NamedTuple):
@@ -133,7 +138,8 @@ def target_velocity(message: TwistStamped, base_frame: str, platform_frame: str)
     if any(rotation):
         raise RefusedMessageError(
             f"target twist has the angular velocity {vector_text(rotation, scale=0.0)} rad/s: the "
-            "platform cannot rotate, it must be 0"
+            "platform cannot rotate, it must be 0",
+            Refusal.ROTATION,
         )
     return velocity
 
@@ -183,14 +189,15 @@ def age_of_target(stamp: Time, clock: Clock, timeout: float) -> float:
     """
     if not stamp.sec and not stamp.nanosec:
         raise RefusedMessageError(
-            "target state has no stamp: it must say when the target was there"
+            "target state has no stamp: it must say when the target was there", Refusal.STAMP
         )
     age = 1e-9 * (clock.now().nanoseconds - (1_000_000_000 * stamp.sec + stamp.nanosec))
     if not -LARGEST_LEAD <= age <= timeout:
         relation, limit = ("behind", timeout) if age > 0.0 else ("ahead of", LARGEST_LEAD)
         raise RefusedMessageError(
             f"target state has a stamp {number_text(abs(age))} s {relation} the clock of this "
-            f"node, it must be at most {number_text(limit)} s: are the clocks set alike?"
+            f"node, it must be at most {number_text(limit)} s: are the clocks set alike?",
+            Refusal.STAMP,
         )
     return age
 
@@ -208,7 +215,8 @@ def check_frame(what: str, frame: str, allowed: Sequence[str]) -> None:
     """
     if frame and frame not in allowed:
         names = " or ".join(repr(name) for name in allowed)
-        raise RefusedMessageError(f"{what} has frame_id {frame!r}, it must be {names} or empty")
+        text = f"{what} has frame_id {frame!r}, it must be {names} or empty"
+        raise RefusedMessageError(text, Refusal.WRONG_FRAME)
 
 
 def set_stamp(stamp: Time, clock: Clock) -> None:
@@ -230,5 +238,6 @@ def _check_no_rotation(orientation: Quaternion) -> None:
         parts = ", ".join(f"{name} {number_text(part)}" for name, part in zip("xyzw", (x, y, z, w)))
         raise RefusedMessageError(
             f"target pose has the orientation ({parts}): the "
-            f"platform cannot rotate, it must be (0, 0, 0, 1) within {ROTATION_TOLERANCE:g}"
+            f"platform cannot rotate, it must be (0, 0, 0, 1) within {ROTATION_TOLERANCE:g}",
+            Refusal.ROTATION,
         )

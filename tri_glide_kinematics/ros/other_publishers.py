@@ -12,6 +12,8 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
+from tri_glide_kinematics.control.reason import Cause, Reason
+
 PERIOD = 0.2  # s, from look to look
 
 # For this time after the start nobody can know who else is there [s]. Participants that did not
@@ -32,7 +34,7 @@ class OtherPublishers:
     """Looks for other publishers of a node's topics, now and then."""
 
     def __init__(
-        self, node: Node, publishers: Iterable[Publisher], tell: Callable[[str | None], None]
+        self, node: Node, publishers: Iterable[Publisher], tell: Callable[[Reason | None], None]
     ) -> None:
         """Look from now on, and tell at once that nothing is known yet.
 
@@ -50,8 +52,8 @@ class OtherPublishers:
             PERIOD, lambda: tell(self.look()), clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
 
-    def look(self) -> str | None:
-        """Return why this node should not lead, in a line that can stand in a log, or None.
+    def look(self) -> Reason | None:
+        """Return why this node should not lead, with a text of one line, or None.
 
         It asks what is known on this computer: no message is sent or waited for.
         """
@@ -72,10 +74,13 @@ class OtherPublishers:
                 topic: [name for name in names if name != UNNAMED] for topic, names in found.items()
             }
         text = other_publishers(self._node.get_fully_qualified_name(), self._own, found)
-        if text is None and now < self._settled:
+        if text is not None:
+            return Reason(Cause.OTHER_PUBLISHER, text)
+        if now < self._settled:
             topics = ", ".join(self._own)
-            return f"looks for other publishers of {topics}, for {SETTLING:g} s at the start"
-        return text
+            text = f"looks for other publishers of {topics}, for {SETTLING:g} s at the start"
+            return Reason(Cause.LOOKING_FOR_OTHERS, text)
+        return None
 
 
 def other_publishers(

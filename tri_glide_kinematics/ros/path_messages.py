@@ -13,6 +13,7 @@ import numpy as np
 from nav_msgs.msg import Path
 from rclpy.serialization import deserialize_message
 
+from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.paths.flat_path import FlatPath
 from tri_glide_kinematics.ros.messages import (
@@ -176,6 +177,7 @@ def _checked(rows: FloatArray) -> FloatArray:
         index = int(turned.argmax())
         raise RefusedMessageError(
             f"pose {index + 1} of the target path is turned: the platform cannot rotate, its "
-            f"orientation must be (0, 0, 0, 1) within {ROTATION_TOLERANCE:g}"
+            f"orientation must be (0, 0, 0, 1) within {ROTATION_TOLERANCE:g}",
+            Refusal.ROTATION,
         )
     return rows[:, :3]

@@ -1,4 +1,4 @@
-"""Tells of each new state of a controller: a line in the log, and a latched message."""
+"""Tells of each new state of a controller: a line in the log, and latched messages."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from tri_glide_kinematics.control.controller_health import status_of
+from tri_glide_interfaces.msg import MachineState
+from tri_glide_kinematics.control.controller_health import line_of, status_of
 from tri_glide_kinematics.control.health import Health
 from tri_glide_kinematics.control.operating_state import FAULT, JOGGING, TRACKING
-from tri_glide_kinematics.control.reason_log import ReasonLog
+from tri_glide_kinematics.control.reason_log import ReasonLog, RefusalLog
 from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.ros.diagnostics import status_message
+from tri_glide_kinematics.ros.machine_state import TOPIC, machine_state
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -28,17 +30,27 @@ class StateReports:
         remark: something beside the state that somebody should know; empty for none.
     """
 
-    def __init__(self, node: Node, refused: ReasonLog) -> None:
-        """Publish on ``~/status`` of ``node``; what was ``refused`` is told with each state."""
+    def __init__(self, node: Node, refused: RefusalLog, frame: str) -> None:
+        """Publish on ``~/status`` and ``~/machine_state`` of ``node``.
+
+        Args:
+            node: that has the state.
+            refused: commands, which are told of with each state.
+            frame: of positions.
+        """
         self.remark = ""
+        self._frame = frame
+        self._clock = node.get_clock()
         self._name = node.get_fully_qualified_name()[1:]
         self._logger = node.get_logger()
         self._refused = refused
         self._changes: deque[ControllerStatus] = deque()
         # Each place that logs has one severity, as rclpy refuses another one: this one is its own.
         self._states = ReasonLog(lambda text: self._logger.info(text), lines_per_second=5)
-        self._told: Health | None = None
+        self._told: tuple[ControllerStatus, int, str] | None = None
+        self._health: Health | None = None
         self._logged: ControllerStatus | None = None
+        self._machine_states = node.create_publisher(MachineState, TOPIC, LATCHED)
         self._publisher = node.create_publisher(DiagnosticStatus, "~/status", LATCHED)
 
     def add(self, status: ControllerStatus) -> None:
@@ -59,9 +71,15 @@ class StateReports:
 
     def publish(self, status: ControllerStatus) -> None:
         """Publish a status, unless that is told already."""
+        told = status, self._refused.total, self.remark
+        if told == self._told:
+            return
+        self._told = told
+        message = machine_state(status, self._refused, self.remark, self._frame, self._clock)
+        self._machine_states.publish(message)
         health = status_of(status, self._refused, self.remark)
-        if health != self._told:
-            self._told = health
+        if health != self._health:
+            self._health = health
             self._publisher.publish(status_message(self._name, health))
 
     def end_of_second(self) -> None:
@@ -76,7 +94,7 @@ class StateReports:
         return last.held_at_edge != status.held_at_edge
 
     def _log(self, status: ControllerStatus) -> None:
-        text = f"{status.state.value}: {status.reason}"
+        text = line_of(status)
         # Each place that logs has one severity: rclpy refuses another one.
         if status.state is FAULT:
             self._logger.error(text)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.wording import number_text, unit_question, vector_text
 
 
@@ -55,6 +55,8 @@ class ArmsNeverMeetError(GeometryError):
 
 class UnreachableError(KinematicsError):
     """The platform cannot be held at a position."""
+
+    refusal = Refusal.UNREACHABLE
 
     def __init__(self, message: str, position: Sequence[float]) -> None:
         """Store the ``position`` [m] that the ``message`` is about."""
@@ -107,6 +109,8 @@ class WrongAssemblyModeError(UnreachableError):
 
 class NoPoseError(KinematicsError):
     """Slider heights to which no pose of the platform below the sliders belongs."""
+
+    refusal = Refusal.UNREACHABLE
 
     def __init__(self, message: str, heights: Sequence[float]) -> None:
         """Store the slider ``heights`` [m] that the ``message`` is about."""

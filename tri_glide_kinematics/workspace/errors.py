@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.wording import number_text, unit_question, vector_text
 
 if TYPE_CHECKING:
@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 class OutsideWorkspaceError(KinematicsError):
     """A place breaks a limit of the workspace."""
+
+    refusal = Refusal.OUTSIDE_WORKSPACE
 
     def __init__(
         self,

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.wording import number_text, vector_text
 
 
 class PathError(KinematicsError):
     """There is no such path, or it cannot be driven."""
+
+    refusal = Refusal.PATH
 
 
 class EmptyPathError(PathError):
@@ -120,6 +122,8 @@ class PathPlaceError(PathError):
         position: of the platform [m].
         reason: in words, which name the place.
     """
+
+    refusal = Refusal.OUTSIDE_WORKSPACE
 
     def __init__(self, segment: int, position: Sequence[float], reason: str) -> None:
         """Store the index of the ``segment``, the ``position`` [m] and the ``reason``."""
