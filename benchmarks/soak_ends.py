@@ -59,7 +59,7 @@ def ends(context: Context, counts: dict[str, int]) -> bool:
                 elapsed = time.monotonic() - begin
                 say(f"{count} clients end by {way} in {elapsed:.0f} s: {in_milliseconds(beside)}")
                 passed = beside[0] <= alone[0] + ALLOWED and passed
-        if "fault: " in machine.ik.output:
+        if "fault" in machine.states_since(0):
             say(f"a fault: {machine.reason}")
             passed = False
     return passed
@@ -72,7 +72,7 @@ def starts(context: Context, count: int) -> bool:
         with session(context, f"start_{number}") as (client, launcher):
             machine = start_with_defaults(client, launcher)
             client.spin_for(WATCHED)
-            if "fault: " in machine.ik.output:
+            if "fault" in machine.states_since(0):
                 faults += 1
                 say(f"start {number}: {machine.reason}")
     say(f"{count} starts, {faults} faults")

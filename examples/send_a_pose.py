@@ -10,11 +10,12 @@ import argparse
 import sys
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.utilities import remove_ros_args
+
+from tri_glide_interfaces.msg import MachineState
 
 
 class PoseSender(Node):
@@ -32,7 +33,7 @@ class PoseSender(Node):
         self._has_moved = False
         self._publisher = self.create_publisher(PoseStamped, "target_pose", 10)
         latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self.create_subscription(DiagnosticStatus, "ik_node/status", self._on_status, latched)
+        self.create_subscription(MachineState, "ik_node/machine_state", self._on_state, latched)
         self.create_timer(0.1, self._send)
 
     def _send(self) -> None:
@@ -43,19 +44,17 @@ class PoseSender(Node):
         for timer in self.timers:
             timer.cancel()
 
-    def _on_status(self, status: DiagnosticStatus) -> None:
-        values = {entry.key: entry.value for entry in status.values}
-        refusals = int(values["refused commands"])
+    def _on_state(self, machine: MachineState) -> None:
         if self._refusals_before is None:
-            self._refusals_before = refusals
-        elif refusals > self._refusals_before:
-            self.result = values["last refusal"]
-        elif values["state"] == "moving":
+            self._refusals_before = machine.refused
+        elif machine.refused > self._refusals_before:
+            self.result = machine.refusal_text
+        elif machine.state == MachineState.MOVING:
             self._has_moved = True
         elif self._has_moved:
             # Idle, and in place as measured; or stopped, disabled or in a fault.
-            self.result = status.message
-            self.reached = values["state"] == "idle" and "is reached" in values["reason"]
+            self.result = machine.reason
+            self.reached = machine.target_reached
 
 
 def main() -> int:

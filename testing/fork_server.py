@@ -118,6 +118,8 @@ def run(job: Job) -> NoReturn:
     sys.argv = list(job.command)
     code = 1
     try:
+        if random_texts.VARIABLE in job.environment:
+            random_texts.install()
         runpy.run_path(job.command[0], run_name="__main__")
         code = 0
     except SystemExit as end:
@@ -136,6 +138,8 @@ if __name__ == "__main__":
     if sys.path[0] == os.getcwd():
         del sys.path[0]
     load()
+    from testing import random_texts
+
     todo = serve(Connection(int(sys.argv[1])))
     if todo is not None:
         run(todo)

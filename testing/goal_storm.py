@@ -12,11 +12,10 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from diagnostic_msgs.msg import DiagnosticStatus
-
 from testing.client import LATCHED
 from testing.goals import GoalClient, SentGoal
 from testing.machine import Machine
+from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.control.goals import GoalCode
 from tri_glide_kinematics.vectors import Vector3
 
@@ -70,9 +69,9 @@ class GoalStorm:
         self._sent: list[SentGoal] = []
         # When the state said that the newest target is reached; None while it does not say so [s].
         self._arrival: float | None = None
-        self._status = ""
+        self._told: tuple[float, ...] = ()
         self._subscription = self._client.node.create_subscription(
-            DiagnosticStatus, f"{machine.namespace}/ik_node/status", self._on_status, LATCHED
+            MachineState, f"{machine.namespace}/ik_node/machine_state", self._on_state, LATCHED
         )
 
     def run(self, count: int) -> StormReport:
@@ -106,11 +105,13 @@ class GoalStorm:
         while self.report.goals < count:
             self._source.choice(steps)()
 
-    def _on_status(self, message: DiagnosticStatus) -> None:
+    def _on_state(self, message: MachineState) -> None:
         # Between two arrivals a message may be lost, as the topic keeps the newest one only.
-        if message.message != self._status:
-            self._status = message.message
-            self._arrival = time.monotonic() if "is reached" in self._status else None
+        target = message.target
+        told = (message.state, message.cause, target.x, target.y, target.z)
+        if told != self._told:
+            self._told = told
+            self._arrival = time.monotonic() if message.target_reached else None
 
     def _place(self) -> Vector3:
         x, y = (self._source.uniform(-0.03, 0.03) for _ in "xy")

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import JointState
 
 from testing.client import LATCHED, Client
 from testing.processes import TIMEOUT, Launcher, RunningNode
+from tri_glide_interfaces.msg import MachineState
+from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.errors import Refusal
+from tri_glide_kinematics.ros.machine_state import STATES
 
 JOINTS = ("slider_1", "slider_2", "slider_3")
 # A computer that runs other things too may keep the simulator waiting for longer than a machine
@@ -38,7 +41,8 @@ class Machine:
         if listen:
             self.commands = client.record(JointState, f"{self.namespace}/joint_commands")
             self.measured = client.record(JointState, f"{self.namespace}/joint_states")
-        self.states = client.record(DiagnosticStatus, f"{self.namespace}/ik_node/status", LATCHED)
+        topic = f"{self.namespace}/ik_node/machine_state"
+        self.states: list[MachineState] = client.record(MachineState, topic, LATCHED)
 
     def start_simulator(
         self, parameters: dict[str, Any] | None = None, prefix: Sequence[str] = ()
@@ -93,13 +97,23 @@ class Machine:
 
     @property
     def state(self) -> str:
-        """Name of the latest state."""
-        return self._value("state")
+        """Name of the latest state; empty before the first."""
+        return name_of(self.states[-1]) if self.states else ""
+
+    @property
+    def cause(self) -> Cause | None:
+        """Cause of the latest state; None before the first."""
+        return Cause(self.states[-1].cause) if self.states else None
+
+    @property
+    def refusal(self) -> Refusal:
+        """Why the latest refused command was refused."""
+        return Refusal(self.states[-1].refusal) if self.states else Refusal.NONE
 
     @property
     def reason(self) -> str:
-        """Reason of the latest state."""
-        return self._value("reason")
+        """Reason of the latest state, as people read it."""
+        return self.states[-1].reason if self.states else ""
 
     def wait_for_state(self, state: str, timeout: float = TIMEOUT) -> None:
         """Wait until the latest state is this one."""
@@ -116,7 +130,7 @@ class Machine:
 
         A message that only tells another reason or a refusal is left out.
         """
-        names = [_value_of(status, "state") for status in self.states[max(count - 1, 0) :]]
+        names = [name_of(state) for state in self.states[max(count - 1, 0) :]]
         before = names[:1] if count else [""]
         names = names[1:] if count else names
         return [name for last, name in zip([*before, *names], names) if name != last]
@@ -170,9 +184,7 @@ class Machine:
         message = message or self.commands[-1]
         return tuple(message.position[message.name.index(name)] for name in JOINTS)
 
-    def _value(self, key: str) -> str:
-        return _value_of(self.states[-1], key) if self.states else ""
 
-
-def _value_of(status: DiagnosticStatus, key: str) -> str:
-    return next(entry.value for entry in status.values if entry.key == key)
+def name_of(message: MachineState) -> str:
+    """Return the name of a state, in small letters."""
+    return STATES[message.state].name.lower()

@@ -8,15 +8,31 @@ from tri_glide_kinematics.calibrating.probing import (
     BACK_TOLERANCE,
     LETTING_GO,
     LONGEST_STOP,
+    MachineView,
     Probe,
     ProbePhase,
     ProbeSettings,
     Speed,
 )
+from tri_glide_kinematics.control.operating_state import (
+    DISABLED,
+    FAULT,
+    IDLE,
+    JOGGING,
+    MOVING,
+    PAUSED,
+    STOPPING,
+    TRACKING,
+)
+from tri_glide_kinematics.control.reason import Cause
 
 START = (0.03, -0.02, 0.05)
 PERIOD = 0.005
 SETTINGS = ProbeSettings(speed=0.002, depth=0.008, contact_timeout=0.5)
+
+
+def told(state, cause=Cause.COMMAND):
+    return MachineView(state, cause, "as told")
 
 
 class Platform:
@@ -28,7 +44,7 @@ class Platform:
         self.position = list(START)
         self.speed = 0.0
         self.target = None
-        self.state = "idle"
+        self.state = IDLE
         self.drift = 0.0
         self.is_silent = False
         self.is_switch_dead = False
@@ -42,13 +58,13 @@ class Platform:
             self.commands.append(command)
         if isinstance(command, Speed):
             self.speed = 0.0 if self.is_stuck else command.upwards
-            self.state = "jogging" if command.upwards else "idle"
+            self.state = JOGGING if command.upwards else IDLE
         self.now += PERIOD
         self.position[0] += self.drift * PERIOD
         self.position[2] += self.speed * PERIOD
         if not self.is_silent:
             self.probe.measured(tuple(self.position), self.now)
-        self.probe.machine(self.state, "as told", self.now)
+        self.probe.machine(told(self.state), self.now)
         if not self.is_switch_dead:
             self.probe.contact(self.position[2] <= self.plate, self.now + 1e9, self.now)
         if self.speed == 0.0 and self.probe.phase is ProbePhase.STOPPING:
@@ -117,19 +133,20 @@ def test_a_switch_that_tells_of_changes_only_may_be_silent():
 @pytest.mark.parametrize(
     ("state", "text"),
     [
-        ("moving", "ik_node is moving: as told"),
-        ("tracking", "ik_node is tracking: as told"),
-        ("fault", "ik_node is fault: as told"),
-        ("disabled", "ik_node is disabled: as told"),
-        ("stopping", "it was stopped: as told"),
-        ("idle", "it was stopped: as told"),
+        (MOVING, "ik_node is moving: as told"),
+        (TRACKING, "ik_node is tracking: as told"),
+        (PAUSED, "ik_node is paused: as told"),
+        (FAULT, "ik_node is fault: as told"),
+        (DISABLED, "ik_node is disabled: as told"),
+        (STOPPING, "it was stopped: as told"),
+        (IDLE, "it was stopped: as told"),
     ],
 )
 def test_who_else_leads_the_machine_is_left_to_it(state, text):
     platform = Platform(plate=0.046)
     platform.run_until(0.049)
     count = len(platform.commands)
-    platform.probe.machine(state, "as told", platform.now)
+    platform.probe.machine(told(state), platform.now)
     assert platform.probe.phase is ProbePhase.ENDED
     assert platform.probe.failure == text
     assert platform.probe.step(platform.now) is None
@@ -145,11 +162,11 @@ def test_another_command_ends_it_in_any_phase():
     assert platform.probe.failure == "another"
 
 
-@pytest.mark.parametrize("state", ["stopping", "idle"])
+@pytest.mark.parametrize("state", [STOPPING, IDLE])
 def test_a_stop_that_a_late_twist_made_goes_on(state):
     platform = Platform(plate=0.046)
     platform.run_until(0.049)
-    platform.probe.machine(state, "at rest: no twist for 0.1 s", platform.now)
+    platform.probe.machine(told(state, Cause.TWISTS_SILENT), platform.now)
     assert platform.run().failure is None
 
 
@@ -215,11 +232,11 @@ def test_a_way_back_that_leads_down_is_a_failure_with_a_stop():
     assert platform.position[2] < 0.0475
 
 
-@pytest.mark.parametrize("state", ["idle", "stopping", "disabled", "fault", "moving"])
+@pytest.mark.parametrize("state", [IDLE, STOPPING, DISABLED, FAULT, MOVING, None])
 def test_a_stop_by_another_ends_the_way_back(state):
     platform = on_its_way_back()
     count = len(platform.commands)
-    platform.probe.machine(state, "as told", platform.now)
+    platform.probe.machine(told(state), platform.now)
     assert platform.probe.phase is ProbePhase.ENDED
     assert "as told" in platform.probe.failure
     assert len(platform.commands) == count
@@ -229,8 +246,8 @@ def test_no_rest_is_told():
     platform = Platform(plate=0.046)
     while platform.probe.phase is not ProbePhase.STOPPING:
         platform.step()
-    platform.state, platform.is_stuck = "stopping", True
-    platform.probe.machine("stopping", "as told", platform.now)
+    platform.state, platform.is_stuck = STOPPING, True
+    platform.probe.machine(told(STOPPING), platform.now)
     for _ in range(int((LONGEST_STOP + 0.1) / PERIOD)):
         platform.now += PERIOD
         platform.probe.step(platform.now)

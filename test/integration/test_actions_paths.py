@@ -20,7 +20,10 @@ from testing.goal_storm import GoalStorm
 from testing.goals import GoalClient
 from testing.processes import launched
 from tri_glide_interfaces.action import FollowPath
+from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.control.goals import GoalCode
+from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.errors import Refusal
 
 LINE, ARC_THROUGH, ARC_ABOUT = (
     FollowPath.Goal.LINE,
@@ -203,16 +206,16 @@ def test_target_path_does_the_same_without_an_answer(bench):
 
     bench.client.wait_for(is_there, "a motion")
     bench.client.wait_for(
-        lambda: bench.machine.state == "idle" and "path in a message" in bench.machine.reason,
-        "the end of the path",
+        lambda: bench.machine.cause is Cause.TARGET_REACHED, "the end of the path"
     )
+    assert bench.machine.states[-1].target_kind == MachineState.TARGET_PATH
+    assert "path in a message" in bench.machine.reason
     bench.machine.catch_up()
     assert KINEMATICS.forward(bench.machine.heights()) == pytest.approx(SQUARE[2], abs=1e-6)
     message.header.frame_id = "world"
     publisher.publish(message)
-    bench.client.wait_for(
-        lambda: "target path has frame_id 'world'" in bench.machine.ik.output, "the refusal"
-    )
+    bench.client.wait_for(lambda: bench.machine.refusal is Refusal.WRONG_FRAME, "the refusal")
+    assert "target path has frame_id 'world'" in bench.machine.ik.output
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ from shared_machine import shared_nodes
 
 from testing.commands import assert_within_limits
 from testing.machine import Machine
+from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.srv import (
     DropMeasurement,
     ListMeasurements,
@@ -23,10 +24,12 @@ from tri_glide_interfaces.srv import (
 )
 from tri_glide_kinematics.calibrating.probing import BACK_TOLERANCE
 from tri_glide_kinematics.calibration.measurement_file import load_measurements
+from tri_glide_kinematics.control.reason import Cause
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
+STOPPING = MachineState.STOPPING
 PLATE = 0.2
 ABOVE = (0.03, -0.02, PLATE + 0.003)
 # At 2 mm/s the platform moves by 4 µm from one measurement to the next.
@@ -124,13 +127,27 @@ class TestOneMachine:
         asked = calibration.ask(ProbePlate, "probe")
         machine.wait_for_state("jogging")
         calibration.node.process.send_signal(signal.SIGSTOP)
-        client.wait_for(lambda: "no twist for" in machine.reason, "a stop")
+        client.wait_for(lambda: machine.cause is Cause.TWISTS_SILENT, "a stop")
         machine.wait_for_state("idle")
         calibration.node.process.send_signal(signal.SIGCONT)
         client.wait_for(asked.done, "the end of the probe")
         assert not asked.result().success
         assert "this node was held up for" in asked.result().message
         assert machine.state == "idle"
+
+    def test_a_probe_goes_on_where_twists_are_late(self, started):
+        calibration, machine, client = started, started.machine, started.client
+        machine.move(ABOVE)
+        count = len(machine.states)
+        # Less than the time from twist to twist: the platform comes to rest before each.
+        assert client.set_parameters("ik_node", {"twist_timeout": 0.015}).successful
+        try:
+            answer = calibration.probe(speed=0.005)
+        finally:
+            client.set_parameters("ik_node", {"twist_timeout": 1.0})
+        assert answer.success, answer.message
+        stops = [state.cause for state in machine.states[count:] if state.state == STOPPING]
+        assert stops.count(Cause.TWISTS_SILENT) > 3
 
     def test_requests_without_a_meaning_get_a_reason(self, started, tmp_path):
         calibration = started

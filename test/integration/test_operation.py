@@ -15,6 +15,9 @@ from testing.client import LATCHED
 from testing.commands import KINEMATICS, assert_within_limits, stream_of
 from testing.machine import JOINTS
 from testing.scenarios import HEALTHY
+from tri_glide_interfaces.msg import MachineState
+from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.errors import Refusal
 
 FAR, NEAR = (0.08, 0.03, 0.35), (0.0, 0.0, 0.25)
 # Slow enough to be in motion still when a fault is noticed, or a service is called.
@@ -80,7 +83,8 @@ def test_disabled_machine_is_silent_may_be_moved_by_hand_and_is_enabled_where_it
     assert machine.states_since(count) == ["stopping", "disabled"]
     assert_within_limits(machine)
     client.send_pose(NEAR)
-    client.wait_for(lambda: "no motion while disabled" in machine.ik.output, "a refusal")
+    client.wait_for(lambda: machine.refusal is Refusal.DISABLED, "a refusal")
+    assert "no motion while disabled" in machine.ik.output
     # Somebody moves the sliders; for the machine, an encoder offset looks the same.
     moved = {"encoder_offsets": [0.03, -0.02, 0.01]}
     machine.wait_for_measured_rest()
@@ -115,11 +119,27 @@ def test_started_disabled_it_waits_to_be_enabled(machine, client):
 
 
 FAULTS = {
-    "silent": ({"drop_out": 1.0}, "measured heights are silent for"),
-    "jump": ({"encoder_offsets": [0.0, 0.045, 0.0]}, "slider_2 jumped by 0.0"),
-    "stuck": ({"stuck_sliders": [True, False, False]}, "slider_1 is measured at"),
-    "frozen": ({"frozen_encoders": [False, False, True]}, "slider_3 is measured at"),
-    "lag": ({"lag": 2.0}, "is measured at"),
+    "silent": (
+        {"drop_out": 1.0},
+        Cause.MEASUREMENTS_SILENT,
+        "measured heights are silent for",
+    ),
+    "jump": (
+        {"encoder_offsets": [0.0, 0.045, 0.0]},
+        Cause.MEASUREMENT_JUMP,
+        "slider_2 jumped by 0.0",
+    ),
+    "stuck": (
+        {"stuck_sliders": [True, False, False]},
+        Cause.TRACKING_ERROR,
+        "slider_1 is measured at",
+    ),
+    "frozen": (
+        {"frozen_encoders": [False, False, True]},
+        Cause.TRACKING_ERROR,
+        "slider_3 is measured at",
+    ),
+    "lag": ({"lag": 2.0}, Cause.TRACKING_ERROR, "is measured at"),
 }
 
 
@@ -146,13 +166,13 @@ class TestFaults:
     @pytest.mark.parametrize("name", FAULTS)
     def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(self, slow_machine, name):
         machine, client = slow_machine, slow_machine.client
-        fault, reason = FAULTS[name]
+        fault, cause, reason = FAULTS[name]
         diagnostics = client.record(DiagnosticArray, "/diagnostics")
         machine.get_going(FAR, 0.04)
         assert client.set_parameters("simulator_node", fault).successful
         machine.wait_for_state("fault")
+        assert machine.cause is cause
         assert reason in machine.reason
-        assert machine.states[-1].level == DiagnosticStatus.ERROR
         assert f"fault: {machine.reason}" in machine.ik.output
         ramped_down(machine)
         client.wait_for(
@@ -167,7 +187,8 @@ class TestFaults:
         # Once at rest it is silent, and takes no target.
         now = client.now()
         client.send_pose(NEAR)
-        client.wait_for(lambda: "no motion while fault" in machine.ik.output, "a refusal")
+        client.wait_for(lambda: machine.refusal is Refusal.FAULT, "a refusal")
+        assert "no motion while fault" in machine.ik.output
         assert not machine.commands_since(now)
         if name == "silent":
             response = client.enable()
@@ -196,6 +217,7 @@ class TestFaults:
             return machine.state == "fault"
 
         client.wait_for(faulty, "the fault")
+        assert machine.cause is Cause.MEASUREMENT_NOT_FINITE
         assert f"measured height of slider_2 is {value}" in machine.reason
         ramped_down(machine)
         client.wait_for(lambda: client.enable().success, "the fault to be cleared")
@@ -207,7 +229,7 @@ def test_a_frozen_simulator_process_is_a_fault_by_the_bounds_that_are_shipped(ma
     machine.get_going(FAR, 0.04)
     machine.simulator.process.send_signal(signal.SIGSTOP)
     machine.wait_for_state("fault")
-    assert "silent" in machine.reason
+    assert machine.cause is Cause.MEASUREMENTS_SILENT
     ramped_down(machine)
     machine.simulator.process.send_signal(signal.SIGCONT)
     # It first catches up with the commands that it missed.
@@ -222,9 +244,24 @@ def test_state_is_latched_for_those_who_come_later(machine, client):
     reach_a_target(machine)
     count = len(machine.states)
     late = client.record(DiagnosticStatus, "ik_node/status", LATCHED)
-    client.wait_for(lambda: late, "the latched state")
-    assert late[0].message == machine.states[count - 1].message
-    assert late[0].message.startswith("idle: at rest: target (0, 0, 0.25) m is reached, measured")
+    late_state = client.record(MachineState, "ik_node/machine_state", LATCHED)
+    client.wait_for(lambda: late and late_state, "the latched state")
+    (state,) = late_state
+    assert state.header == machine.states[count - 1].header
+    assert late[0].message == f"idle: {state.reason}"
+    assert state.reason.startswith("at rest: target (0, 0, 0.25) m is reached, measured")
+    assert (state.state, state.cause) == (MachineState.IDLE, MachineState.CAUSE_TARGET_REACHED)
+    assert state.sends_setpoints and state.target_reached
+    assert state.target_kind == MachineState.TARGET_POSITION
+    assert (state.target.x, state.target.y, state.target.z) == (0.0, 0.0, 0.25)
+    assert math.isnan(state.target_velocity.x)
+    assert 0.0 <= state.target_distance < 0.0005
+    assert state.header.frame_id == "tri_glide_base"
+    # By these the client has found out that it is heard.
+    values = {entry.key: entry.value for entry in late[0].values}
+    assert str(state.refused) == values["refused commands"]
+    assert state.refusal == Refusal.WRONG_FRAME
+    assert state.refusal_text == values["last refusal"]
 
 
 def test_diagnostics_tell_of_loop_and_refusals(machine, client):

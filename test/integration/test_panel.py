@@ -21,6 +21,7 @@ from testing.client import Client
 from testing.forks import ForkedNodes
 from testing.panel import STOP, STRIP, Panel, button, difference, field, pad, tab
 from testing.processes import launched
+from tri_glide_kinematics.control.reason import Cause
 from tri_glide_kinematics.driving.drive_file import PathStep, load_drive
 from tri_glide_kinematics.panel.presence import PING_PERIOD, SILENT_PERIODS
 
@@ -118,7 +119,9 @@ def stop_on_the_way(panel: Panel, page: Page) -> None:
     panel.client.send_pose((0.0, 0.0, 0.4))
     panel.wait_for_motion()
     page.click(STOP)
-    panel.client.wait_for(lambda: panel.machine.reason == "at rest: stop was asked for", "the stop")
+    panel.client.wait_for(
+        lambda: (panel.machine.state, panel.machine.cause) == ("idle", Cause.STOP_ASKED), "the stop"
+    )
     assert panel.position[2] < 0.39
     panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
 
@@ -277,7 +280,7 @@ def test_points_are_taught_driven_paused_and_saved(panel: Panel, page: Page) -> 
         panel.client.send_pose(place)
         panel.wait_until_at(place)
         panel.client.spin_for(0.2)
-        panel.client.wait_for(lambda: "is reached" in panel.machine.reason, "measured rest")
+        panel.client.wait_for(lambda: panel.machine.states[-1].target_reached, "measured rest")
         panel.client.spin_for(0.2)
         page.click(button("Teach this position"))
         rows = (
@@ -297,7 +300,7 @@ def test_points_are_taught_driven_paused_and_saved(panel: Panel, page: Page) -> 
     panel.machine.wait_for_state("moving")
     page.click(tab("Drive"))
     page.click(button("pause"))
-    panel.client.wait_for(lambda: "pause" in panel.machine.reason, "the pause")
+    panel.machine.wait_for_state("paused")
     panel.client.wait_for(lambda: panel.is_at_rest, "rest on the path")
     assert panel.position[2] < places[-1][2] - 1e-3
     panel.client.set_parameters("ik_node", {"speed_scale": 1.0})

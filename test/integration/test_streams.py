@@ -11,6 +11,8 @@ from shared_machine import shared_machine
 
 from testing.client import Client
 from testing.commands import KINEMATICS, assert_within_limits
+from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.errors import Refusal
 
 INTERVAL = 0.01  # s between two commands
 HEIGHT = 0.25  # m
@@ -103,6 +105,7 @@ def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(m
     client.wait_for(lambda: place(client.now())[0] > 0.1, "the end of the way")
     timer.cancel()
     machine.wait_for_state("idle")
+    assert machine.cause is Cause.TARGETS_SILENT
     assert machine.reason == "at rest: no target for 0.5 s"
     errors = np.array(
         [
@@ -150,7 +153,8 @@ def test_a_target_that_leaves_the_workspace_is_waited_for(machine, client):
     machine.wait_for_state("tracking")
     # Beyond the reach of an arm, and back.
     offset[0] = 0.5
-    client.wait_for(lambda: "held at the edge" in machine.reason, "the edge")
+    client.wait_for(lambda: machine.cause is Cause.EDGE, "the edge")
+    assert "held at the edge" in machine.reason
     client.wait_for(lambda: not any(machine.commands[-1].velocity), "rest")
     assert machine.state == "tracking"
     offset[0] = 0.03
@@ -160,7 +164,7 @@ def test_a_target_that_leaves_the_workspace_is_waited_for(machine, client):
         ),
         "the machine at the target",
     )
-    assert "held at the edge" not in machine.reason
+    assert machine.cause is Cause.COMMAND
     timer.cancel()
     machine.wait_for_state("idle")
     assert_within_limits(machine)
@@ -172,7 +176,8 @@ def test_a_stop_ends_tracking_until_the_stream_has_paused(machine, client):
     machine.wait_for_state("tracking")
     assert "was tracking" in client.stop().message
     machine.wait_for_state("idle")
-    client.wait_for(lambda: "tracking was stopped: it needs a pause" in machine.ik.output, "why")
+    client.wait_for(lambda: machine.refusal is Refusal.NOT_RELEASED, "why")
+    assert "tracking was stopped: it needs a pause" in machine.ik.output
     count = len(machine.states)
     first = len(machine.commands)
     client.wait_for(lambda: len(machine.commands) > first + 200, "setpoints")
@@ -192,11 +197,9 @@ def test_two_senders_are_told_of(machine, client, ros_context):
     try:
         client.wait_for(
             lambda: any(
-                value.key == "remark" and "target_state: the newest message wins" in value.value
-                for status in machine.states
-                for value in status.values
+                "target_state: the newest message wins" in state.remark for state in machine.states
             ),
-            "the remark in the status",
+            "the remark in the state",
         )
         client.wait_for(lambda: reports, "diagnostics")
     finally:

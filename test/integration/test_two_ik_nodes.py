@@ -5,11 +5,13 @@ from __future__ import annotations
 import signal
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import JointState
 
 from testing.client import LATCHED
-from testing.machine import PATIENCE
+from testing.machine import PATIENCE, name_of
+from tri_glide_interfaces.msg import MachineState
+from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.errors import Refusal
 
 FAR = (0.08, 0.03, 0.4)
 
@@ -19,14 +21,18 @@ class Other:
 
     def __init__(self, client, nodes, parameters=None):
         self.name = f"{client.namespace}/other"
-        self.states = client.record(DiagnosticStatus, "other/status", LATCHED)
+        self.states = client.record(MachineState, "other/machine_state", LATCHED)
         self.node = nodes.start(
             "ik_node", {**PATIENCE, **(parameters or {})}, arguments=("-r", "__node:=other")
         )
 
     @property
     def state(self):
-        return self.states[-1].message if self.states else ""
+        return name_of(self.states[-1]) if self.states else ""
+
+    @property
+    def reason(self):
+        return self.states[-1].reason if self.states else ""
 
 
 def publishes(name, client, topic="joint_commands"):
@@ -38,8 +44,9 @@ def test_one_that_leads_faults_and_none_can_be_enabled(machine, client, nodes):
     machine.wait_for_new_state("moving", lambda: client.send_pose(FAR))
     other = Other(client, nodes, {"start_disabled": True})
     machine.wait_for_state("fault")
+    assert machine.cause is Cause.OTHER_PUBLISHER
     assert publishes(other.name, client) in machine.reason
-    client.wait_for(lambda: "the ramp" not in client.enable().message, "the end of the ramp")
+    client.wait_for(lambda: not machine.states[-1].sends_setpoints, "the end of the ramp")
     assert publishes(other.name, client) in client.enable().message
     ours = publishes(f"{client.namespace}/ik_node", client)
     client.wait_for(lambda: ours in client.enable(node="other").message, "the other's reason")
@@ -54,14 +61,14 @@ def test_none_begins_to_lead_beside_another(machine, client, nodes):
     other = Other(client, nodes)
     ours = publishes(f"{client.namespace}/ik_node", client)
     client.wait_for(lambda: publishes(other.name, client) in machine.reason, "its reason")
-    client.wait_for(lambda: ours in other.state, "the other's reason")
+    client.wait_for(lambda: ours in other.reason, "the other's reason")
     machine.start_simulator()
     client.wait_for(lambda: len(machine.measured) > 1000, "measured heights")
     assert machine.state == "waiting"
-    assert other.state.startswith("waiting")
+    assert other.state == "waiting"
     assert not machine.commands
     assert machine.ik.signal(signal.SIGINT) == 0
-    client.wait_for(lambda: other.state.startswith("idle"), "the other to lead")
+    client.wait_for(lambda: other.state == "idle", "the other to lead")
 
 
 def test_a_second_one_of_the_same_name(machine, client, nodes):
@@ -78,6 +85,8 @@ def test_a_publisher_that_is_no_ik_node(machine, client):
     machine.wait_for_state("fault")
     assert f"{client.namespace}/client publishes " in machine.reason
     assert not client.enable().success
+    expected = (Refusal.STOPPING, Refusal.OTHER_PUBLISHER)
+    client.wait_for(lambda: machine.refusal in expected, "why it is not enabled")
     client.node.destroy_publisher(publisher)
     client.wait_for(lambda: client.enable().success, "the machine to be enabled")
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
 from joined_domain import joined_domain
 from mechanisms_rig import page_server
@@ -16,6 +15,7 @@ from std_srvs.srv import Trigger
 from viser import GuiEvent, ViserServer
 
 from testing.client import Probe
+from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.panel.desk import Desk
 from tri_glide_kinematics.panel.hold import RENEWALS
 from tri_glide_kinematics.panel.inputs import OperatorsInput
@@ -170,7 +170,7 @@ def test_an_ik_node_that_was_started_anew_is_another_one(table: Table, context: 
     seen = set()
     for _ in range(2):
         server = Probe(context, "/desk", "ik_node")
-        server.node.create_publisher(DiagnosticStatus, "ik_node/status", 1)
+        server.node.create_publisher(MachineState, "ik_node/machine_state", 1)
         server.node.create_service(Trigger, "ik_node/stop", lambda _, answer: answer)
         table.probe.wait_for(lambda: link.identity, "ik_node")
         seen.add(link.identity)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.control.streams import twist_stream
+from tri_glide_kinematics.control.operating_state import IDLE, JOGGING, STOPPING
+from tri_glide_kinematics.control.reason import Cause
 from tri_glide_kinematics.panel.hold import LONGEST_GAP, RENEWALS, HeldJog, JogWatch
 from tri_glide_kinematics.ros.parameters import IK_NODE
 
@@ -38,24 +39,20 @@ def test_a_short_hiccup_is_forgiven_and_after_a_long_one_it_begins_anew() -> Non
     assert moves(hold, 1.0) == [False, True, True, True, True]
 
 
-LATE = f"at rest: {twist_stream(0.1).silence(10.0)}"
-STOPPED = "at rest: stop was asked for"
-
-
 def test_a_jog_that_somebody_has_ended_is_seen_by_the_state() -> None:
     watch = JogWatch()
-    assert not watch.has_ended("idle", STOPPED), "it has not begun"
-    assert not watch.has_ended("jogging", "")
-    assert watch.has_ended("stopping", STOPPED)
-    assert not watch.has_ended("idle", STOPPED), "it was told already"
+    assert not watch.has_ended(IDLE, Cause.STOP_ASKED), "it has not begun"
+    assert not watch.has_ended(JOGGING, Cause.COMMAND)
+    assert watch.has_ended(STOPPING, Cause.STOP_ASKED)
+    assert not watch.has_ended(IDLE, Cause.STOP_ASKED), "it was told already"
 
 
 def test_late_twists_are_no_end_but_a_stop_after_them_is() -> None:
     watch = JogWatch()
-    watch.has_ended("jogging", "")
-    assert not watch.has_ended("stopping", LATE)
-    assert not watch.has_ended("idle", LATE)
-    assert watch.has_ended("idle", STOPPED)
+    watch.has_ended(JOGGING, Cause.COMMAND)
+    assert not watch.has_ended(STOPPING, Cause.TWISTS_SILENT)
+    assert not watch.has_ended(IDLE, Cause.TWISTS_SILENT)
+    assert watch.has_ended(IDLE, Cause.STOP_ASKED)
 
 
 def test_what_was_ended_waits_for_the_release() -> None:

@@ -4,26 +4,44 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control.operating_state import OperatingState
+from tri_glide_interfaces.msg import MachineState
+from tri_glide_kinematics.control.operating_state import PAUSED, OperatingState
+from tri_glide_kinematics.control.reason import Cause
 from tri_glide_kinematics.panel.status_words import COLORS, FAULT, READY, WARNING, MachineStatus
 
 
 def test_each_state_of_the_controller_has_a_colour() -> None:
-    assert set(COLORS) == {state.name.lower() for state in OperatingState}
+    assert set(COLORS) == set(OperatingState)
 
 
 @pytest.mark.parametrize(
-    ("state", "color"), [("idle", READY), ("fault", FAULT), ("disabled", WARNING), ("?", WARNING)]
+    ("state", "color"),
+    [
+        (MachineState.IDLE, READY),
+        (MachineState.FAULT, FAULT),
+        (MachineState.DISABLED, WARNING),
+        (0, WARNING),
+        (200, WARNING),
+    ],
 )
-def test_colours(state: str, color: str) -> None:
-    assert MachineStatus.of({"state": state}).color == color
+def test_colours(state: int, color: str) -> None:
+    assert MachineStatus.of(MachineState(state=state)).color == color
 
 
 def test_a_remark_stands_behind_the_reason() -> None:
-    values = {"state": "idle", "reason": "at rest", "remark": "two of them"}
-    status = MachineStatus.of({**values, "refused commands": "3", "last refusal": "no"})
-    assert status == MachineStatus("idle", "at rest; two of them", 3, "no")
+    message = MachineState(
+        state=MachineState.PAUSED,
+        cause=MachineState.CAUSE_PAUSE_ASKED,
+        reason="rests",
+        remark="two of them",
+        refused=3,
+        refusal_text="no",
+    )
+    status = MachineStatus.of(message)
+    assert status == MachineStatus(PAUSED, Cause.PAUSE_ASKED, "rests; two of them", 3, "no")
+    assert status.word == "paused"
 
 
 def test_a_message_without_values_means_nothing() -> None:
-    assert MachineStatus.of({"refused commands": "x"}) == MachineStatus()
+    assert MachineStatus.of(MachineState()) == MachineStatus()
+    assert MachineStatus.of(MachineState(state=200, cause=200)) == MachineStatus()

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.panel.status_words import COLORS, IDLE, MOVING
+from tri_glide_kinematics.control.operating_state import IDLE, MOVING, OperatingState
 from tri_glide_kinematics.panel.steps import PATIENCE, Steps
 
 UP = (0.0, 0.0, 0.01)
+OWN = (IDLE, MOVING)
 HERE, ON_THE_WAY = (0.0, 0.0, 0.25), (0.0, 0.0, 0.253)
 
 
@@ -20,7 +21,11 @@ def steps() -> Steps:
 
 
 def second(
-    steps: Steps, state: str = MOVING, *, is_on_way: bool = True, now: float = 12.0
+    steps: Steps,
+    state: OperatingState | None = MOVING,
+    *,
+    is_on_way: bool = True,
+    now: float = 12.0,
 ) -> float:
     """Return the height of the target of another step, from ON_THE_WAY [m]."""
     target = steps.go_on(UP, ON_THE_WAY, state, is_on_way=is_on_way, now=now)
@@ -41,14 +46,16 @@ def test_what_is_on_its_way_for_too_long_counts_no_more(steps: Steps) -> None:
     assert second(steps, IDLE, now=10.0 + 1.1 * PATIENCE) == pytest.approx(0.263)
 
 
-@pytest.mark.parametrize("state", sorted({*COLORS, ""} - {IDLE, MOVING}))
-def test_another_state_in_between_drops_it(steps: Steps, state: str) -> None:
+@pytest.mark.parametrize(
+    "state", [None, *(state for state in OperatingState if state not in (IDLE, MOVING))]
+)
+def test_another_state_in_between_drops_it(steps: Steps, state: OperatingState | None) -> None:
     steps.look(state)
     assert second(steps, now=10.1) == pytest.approx(0.263)
 
 
-@pytest.mark.parametrize("state", [IDLE, MOVING])
-def test_its_own_motion_and_its_end_do_not_drop_it(steps: Steps, state: str) -> None:
+@pytest.mark.parametrize("state", OWN)
+def test_its_own_motion_and_its_end_do_not_drop_it(steps: Steps, state: OperatingState) -> None:
     steps.look(state)
     assert second(steps) == pytest.approx(0.27)
 

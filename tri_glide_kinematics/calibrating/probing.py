@@ -6,14 +6,15 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from tri_glide_kinematics.control.operating_state import (
+    IDLE,
+    JOGGING,
+    STOPPING,
+    OperatingState,
+)
+from tri_glide_kinematics.control.reason import Cause
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
-
-# The state of ik_node in words, as its status tells it.
-IDLE, JOGGING, STOPPING = "idle", "jogging", "stopping"
-
-# Part of the reason of ik_node for a stop because our twists came late.
-LATE_TWIST = "no twist for"
 
 # After a stop ik_node refuses twists until it is told of zero: so each probe begins with that [s].
 LETTING_GO = 0.1
@@ -48,6 +49,26 @@ class ProbePhase(Enum):
     BACK = "moves back"
     RESTING = "comes to rest at the end"
     ENDED = "has ended"
+
+
+@dataclass(frozen=True)
+class MachineView:
+    """What ik_node told last of itself.
+
+    Attributes:
+        state: None before it has told one, or if it is none that is known here.
+        cause: of the state; None likewise.
+        text: the reason, for people.
+    """
+
+    state: OperatingState | None = None
+    cause: Cause | None = None
+    text: str = ""
+
+    def __str__(self) -> str:
+        """Return state and reason in words."""
+        state = "not heard yet" if self.state is None else self.state.name.lower()
+        return f"ik_node is {state}: {self.text}"
 
 
 @dataclass(frozen=True)
@@ -102,7 +123,7 @@ class Probe:
         self._has_jogged = False
         self._height = self._highest = start[2]
         self._is_open = False
-        self._machine = ("", "")
+        self._machine = MachineView()
 
     def contact(self, is_touched: bool, stamp: float, now: float) -> None:
         """Take in what the switch says, and when by the clock of the machine [s]."""
@@ -140,8 +161,7 @@ class Probe:
             self._fail(f"no contact on {number_text(1e3 * settings.depth, 6)} mm", now)
         elif now - since > PATIENCE:
             if height - z < LEAST_PART * settings.speed * PATIENCE:
-                state, reason = self._machine
-                self._fail(f"the platform does not go down: ik_node is {state}: {reason}", now)
+                self._fail(f"the platform does not go down: {self._machine}", now)
             self._progress = (now, z)
 
     def _look_up(self, z: float, now: float) -> None:
@@ -151,18 +171,19 @@ class Probe:
         elif z > self._start[2] - BACK_TOLERANCE:
             self._go_to(ProbePhase.RESTING, now)
 
-    def machine(self, state: str, reason: str, now: float) -> None:
-        """Take in the state of ik_node and the reason for it."""
-        self._machine = state, reason
+    def machine(self, view: MachineView, now: float) -> None:
+        """Take in what ik_node tells of itself."""
+        self._machine = view
         # That a twist came late is no reason to give up: the next one is on its way.
-        is_stopped = state in (IDLE, STOPPING) and LATE_TWIST not in reason
+        is_late = view.cause is Cause.TWISTS_SILENT
+        is_stopped = view.state in (IDLE, STOPPING) and not is_late
         is_sent = self.phase in (ProbePhase.DOWN, ProbePhase.BACK)
         if is_sent and self._has_jogged and is_stopped:
-            self._give_way(f"it was stopped: {reason}", now)
-        self._has_jogged |= state == JOGGING
+            self._give_way(f"it was stopped: {view.text}", now)
+        self._has_jogged |= view.state is JOGGING
         # In these states it does what we have asked for.
-        if self.phase is not ProbePhase.ENDED and state not in (IDLE, JOGGING, STOPPING):
-            self._give_way(f"ik_node is {state}: {reason}", now)
+        if self.phase is not ProbePhase.ENDED and view.state not in (IDLE, JOGGING, STOPPING):
+            self._give_way(str(view), now)
 
     def other_command(self, what: str, now: float) -> None:
         """Take in that somebody else leads the machine; ``what`` tells how, in words."""
@@ -172,7 +193,7 @@ class Probe:
     def at_rest(self, now: float) -> None:
         """Take in that the sliders rest."""
         # A state that is still to come would be taken for one of the way back.
-        if self.phase is ProbePhase.STOPPING and self._machine[0] == IDLE:
+        if self.phase is ProbePhase.STOPPING and self._machine.state is IDLE:
             self._has_jogged, self._highest = False, self._height
             self._go_to(ProbePhase.BACK, now)
 
@@ -199,17 +220,17 @@ class Probe:
 
     def _look_at_time(self, now: float) -> None:
         """End what takes too long, and what is at rest at the end."""
-        state, reason = self._machine
         passed = now - self._changed
         if self.phase is ProbePhase.BACK:
             longest = LONGEST_WAY_BACK + (self._start[2] - self.lowest) / BACK_SPEED
             if passed > longest:
                 self._halt(
-                    f"the platform is not back after {number_text(longest, 3)} s: ik_node is "
-                    f"{state}: {reason}",
+                    f"the platform is not back after {number_text(longest, 3)} s: {self._machine}",
                     now,
                 )
-        elif self.phase is ProbePhase.RESTING and state == IDLE and passed > LETTING_GO:
+        elif (
+            self.phase is ProbePhase.RESTING and self._machine.state is IDLE and passed > LETTING_GO
+        ):
             self._go_to(ProbePhase.ENDED, now)
         elif self.phase in (ProbePhase.STOPPING, ProbePhase.RESTING) and passed > LONGEST_STOP:
             self._give_way(f"the sliders do not come to rest within {LONGEST_STOP:g} s", now)

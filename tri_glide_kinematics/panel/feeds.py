@@ -8,12 +8,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tri_glide_interfaces.msg import MotionState
+from tri_glide_interfaces.msg import MachineState, MotionState
 from tri_glide_kinematics.motion.engine import SliderState
 from tri_glide_kinematics.panel.status_words import MachineStatus
 from tri_glide_kinematics.ros.markers import DRIVEN, PROGRAMMED, TARGET
@@ -97,7 +97,7 @@ class Feeds:
         self.late = "not known"
         self._server = server[1:]
         self._on_lines = on_lines
-        node.create_subscription(DiagnosticStatus, "ik_node/status", self._on_status, LATCHED)
+        node.create_subscription(MachineState, "ik_node/machine_state", self._on_state, LATCHED)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         node.create_subscription(MarkerArray, "markers", self._on_markers, LATCHED)
 
@@ -106,8 +106,8 @@ class Feeds:
         """What is taken once for each frame."""
         return (self.motion.subscription,)
 
-    def _on_status(self, message: DiagnosticStatus) -> None:
-        self.status = MachineStatus.of({entry.key: entry.value for entry in message.values})
+    def _on_state(self, message: MachineState) -> None:
+        self.status = MachineStatus.of(message)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:

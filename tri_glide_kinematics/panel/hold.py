@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from tri_glide_kinematics.panel.status_words import JOGGING, LATE_TWIST
+from tri_glide_kinematics.control.operating_state import JOGGING, OperatingState
+from tri_glide_kinematics.control.reason import Cause
 from tri_glide_kinematics.vectors import Vector3
 
 # How often the page says that the button is held [1/s].
@@ -87,11 +88,11 @@ class JogWatch:
 
     _has_jogged: bool = False
 
-    def has_ended(self, state: str, reason: str) -> bool:
-        """Take a state and its reason; return whether what is held must not go on."""
-        if state == JOGGING:
+    def has_ended(self, state: OperatingState | None, cause: Cause | None) -> bool:
+        """Take a state and its cause; return whether what is held must not go on."""
+        if state is JOGGING:
             self._has_jogged = True
-        elif self._has_jogged and LATE_TWIST not in reason:
+        elif self._has_jogged and cause is not Cause.TWISTS_SILENT:
             self._has_jogged = False
             return True
         return False

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import viser
 
+from tri_glide_kinematics.control.operating_state import IDLE
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.curves.limits import CurveLimits
 from tri_glide_kinematics.panel.curves.plots import Curves
@@ -120,7 +121,7 @@ class LiveView:
                 else:
                     drawn.move(pose)
             scene.show_target(feeds.target)
-            is_idle = feeds.status.state == "idle"
+            is_idle = feeds.status.state is IDLE
             handle.follow(commanded.position if is_idle and commanded else feeds.target)
             self._draw_curves(feeds.motion)
             if measured is not None:

@@ -30,7 +30,7 @@ WORTH_TELLING = (GoalCode.REFUSED, GoalCode.NOT_REACHED)
 AT_REST = (0.0, 0.0, 0.0)
 TABLE = {parameter.name: parameter for parameter in IK_NODE}
 
-# Identifiers of those that publish the status.
+# Identifiers of those that publish the state.
 Identity = frozenset[bytes]
 NOBODY: Identity = frozenset()
 
@@ -70,7 +70,7 @@ class MachineLink:
         """
         if not self._triggers["stop"].service_is_ready():
             return NOBODY
-        publishers = self._node.get_publishers_info_by_topic("ik_node/status")
+        publishers = self._node.get_publishers_info_by_topic("ik_node/machine_state")
         return frozenset(bytes(each.endpoint_gid) for each in publishers)
 
     def stop(self) -> None:

@@ -183,7 +183,7 @@ class PanelNode(Node):
     def _look_for_ends(self) -> None:
         """Let nothing go on by itself that has ended."""
         status = self._feeds.status
-        if self._jog_watch.has_ended(status.state, status.reason):
+        if self._jog_watch.has_ended(status.state, status.cause):
             self._desk.end_hold()
         self._steps.look(status.state)
 
@@ -210,7 +210,7 @@ class PanelNode(Node):
             return Strip(WARNING, "no machine", reason, refusal, pages, "not heard")
         status = self._feeds.status
         return Strip(
-            status.color, status.state, status.reason, refusal, pages, "ramps to rest (Esc)"
+            status.color, status.word, status.reason, refusal, pages, "ramps to rest (Esc)"
         )
 
     def _position(self, heights: Vector3 | None) -> Vector3 | None:

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
+from tri_glide_interfaces.msg import MachineState
+from tri_glide_kinematics.control.operating_state import OperatingState
+from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.ros.machine_state import cause_of, state_of
+
 READY, MOTION, WARNING, FAULT = "ready", "motion", "warning", "fault"
-# States that are asked for elsewhere.
-IDLE, MOVING, JOGGING = "idle", "moving", "jogging"
-# Part of the reason why a jog has ended whose twists did not come any more.
-LATE_TWIST = "no twist for "
 
 COLORS = {
-    IDLE: READY,
-    MOVING: MOTION,
-    JOGGING: MOTION,
-    "tracking": MOTION,
-    "stopping": WARNING,
-    "waiting": WARNING,
-    "disabled": WARNING,
-    "fault": FAULT,
+    OperatingState.IDLE: READY,
+    OperatingState.MOVING: MOTION,
+    OperatingState.JOGGING: MOTION,
+    OperatingState.TRACKING: MOTION,
+    OperatingState.STOPPING: WARNING,
+    OperatingState.WAITING: WARNING,
+    OperatingState.DISABLED: WARNING,
+    OperatingState.PAUSED: WARNING,
+    OperatingState.FAULT: FAULT,
 }
 # A refusal is shown for so long [s].
 REFUSAL_SHOWN = 12.0
@@ -30,31 +31,36 @@ class MachineStatus:
     """What ``ik_node`` says about itself.
 
     Attributes:
-        state: in a word; empty before it has said anything.
-        reason: of the state, with a remark if there is one.
+        state: None before it has said anything, or if it is none that is known here.
+        cause: of the state; None likewise.
+        reason: of the state in words, with a remark if there is one.
         refused: number of commands that were refused.
-        last_refusal: what was refused last, and why.
+        last_refusal: what was refused last, and why, in words.
     """
 
-    state: str = ""
+    state: OperatingState | None = None
+    cause: Cause | None = None
     reason: str = ""
     refused: int = 0
     last_refusal: str = ""
 
     @classmethod
-    def of(cls, values: Mapping[str, str]) -> MachineStatus:
-        """Read the values of a message of ``~/status``."""
-        remark = values.get("remark", "")
-        reason = "; ".join(filter(None, (values.get("reason", ""), remark)))
-        refused = values.get("refused commands", "0")
+    def of(cls, message: MachineState) -> MachineStatus:
+        """Read a message of ``~/machine_state``."""
         return cls(
-            values.get("state", ""),
-            reason,
-            int(refused) if refused.isdigit() else 0,
-            values.get("last refusal", ""),
+            state_of(message),
+            cause_of(message),
+            "; ".join(filter(None, (message.reason, message.remark))),
+            message.refused,
+            message.refusal_text,
         )
+
+    @property
+    def word(self) -> str:
+        """The state in a word; empty if it is not known."""
+        return "" if self.state is None else self.state.name.lower()
 
     @property
     def color(self) -> str:
         """The colour of the state."""
-        return COLORS.get(self.state, WARNING)
+        return WARNING if self.state is None else COLORS[self.state]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from tri_glide_kinematics.panel.status_words import IDLE, MOVING
+from tri_glide_kinematics.control.operating_state import IDLE, MOVING, OperatingState
 from tri_glide_kinematics.vectors import Vector3
 
 # Until a step that was sent is seen as a motion [s].
@@ -30,13 +30,19 @@ class Steps:
         """Let the next step begin where the platform is."""
         self.target = None
 
-    def look(self, state: str) -> None:
+    def look(self, state: OperatingState | None) -> None:
         """Drop the last step if the machine does something else by now."""
         if state not in (IDLE, MOVING):
             self.drop()
 
     def go_on(
-        self, step: Vector3, place: Vector3 | None, state: str, *, is_on_way: bool, now: float
+        self,
+        step: Vector3,
+        place: Vector3 | None,
+        state: OperatingState | None,
+        *,
+        is_on_way: bool,
+        now: float,
     ) -> Vector3 | None:
         """Return the target of another step, None if it is not known where that begins [m].
 
@@ -47,7 +53,7 @@ class Steps:
             is_on_way: whether the goal of the last step has not ended.
             now: time.monotonic() [s].
         """
-        if not (is_on_way and (state == MOVING or now - self._sent_at < PATIENCE)):
+        if not (is_on_way and (state is MOVING or now - self._sent_at < PATIENCE)):
             self.drop()
         start = self.target or place
         if start is not None:

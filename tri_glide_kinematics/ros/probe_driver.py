@@ -7,29 +7,32 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rclpy.task import Future
 from std_msgs.msg import Bool
 
+from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.calibrating.errors import ProbingError, RecordingError
 from tri_glide_kinematics.calibrating.height_record import HeightRecord
 from tri_glide_kinematics.calibrating.probing import (
-    IDLE,
+    MachineView,
     Probe,
     ProbePhase,
     ProbeSettings,
     Speed,
 )
+from tri_glide_kinematics.control.operating_state import IDLE
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.machine_state import cause_of, state_of
 from tri_glide_kinematics.ros.messages import set_stamp
 from tri_glide_kinematics.vectors import Vector3
 
 # A twist is renewed this often [s]: several times in the time after which ik_node stops.
 TWIST_PERIOD = 0.02
 NEWEST = QoSProfile(depth=1)
+MACHINE_STATE = "ik_node/machine_state"
 # None may be missing: a short one may be that of another's command.
 ALL_STATES = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -81,13 +84,13 @@ class ProbeDriver:
         self._place_of = place_of
         self._probe: Probe | None = None
         self._done: Future | None = None
-        self._state, self._reason = "", ""
+        self._machine = MachineView()
         self._is_touched: bool | None = None
         self._heard = 0.0
         self._sent: Speed | None = None
         self._next = 0.0
         self._twists = node.create_publisher(TwistStamped, "target_twist", NEWEST)
-        node.create_subscription(DiagnosticStatus, "ik_node/status", self._on_status, ALL_STATES)
+        node.create_subscription(MachineState, MACHINE_STATE, self._on_machine, ALL_STATES)
         node.create_subscription(PoseStamped, "target_pose", self._on_pose, NEWEST)
         # rclpy's type hints know of no callback that gets to know when a message was sent.
         on_contact: Any = self._on_contact
@@ -115,12 +118,12 @@ class ProbeDriver:
         if self._probe is not None:
             raise ProbingError("another probe is under way")
         self._check_contact(settings, now)
-        if not self._node.count_publishers("ik_node/status"):
+        if not self._node.count_publishers(MACHINE_STATE):
             raise ProbingError("there is no ik_node that could move the platform")
-        if self._state != IDLE:
-            raise ProbingError(f"ik_node is {self._state or 'not heard yet'}: {self._reason}")
+        if self._machine.state is not IDLE:
+            raise ProbingError(str(self._machine))
         self._probe = Probe(settings, self._place_of(heights), now)
-        self._probe.machine(self._state, self._reason, now)
+        self._probe.machine(self._machine, now)
         self._done = Future()
         self._sent = None
         return self._done
@@ -199,8 +202,7 @@ class ProbeDriver:
         if self._probe is not None:
             self._probe.other_command("somebody else sends a target pose", time.monotonic())
 
-    def _on_status(self, message: DiagnosticStatus) -> None:
-        values = {entry.key: entry.value for entry in message.values}
-        self._state, self._reason = values.get("state", ""), values.get("reason", "")
+    def _on_machine(self, message: MachineState) -> None:
+        self._machine = MachineView(state_of(message), cause_of(message), message.reason)
         if self._probe is not None:
-            self._probe.machine(self._state, self._reason, time.monotonic())
+            self._probe.machine(self._machine, time.monotonic())

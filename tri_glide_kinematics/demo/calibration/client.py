@@ -6,12 +6,12 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 
+from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.demo.client import START_TIMEOUT, DemoError
 from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.ros.state_reports import LATCHED
@@ -38,21 +38,21 @@ class CalibrationClient(Node):
 
     def wait_for_machine(self) -> None:
         """Wait until ik_node leads the machine and takes goals."""
-        states: list[str] = []
+        states: list[int] = []
 
-        def on_status(message: DiagnosticStatus) -> None:
-            states.extend(entry.value for entry in message.values if entry.key == "state")
+        def on_state(message: MachineState) -> None:
+            states.append(message.state)
 
         # Of each ik_node a new one: the last state of one that has ended is none of the next.
-        status = self.create_subscription(DiagnosticStatus, "ik_node/status", on_status, LATCHED)
+        told = self.create_subscription(MachineState, "ik_node/machine_state", on_state, LATCHED)
         try:
             self._wait_for(
-                lambda: self._goals.is_ready and states[-1:] == ["idle"],
+                lambda: self._goals.is_ready and states[-1:] == [MachineState.IDLE],
                 START_TIMEOUT,
                 "starting ik_node",
             )
         finally:
-            self.destroy_subscription(status)
+            self.destroy_subscription(told)
 
     def wait_until_gone(self) -> None:
         """Wait until no ik_node is there any more."""

@@ -1,0 +1,72 @@
+"""Probe, panel and drive do not read what is meant for people.
+
+They pass their tests with an ik_node whose texts are random letters: those of its states, and those
+of the results of goals. Tests of what people read are left out.
+"""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from integration import test_calibration_node as probing
+from integration import test_drive as driving
+from integration import test_panel as panels
+from integration.test_calibration_node import shared_calibration
+from integration.test_drive import drive
+from integration.test_panel import chromium, operator, page, panel, rival
+
+from testing.random_texts import VARIABLE
+
+__all__ = ["chromium", "drive", "operator", "page", "panel", "rival", "shared_calibration"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def random_texts():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(VARIABLE, "1")
+        yield
+
+
+def is_random(machine):
+    last = machine.states[-1]
+    texts = (last.reason, last.refusal_text, last.target_text, last.remark)
+    return all(re.fullmatch("[a-z]{12}", text) for text in texts)
+
+
+class TestProbe:
+    started = probing.TestOneMachine.started
+    test_plate = probing.TestOneMachine.test_a_probe_finds_the_plate_and_comes_back
+    test_late = probing.TestOneMachine.test_a_probe_goes_on_where_twists_are_late
+    test_held_up = probing.TestOneMachine.test_a_probe_does_not_go_on_after_its_node_was_held_up
+
+    def test_the_texts_were_random(self, started):
+        assert is_random(started.machine)
+
+
+class TestDrive:
+    @pytest.fixture(autouse=True)
+    def randomly(self, machine):
+        yield
+        assert is_random(machine)
+
+    test_example = staticmethod(driving.test_the_example_is_driven_to_its_end)
+    test_interrupted = staticmethod(driving.test_ctrl_c_lets_the_platform_rest_on_its_path)
+
+    def test_a_refusal_ends_it(self, machine, drive):
+        machine.start()
+        command = drive([{"move": {"to": [0.5, 0.0, 0.25]}}, {"move": {"to": [0.0, 0.0, 0.3]}}])
+        assert command.end() == 1
+        assert [row[2] for row in command.rows()] == ["refused", "not"]
+
+
+class TestPanel:
+    pytestmark = panels.pytestmark
+
+    test_stop = staticmethod(panels.test_stop_brakes)
+    test_hold = staticmethod(panels.test_a_held_button_jogs_until_it_is_released)
+    test_steps = staticmethod(panels.test_steps_add_up)
+    test_pause = staticmethod(panels.test_points_are_taught_driven_paused_and_saved)
+
+    def test_the_texts_were_random(self, panel):
+        assert is_random(panel.machine)
