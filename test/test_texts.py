@@ -21,10 +21,7 @@ def is_text(node):
         return node.attr in TEXTS
     if isinstance(node, ast.Name):
         return node.id in TEXTS - {"text"}
-    is_str = (
-        isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "str"
-    )
-    return is_str and isinstance(node.args[0], ast.Name) and node.args[0].id == "error"
+    return isinstance(node, ast.Call) and ast.unparse(node) == "str(error)"
 
 
 def is_fixed(node):

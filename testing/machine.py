@@ -106,14 +106,19 @@ class Machine:
         return Cause(self.states[-1].cause) if self.states else None
 
     @property
-    def refusal(self) -> Refusal:
-        """Why the latest refused command was refused."""
-        return Refusal(self.states[-1].refusal) if self.states else Refusal.NONE
-
-    @property
     def reason(self) -> str:
         """Reason of the latest state, as people read it."""
         return self.states[-1].reason if self.states else ""
+
+    def wait_for_refusal(self, refusal: Refusal, action: Callable[[], Any] = lambda: None) -> None:
+        """Do something and wait until it is told that a command was refused in this way."""
+        count = self.states[-1].refused
+
+        def told() -> bool:
+            return self.states[-1].refused > count and self.states[-1].refusal == refusal
+
+        action()
+        self.client.wait_for(told, f"a refusal: {refusal.name}")
 
     def wait_for_state(self, state: str, timeout: float = TIMEOUT) -> None:
         """Wait until the latest state is this one."""

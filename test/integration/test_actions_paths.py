@@ -213,8 +213,7 @@ def test_target_path_does_the_same_without_an_answer(bench):
     bench.machine.catch_up()
     assert KINEMATICS.forward(bench.machine.heights()) == pytest.approx(SQUARE[2], abs=1e-6)
     message.header.frame_id = "world"
-    publisher.publish(message)
-    bench.client.wait_for(lambda: bench.machine.refusal is Refusal.WRONG_FRAME, "the refusal")
+    bench.machine.wait_for_refusal(Refusal.WRONG_FRAME, lambda: publisher.publish(message))
     assert "target path has frame_id 'world'" in bench.machine.ik.output
 
 

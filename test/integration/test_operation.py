@@ -82,8 +82,7 @@ def test_disabled_machine_is_silent_may_be_moved_by_hand_and_is_enabled_where_it
     machine.wait_for_state("disabled")
     assert machine.states_since(count) == ["stopping", "disabled"]
     assert_within_limits(machine)
-    client.send_pose(NEAR)
-    client.wait_for(lambda: machine.refusal is Refusal.DISABLED, "a refusal")
+    machine.wait_for_refusal(Refusal.DISABLED, lambda: client.send_pose(NEAR))
     assert "no motion while disabled" in machine.ik.output
     # Somebody moves the sliders; for the machine, an encoder offset looks the same.
     moved = {"encoder_offsets": [0.03, -0.02, 0.01]}
@@ -186,8 +185,7 @@ class TestFaults:
         )
         # Once at rest it is silent, and takes no target.
         now = client.now()
-        client.send_pose(NEAR)
-        client.wait_for(lambda: machine.refusal is Refusal.FAULT, "a refusal")
+        machine.wait_for_refusal(Refusal.FAULT, lambda: client.send_pose(NEAR))
         assert "no motion while fault" in machine.ik.output
         assert not machine.commands_since(now)
         if name == "silent":

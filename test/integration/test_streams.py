@@ -176,7 +176,7 @@ def test_a_stop_ends_tracking_until_the_stream_has_paused(machine, client):
     machine.wait_for_state("tracking")
     assert "was tracking" in client.stop().message
     machine.wait_for_state("idle")
-    client.wait_for(lambda: machine.refusal is Refusal.NOT_RELEASED, "why")
+    machine.wait_for_refusal(Refusal.NOT_RELEASED)
     assert "tracking was stopped: it needs a pause" in machine.ik.output
     count = len(machine.states)
     first = len(machine.commands)

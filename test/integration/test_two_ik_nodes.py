@@ -84,9 +84,8 @@ def test_a_publisher_that_is_no_ik_node(machine, client):
     publisher = client.publisher(JointState, "joint_commands")
     machine.wait_for_state("fault")
     assert f"{client.namespace}/client publishes " in machine.reason
-    assert not client.enable().success
-    expected = (Refusal.STOPPING, Refusal.OTHER_PUBLISHER)
-    client.wait_for(lambda: machine.refusal in expected, "why it is not enabled")
+    client.wait_for(lambda: not machine.states[-1].sends_setpoints, "the end of the ramp")
+    machine.wait_for_refusal(Refusal.OTHER_PUBLISHER, lambda: client.enable())
     client.node.destroy_publisher(publisher)
     client.wait_for(lambda: client.enable().success, "the machine to be enabled")
 
