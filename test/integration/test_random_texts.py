@@ -50,14 +50,14 @@ class TestDrive:
         yield
         assert is_random(machine)
 
-    test_example = staticmethod(driving.test_the_example_is_driven_to_its_end)
     test_interrupted = staticmethod(driving.test_ctrl_c_lets_the_platform_rest_on_its_path)
 
-    def test_a_refusal_ends_it(self, machine, drive):
+    def test_it_goes_on_after_a_success_and_ends_at_a_refusal(self, machine, drive):
         machine.start()
-        command = drive([{"move": {"to": [0.5, 0.0, 0.25]}}, {"move": {"to": [0.0, 0.0, 0.3]}}])
+        steps = [(0.0, 0.0, 0.3), (0.5, 0.0, 0.25), (0.0, 0.0, 0.3)]
+        command = drive([{"move": {"to": list(step)}} for step in steps])
         assert command.end() == 1
-        assert [row[2] for row in command.rows()] == ["refused", "not"]
+        assert [row[2] for row in command.rows()] == ["succeeded", "refused", "not"]
 
 
 class TestPanel:
