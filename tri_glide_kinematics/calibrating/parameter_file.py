@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tri_glide_kinematics.calibrating.errors import SavingError
 from tri_glide_kinematics.calibration.machine import MachineParameters
-from tri_glide_kinematics.calibration.replacing import replace_file
+from tri_glide_kinematics.files import replace_file
 
 # One section for all nodes, as in config/tri_glide.yaml: so "-p name:=value" wins over it.
 TEXT = """# Geometry of one machine, as it was calibrated. All nodes take it after their other file:

@@ -40,9 +40,9 @@ from tri_glide_kinematics.calibration.measurements import (
     Touch,
 )
 from tri_glide_kinematics.calibration.priors import Priors
-from tri_glide_kinematics.calibration.replacing import replace_file
 from tri_glide_kinematics.calibration.workspace_keys import NONE, read_workspace, workspace_keys
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import UNITS, load_yaml
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.calibration.replacing import replace_file
+from tri_glide_kinematics.files import replace_file
 
 
 def test_an_older_file_is_kept_and_nothing_else_is_left(tmp_path):
