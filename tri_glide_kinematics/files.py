@@ -1,17 +1,62 @@
-"""Writes files so that nobody's work is lost: a foreign file is refused, an old one is kept."""
+"""Writes files so that nobody's work is lost: whole or not at all, and none in place of another."""
 
 from __future__ import annotations
 
 import errno
 import os
-import shutil
+from itertools import count
 from pathlib import Path
+
+from tri_glide_kinematics.errors import KinematicsError
 
 BACKUP = ".bak"
 
 
+class OutsideFolderError(KinematicsError):
+    """A file lies outside the folder that it has to be in."""
+
+    def __init__(self, file: str, folder: Path) -> None:
+        """Store the name of the ``file`` as it was given, and the ``folder``."""
+        super().__init__(f"{file!r} is no file in the folder {folder}")
+        self.file = file
+        self.folder = folder
+
+
+def file_in(folder: Path, name: str) -> Path:
+    """Return the path of a file in a folder, links followed.
+
+    Args:
+        folder: that somebody has chosen.
+        name: that somebody else asks for, relative to the folder or absolute.
+
+    Raises:
+        OutsideFolderError: if the file would be elsewhere, or the name is none.
+    """
+    folder = folder.resolve()
+    try:
+        file = (folder / name).resolve()
+    except (ValueError, OSError, RuntimeError):
+        # A zero byte, a name that is too long, links that lead in a circle.
+        raise OutsideFolderError(name, folder) from None
+    if folder not in file.parents:
+        raise OutsideFolderError(name, folder)
+    return file
+
+
+def write_file(file: str | Path, content: str | bytes) -> None:
+    """Write a file, all of it or nothing; when this returns, it is on the disk.
+
+    Raises:
+        OSError: if it cannot be written; what was there before still is.
+    """
+    _put(Path(file).resolve(), content, keeps_old=False)
+
+
 def replace_file(file: str | Path, text: str) -> None:
-    """Write a file, all of it or nothing; what was there before becomes ``NAME.bak``.
+    """Write a file as ``write_file`` does, and keep what was there before.
+
+    That becomes ``NAME.bak``, or ``NAME.bak2`` and so on if there is one already: nothing is
+    overwritten. If the same text is there, nothing is done.
 
     Args:
         file: where. A file that is there must begin with the same line as the text.
@@ -21,23 +66,53 @@ def replace_file(file: str | Path, text: str) -> None:
         OSError: if it cannot be written, or another wrote what is there.
     """
     file = Path(file).resolve()
-    if file.exists():
-        _check_same_kind(file, text.split("\n", 1)[0])
-        shutil.copy2(file, file.with_name(file.name + BACKUP))
+    is_new = not file.exists()
+    if is_new or _checked_content(file, text.split("\n", 1)[0]) != text.encode():
+        _put(file, text, keeps_old=not is_new)
+
+
+def _put(file: Path, content: str | bytes, *, keeps_old: bool) -> None:
     new = file.with_name(f"{file.name}.{os.getpid()}.new")
     try:
-        new.write_text(text, encoding="utf-8")
+        with new.open("wb") as stream:
+            stream.write(content.encode() if isinstance(content, str) else content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        if keeps_old:
+            _keep(file)
         new.replace(file)
     finally:
         new.unlink(missing_ok=True)
+    # The name of a file is on the disk when its folder is.
+    descriptor = os.open(file.parent, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
-def _check_same_kind(file: Path, first: str) -> None:
+def _keep(file: Path) -> None:
+    """Give a file a second name, or, where the file system has no links, another one."""
+    for number in count(1):
+        backup = file.with_name(f"{file.name}{BACKUP}{number if number > 1 else ''}")
+        try:
+            # Takes no room on the disk, and never the place of another file.
+            os.link(file, backup)
+        except FileExistsError:
+            continue
+        except OSError as error:
+            if error.errno not in (errno.EPERM, errno.ENOTSUP, errno.EMLINK) or backup.exists():
+                raise
+            file.rename(backup)
+        return
+
+
+def _checked_content(file: Path, first: str) -> bytes:
     if not file.is_file():
         raise OSError(errno.EINVAL, "it is there, and no regular file")
-    wanted = first.encode()
-    with file.open("rb") as stream:
-        if stream.read(len(wanted)) != wanted:
-            raise FileExistsError(
-                errno.EEXIST, f"it is there, and its first line is not {first!r}: choose another"
-            )
+    content = file.read_bytes()
+    if not content.startswith(first.encode()):
+        raise FileExistsError(
+            errno.EEXIST, f"it is there, and its first line is not {first!r}: choose another"
+        )
+    return content

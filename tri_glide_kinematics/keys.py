@@ -83,6 +83,28 @@ def load_yaml(file: str | Path, error_class: type[FileError]) -> Any:
         raise error_class(file, "", f"is not YAML: {reason}") from error
 
 
+def whole_yaml(content: Mapping[str, Any]) -> str:
+    """Return YAML text, with a line for each entry, that is no YAML if it is cut off anywhere.
+
+    All of it stands in one pair of braces.
+    """
+    parts = []
+    for key, value in content.items():
+        entries = value if isinstance(value, list) and value else None
+        if entries and isinstance(entries[0], (Mapping, list)):
+            text = "[\n" + ",\n".join(f"  {_in_a_line(each)}" for each in entries) + "\n]"
+        else:
+            text = _in_a_line(value)
+        parts.append(f"{_in_a_line(key)}: {text}")
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+def _in_a_line(value: Any) -> str:
+    # In a list, as a value alone would get a mark of its end.
+    text = yaml.safe_dump([value], default_flow_style=True, sort_keys=False, width=math.inf)
+    return str(text).strip()[1:-1]
+
+
 class Keys:
     """The keys of one entry, each read by its name.
 

@@ -18,6 +18,8 @@ from tri_glide_kinematics.calibrating.uncertainty import UncertaintyMap
 from tri_glide_kinematics.calibration.machine import PARAMETER_NAMES, MachineParameters
 from tri_glide_kinematics.calibration.measurements import Plate
 from tri_glide_kinematics.ros.from_parameters import machine_of
+from tri_glide_kinematics.ros.parameter_sources import sections_of
+from tri_glide_kinematics.ros.parameter_table import ParameterError
 from tri_glide_kinematics.ros.parameters import IK_NODE
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 
@@ -104,6 +106,18 @@ def test_nodes_read_what_is_written(tmp_path):
     values |= {name: table[name].checked(value) for name, value in written.items()}
     read = MachineParameters(machine_of(values).geometry, values["height_offsets"])
     assert np.abs(read.vector - machine.vector).max() < 1e-9
+
+
+def test_a_parameter_file_that_is_cut_off_is_refused(tmp_path):
+    file = tmp_path / "calibrated.yaml"
+    save_parameters(file, calibration().machine)
+    assert sections_of(str(file)) == ("/**",)
+    whole = file.read_bytes().rstrip()
+    for length in range(len(whole)):
+        file.write_bytes(whole[:length])
+        sections_of.cache_clear()
+        with pytest.raises(ParameterError):
+            sections_of(str(file))
 
 
 def test_a_zero_has_no_sign_and_a_folder_that_is_not_there_is_told(tmp_path):

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from full_disk import full_disk
 
-from tri_glide_kinematics.calibrating.errors import RecordingError
+from tri_glide_kinematics.calibrating.errors import RecordingError, SavingError
 from tri_glide_kinematics.calibrating.session import Deviations, Session
+from tri_glide_kinematics.calibrating.session_file import keep_measurements, new_session_file
 from tri_glide_kinematics.calibration.machine import MachineParameters
 from tri_glide_kinematics.calibration.measurement_file import load_measurements, save_measurements
 from tri_glide_kinematics.calibration.measurements import Plate
@@ -42,6 +44,57 @@ def test_measurements_are_counted_and_take_what_is_usual(session):
         "3: position (1, 2, 3) m in frame 'camera' ±50 µm at heights (0.4, 0.41, 0.42) m",
         "4: distance 100 mm ±60 µm from heights (0.4, 0.41, 0.42) to (0.5, 0.51, 0.52) m",
     ]
+
+
+def test_what_cannot_be_kept_is_not_noted():
+    kept = []
+
+    def keep():
+        if len(kept) == 2:
+            raise SavingError("full")
+        kept.append(list(session.measurements))
+
+    session = Session(Plate("bed", 0.1, (0.0, 0.0)), Deviations(1e-5, 5e-5, 6e-5), keep)
+    session.touch(HEIGHTS)
+    session.distance_end(HEIGHTS, 0.0)
+    session.touch(OTHERS)
+    before = session.lines()
+    for change in (
+        lambda: session.touch(HEIGHTS),
+        lambda: session.distance_end(OTHERS, 0.1),
+        lambda: session.drop(1),
+        lambda: session.drop(0),
+        lambda: session.replace([]),
+    ):
+        with pytest.raises(SavingError, match="full"):
+            change()
+        assert session.lines() == before
+        assert session.missing == "the second end of a distance"
+    assert [len(each) for each in kept] == [1, 2]
+
+
+def test_a_session_is_kept_while_it_is_made_and_gone_on_with(tmp_path):
+    file = new_session_file(tmp_path)
+    session = Session(
+        Plate("bed", None, (0.0, 0.01)),
+        Deviations(1e-5, 5e-5, 6e-5),
+        lambda: keep_measurements(file, session.content(NOMINAL, Priors())),
+    )
+    session.touch(HEIGHTS)
+    session.position(HEIGHTS, (1.0, 2.0, 3.0), "camera")
+    session.distance_end(HEIGHTS, 0.0)
+    session.distance_end(OTHERS, 0.1)
+    read = load_measurements(file)
+    again = Session(Plate("bed", 0.1, (0.0, 0.0)), Deviations(1e-5, 5e-5, 6e-5))
+    again.replace((*read.touches, *read.positions, *read.distances))
+    assert again.lines() == session.lines()
+    # No session takes the file of another.
+    assert new_session_file(tmp_path) != file
+    assert list(tmp_path.iterdir()) == [file]
+    with full_disk(100), pytest.raises(SavingError, match="cannot be written: File too large"):
+        session.touch(OTHERS)
+    assert len(session.measurements) == 3
+    assert load_measurements(file) == read
 
 
 def test_a_first_end_counts_once(session):

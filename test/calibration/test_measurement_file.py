@@ -19,6 +19,7 @@ from tri_glide_kinematics.calibration import (
     load_measurements,
     save_measurements,
 )
+from tri_glide_kinematics.calibration.measurement_file import FIRST_LINE
 
 HEIGHTS = [346.4, 346.4, 346.4]
 NOMINAL_KEYS = {
@@ -26,6 +27,20 @@ NOMINAL_KEYS = {
     "arm_lengths": [400, 400, 400],
 }
 TOUCH = {"heights": HEIGHTS, "standard_deviation": 0.01}
+
+
+def test_a_file_that_is_cut_off_is_refused(tmp_path):
+    file = tmp_path / "measurements.yaml"
+    rng = np.random.default_rng(1)
+    machine = WrongMachine.random(rng)
+    touches = tuple(machine.touches(rng))[:3]
+    content = MeasurementFile(NOMINAL, WRONG_BY, touches, (), tuple(machine.one_distance(rng)))
+    save_measurements(file, content)
+    whole = file.read_bytes().rstrip()
+    for length in range(len(FIRST_LINE) + 1, len(whole)):
+        file.write_bytes(whole[:length])
+        with pytest.raises(MeasurementFileError, match=r"is not YAML|must be keys with values"):
+            load_measurements(file)
 
 
 @pytest.fixture

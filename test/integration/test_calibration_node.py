@@ -15,6 +15,7 @@ from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.srv import (
     DropMeasurement,
     ListMeasurements,
+    LoadMeasurements,
     ProbePlate,
     RecordDistanceEnd,
     RecordPosition,
@@ -42,8 +43,11 @@ class Calibration:
     def __init__(self, machine, client, nodes):
         self.machine, self.client, self._nodes = machine, client, nodes
 
-    def start(self, parameters=None, simulator=None):
-        self.node = self._nodes.start("calibration_node", parameters)
+    def start(self, folder, parameters=None, simulator=None):
+        self.folder = folder
+        self.node = self._nodes.start(
+            "calibration_node", {"folder": str(folder), **(parameters or {})}
+        )
         self.machine.start({"twist_timeout": 1.0}, {"plate_height": PLATE, **(simulator or {})})
         self.client.wait_for(
             lambda: self.client.node.count_publishers("target_twist") == 2, "calibration_node"
@@ -83,7 +87,8 @@ def calibration(machine, client, nodes):
 def shared_calibration(ros_domain, ros_context, tmp_path_factory):
     """Start one machine for all tests that leave it as it was."""
     with shared_nodes(ros_context, tmp_path_factory, "calibration") as (client, launcher):
-        yield Calibration(Machine(client, launcher), client, launcher).start()
+        folder = tmp_path_factory.mktemp("files")
+        yield Calibration(Machine(client, launcher), client, launcher).start(folder)
 
 
 class TestOneMachine:
@@ -149,7 +154,7 @@ class TestOneMachine:
         stops = [state.cause for state in machine.states[count:] if state.state == STOPPING]
         assert stops.count(Cause.TWISTS_SILENT) > 3
 
-    def test_requests_without_a_meaning_get_a_reason(self, started, tmp_path):
+    def test_requests_without_a_meaning_get_a_reason(self, started):
         calibration = started
         nan = float("nan")
         for kind, service, fields, words in (
@@ -162,7 +167,11 @@ class TestOneMachine:
             (ProbePlate, "probe", {"speed": 2.0}, "speed = 2 m/s must be at most 0.1 m/s"),
             (ProbePlate, "probe", {"depth": 10.0}, "depth = 10 m must be at most 1 m"),
             (DropMeasurement, "drop", {"number": 1}, "no measurement 1, only 0"),
-            (SaveMeasurements, "save", {"file": str(tmp_path)}, "cannot be written"),
+            (SaveMeasurements, "save", {"file": "."}, "'.' is no file in the folder"),
+            (SaveMeasurements, "save", {"file": "../../x"}, "'../../x' is no file in the folder"),
+            (SaveMeasurements, "save", {"file": "no/x"}, "cannot be written"),
+            (LoadMeasurements, "load", {"file": "/etc/passwd"}, "is no file in the folder"),
+            (LoadMeasurements, "load", {"file": "none.yaml"}, "cannot be read"),
             (SolveCalibration, "solve", {}, "needed"),
         ):
             answer = calibration.call(kind, service, **fields)
@@ -181,9 +190,9 @@ class TestOneMachine:
         assert "moves" in answer.message
 
 
-def test_the_way_back_of_a_probe_needs_no_height_offsets(calibration, machine, client):
+def test_the_way_back_of_a_probe_needs_no_height_offsets(calibration, machine, client, tmp_path):
     """calibration_node believes in others than ik_node, by 5 mm."""
-    calibration.start({"height_offsets": [-0.005, -0.005, -0.005]})
+    calibration.start(tmp_path, {"height_offsets": [-0.005, -0.005, -0.005]})
     poses = client.record(PoseStamped, "true_pose")
     machine.move(ABOVE)
     answer = calibration.probe(speed=0.005)
@@ -196,8 +205,8 @@ def test_the_way_back_of_a_probe_needs_no_height_offsets(calibration, machine, c
     assert max(pose.pose.position.z for pose in poses[-200:]) < ABOVE[2] + 1e-3
 
 
-def test_what_keeps_a_probe_from_its_plate(calibration, machine, client):
-    calibration.start()
+def test_what_keeps_a_probe_from_its_plate(calibration, machine, client, tmp_path):
+    calibration.start(tmp_path)
     machine.move(ABOVE)
     answer = calibration.probe(depth=0.001, speed=0.005)
     assert (answer.success, answer.message) == (False, "no contact on 1 mm")
@@ -252,7 +261,7 @@ def test_what_is_missing_for_a_probe_is_told(calibration, machine, client, nodes
 
 
 def test_measurements_are_noted_listed_dropped_and_saved(calibration, machine, tmp_path):
-    calibration.start({"touch_deviation": 2e-5})
+    calibration.start(tmp_path, {"touch_deviation": 2e-5})
     machine.move((0.0, 0.0, 0.3))
     machine.wait_for_measured_rest()
     touch = calibration.call(RecordTouch, "record_touch", plate="glass", standard_deviation=3e-5)
@@ -286,16 +295,45 @@ def test_measurements_are_noted_listed_dropped_and_saved(calibration, machine, t
     assert ends[1] == pytest.approx((0.1, 0.0, 0.3), abs=EXACT)
 
 
+def test_a_killed_session_is_gone_on_with(calibration, machine, client, nodes, tmp_path):
+    calibration.start(tmp_path)
+    earlier = set(tmp_path.iterdir())
+    machine.move((0.0, 0.0, 0.3))
+    machine.wait_for_measured_rest()
+    for count in (1, 2, 3):
+        assert calibration.call(RecordTouch, "record_touch").success
+        # Each one is on the disk when its service has answered.
+        (kept,) = set(tmp_path.iterdir()) - earlier
+        assert len(load_measurements(kept).touches) == count
+    before = list(calibration.lines)
+    calibration.node.signal(signal.SIGKILL)
+    client.wait_for(
+        lambda: client.node.count_publishers("target_twist") == 1, "the end of calibration_node"
+    )
+    calibration.node = nodes.start("calibration_node", {"folder": str(tmp_path)})
+    client.wait_for(lambda: calibration.call(RecordTouch, "record_touch").success, "measurements")
+    loaded = calibration.call(LoadMeasurements, "load", file=kept.name)
+    assert (loaded.success, loaded.count) == (True, 3), loaded.message
+    assert calibration.lines == before
+    machine.wait_for_measured_rest()
+    assert calibration.call(RecordTouch, "record_touch").number == 4
+    # It goes on in a file of its own, and all others are as they were.
+    assert len(load_measurements(kept).touches) == 3
+    assert sorted(len(load_measurements(file).touches) for file in tmp_path.iterdir())[-1] == 4
+
+
 def test_no_parameter_file_is_written_of_what_contradicts_the_priors(
     calibration, machine, tmp_path
 ):
     """The plate is 5 mm lower than calibration_node is told, which is no error of the machine."""
-    calibration.start({"plate_height": PLATE + 0.005, "prior_height_offsets": 0.001})
+    calibration.start(tmp_path, {"plate_height": PLATE + 0.005, "prior_height_offsets": 0.001})
     for place in ((0.0, 0.1), (-0.09, -0.05), (0.09, -0.05), (0.0, 0.0)):
         machine.move((*place, PLATE))
         machine.wait_for_measured_rest()
         assert calibration.call(RecordTouch, "record_touch").success
     file = tmp_path / "calibrated.yaml"
+    answer = calibration.call(SolveCalibration, "solve", parameter_file="../calibrated.yaml")
+    assert "is no file in the folder" in answer.message
     answer = calibration.call(SolveCalibration, "solve", parameter_file=str(file))
     assert not answer.success
     assert answer.message.startswith("no parameter file: measurements and assumptions contradict")

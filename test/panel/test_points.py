@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from full_disk import full_disk
 
 from tri_glide_kinematics.driving.drive_file import PathStep, load_drive
 from tri_glide_kinematics.driving.errors import DriveFileError
@@ -31,6 +32,30 @@ def test_random_points_come_back(tmp_path: Path) -> None:
         points = source.uniform(-1.0, 1.0, (count, 3))
         save_points(tmp_path / "p.yaml", [tuple(point) for point in points], 0.0, 0.0)
         assert np.array(load_points(tmp_path / "p.yaml")) == pytest.approx(points, abs=1e-7)
+
+
+def test_a_full_disk_loses_no_point(tmp_path: Path) -> None:
+    file = tmp_path / "p.yaml"
+    save_points(file, POINTS, 0.0, 0.0)
+    before = file.read_text()
+    with full_disk(200), pytest.raises(PointsFileError, match="cannot be written: File too large"):
+        save_points(file, POINTS * 100, 0.0, 0.0)
+    assert file.read_text() == before
+    save_points(file, POINTS * 2, 0.0, 0.0)
+    assert file.with_name("p.yaml.bak").read_text() == before
+    file.write_text("steps: []\n")
+    with pytest.raises(PointsFileError, match="its first line is not '# Points taught"):
+        save_points(file, POINTS, 0.0, 0.0)
+
+
+def test_a_file_that_is_cut_off_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "p.yaml"
+    save_points(file, POINTS, 0.002, 0.05)
+    whole = file.read_bytes().rstrip()
+    for length in range(len(whole)):
+        file.write_bytes(whole[:length])
+        with pytest.raises((DriveFileError, PointsFileError)):
+            load_points(file)
 
 
 def test_no_point_and_no_place_are_told(tmp_path: Path) -> None:

@@ -12,12 +12,13 @@ from tri_glide_kinematics.files import replace_file
 # One section for all nodes, as in config/tri_glide.yaml: so "-p name:=value" wins over it.
 TEXT = """# Geometry of one machine, as it was calibrated. All nodes take it after their other file:
 # --params-file tri_glide.yaml --params-file {name}
-/**:
-  ros__parameters:
-    geometry: calibrated
-    anchors: {anchors} # m
-    arm_lengths: {arm_lengths} # m
-    height_offsets: {height_offsets} # m
+# In braces, so that a file that is cut off is refused.
+/**: {{ros__parameters: {{
+  geometry: calibrated,
+  anchors: {anchors}, # m
+  arm_lengths: {arm_lengths}, # m
+  height_offsets: {height_offsets} # m
+}}}}
 """
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from tri_glide_kinematics.calibrating.errors import RecordingError
@@ -43,13 +44,18 @@ class Session:
         measurements: all that are whole.
     """
 
-    def __init__(self, plate: Plate, deviations: Deviations) -> None:
+    def __init__(
+        self, plate: Plate, deviations: Deviations, keep: Callable[[], None] = lambda: None
+    ) -> None:
         """Begin without any.
 
         Args:
             plate: that is meant where none is named; plates of other names are known in nothing.
             deviations: of measurements that come without one.
+            keep: is called after each change of the measurements, to keep them. If it raises an
+                error, the change is taken back.
         """
+        self._keep = keep
         self.measurements: list[Measurement] = []
         self._plate = plate
         self._deviations = deviations
@@ -102,6 +108,11 @@ class Session:
         self._first_end = None
         return number
 
+    def replace(self, measurements: Iterable[Measurement]) -> None:
+        """Go on with other measurements than those that were made."""
+        self._use([*measurements])
+        self._first_end = None
+
     def drop(self, number: int) -> str:
         """Forget a measurement, or all for the number 0, and return in words what was forgotten.
 
@@ -110,12 +121,14 @@ class Session:
         """
         count = len(self.measurements)
         if number == 0:
-            self.measurements.clear()
+            self._use([])
             self._first_end = None
             return f"{count} measurements"
         if not 1 <= number <= count:
             raise RecordingError(f"there is no measurement {number}, only {count}")
-        return in_words(self.measurements.pop(number - 1))
+        dropped = self.measurements[number - 1]
+        self._use([*self.measurements[: number - 1], *self.measurements[number:]])
+        return in_words(dropped)
 
     def lines(self) -> list[str]:
         """Return each measurement in words."""
@@ -143,8 +156,16 @@ class Session:
         )
 
     def _add(self, measurement: Measurement) -> int:
-        self.measurements.append(measurement)
+        self._use([*self.measurements, measurement])
         return len(self.measurements)
+
+    def _use(self, measurements: list[Measurement]) -> None:
+        before, self.measurements = self.measurements, measurements
+        try:
+            self._keep()
+        except Exception:
+            self.measurements = before
+            raise
 
 
 def in_words(measurement: Measurement) -> str:

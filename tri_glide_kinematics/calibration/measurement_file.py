@@ -27,8 +27,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
-
 from tri_glide_kinematics import keys
 from tri_glide_kinematics.calibration.errors import MeasurementFileError
 from tri_glide_kinematics.calibration.machine import MachineParameters
@@ -43,7 +41,7 @@ from tri_glide_kinematics.calibration.priors import Priors
 from tri_glide_kinematics.calibration.workspace_keys import NONE, read_workspace, workspace_keys
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
-from tri_glide_kinematics.keys import UNITS, load_yaml
+from tri_glide_kinematics.keys import UNITS, load_yaml, whole_yaml
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.limits import WorkspaceLimits
@@ -94,15 +92,19 @@ def load_measurements(file: str | Path) -> MeasurementFile:
     return _Reader(str(file), load_yaml(file, MeasurementFileError)).read()
 
 
+def measurement_text(content: MeasurementFile, unit: str = "mm") -> str:
+    """Return the text of a file that ``load_measurements`` reads as the same."""
+    return f"{FIRST_LINE}\n{whole_yaml(_as_keys(content, unit))}"
+
+
 def save_measurements(file: str | Path, content: MeasurementFile, unit: str = "mm") -> None:
     """Write a file that ``load_measurements`` reads as the same; an older one is kept.
 
     Raises:
         MeasurementFileError: if it cannot be written, or a file is there that was not written so.
     """
-    text = yaml.safe_dump(_as_keys(content, unit), sort_keys=False, default_flow_style=None)
     try:
-        replace_file(file, f"{FIRST_LINE}\n{text}")
+        replace_file(file, measurement_text(content, unit))
     except OSError as error:
         reason = f"cannot be written: {error.strerror or error}"
         raise MeasurementFileError(file, "", reason) from error

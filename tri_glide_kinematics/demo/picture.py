@@ -8,6 +8,7 @@ from pathlib import Path
 from tri_glide_kinematics.demo.client import MachineSettings
 from tri_glide_kinematics.demo.leg import Leg
 from tri_glide_kinematics.figures.motion import Mark, Span, motion_figure
+from tri_glide_kinematics.figures.saving import save_figure
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -45,7 +46,7 @@ def save_picture(
     figure = motion_figure(stream, path, settings.limits, settings.travel, marks, spans)
     folder.mkdir(parents=True, exist_ok=True)
     picture = folder / "demo.png"
-    figure.savefig(picture, dpi=110)
+    save_figure(figure, picture, 110)
     return picture
 
 

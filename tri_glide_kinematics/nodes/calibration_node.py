@@ -16,6 +16,7 @@ from sensor_msgs.msg import JointState
 from tri_glide_interfaces.srv import (
     DropMeasurement,
     ListMeasurements,
+    LoadMeasurements,
     ProbePlate,
     RecordDistanceEnd,
     RecordPosition,
@@ -27,14 +28,21 @@ from tri_glide_kinematics.calibrating.errors import ProbingError, SavingError
 from tri_glide_kinematics.calibrating.height_record import HeightRecord
 from tri_glide_kinematics.calibrating.parameter_file import save_parameters
 from tri_glide_kinematics.calibrating.session import Session
-from tri_glide_kinematics.calibration.measurement_file import MeasurementFile, save_measurements
+from tri_glide_kinematics.calibrating.session_file import keep_measurements, new_session_file
+from tri_glide_kinematics.calibration.measurement_file import (
+    MeasurementFile,
+    load_measurements,
+    save_measurements,
+)
 from tri_glide_kinematics.checks import non_negative
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.simulated_truth import TrueMachine
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.files import file_in
 from tri_glide_kinematics.ros.answers import Answers
 from tri_glide_kinematics.ros.calibration_parameters import (
     deviations_of,
+    folder_of,
     nominal_of,
     plate_of,
     priors_of,
@@ -82,7 +90,10 @@ class CalibrationNode(Node):
         self._workspace = reported_workspace_of(values)
         self._reader = SliderMeasurements(values["joint_names"])
         self._record = HeightRecord()
-        self._session = Session(plate_of(values), deviations_of(values))
+        self._folder = folder_of(values)
+        # Of the present session; none until it has a measurement.
+        self._session_file: Path | None = None
+        self._session = Session(plate_of(values), deviations_of(values), self._keep)
         believed = TrueMachine(TriGlide(self._nominal.geometry), self._nominal.height_offsets)
         self._resting = Resting(self._record)
         self._probes = ProbeDriver(
@@ -107,6 +118,7 @@ class CalibrationNode(Node):
             ("probe", ProbePlate, self._probe),
             ("drop", DropMeasurement, self._drop),
             ("save", SaveMeasurements, self._save),
+            ("load", LoadMeasurements, self._load),
             ("solve", SolveCalibration, self._solve),
         )
         # What waits would keep all others of its group from their turns.
@@ -186,10 +198,17 @@ class CalibrationNode(Node):
         response.message = f"dropped {self._session.drop(request.number)}"
 
     async def _save(self, request: Any, response: Any) -> None:
-        save_measurements(request.file, self._content())
-        # Where that is, only this process knows.
-        place = Path(request.file).resolve()
-        response.message = f"{len(self._session.measurements)} measurements: {place}"
+        file = file_in(self._folder, request.file)
+        save_measurements(file, self._content())
+        response.message = f"{len(self._session.measurements)} measurements: {file}"
+
+    async def _load(self, request: Any, response: Any) -> None:
+        file = file_in(self._folder, request.file)
+        content = load_measurements(file)
+        self._session_file = None
+        self._session.replace((*content.touches, *content.positions, *content.distances))
+        response.count = len(self._session.measurements)
+        response.message = f"{response.count} measurements of {file}"
 
     async def _solve(self, request: Any, response: Any) -> None:
         # Loaded when it is first used: it takes as long as starting the node.
@@ -200,13 +219,28 @@ class CalibrationNode(Node):
         if request.parameter_file:
             if calibration.is_contradicted:
                 raise SavingError(f"no parameter file: {contradiction(calibration)}")
-            save_parameters(Path(request.parameter_file), calibration.machine)
+            save_parameters(file_in(self._folder, request.parameter_file), calibration.machine)
         numbers = calibration.machine.vector.tolist()
         response.anchors = numbers[0:6]
         response.arm_lengths = numbers[6:9]
         response.height_offsets = numbers[9:12]
         response.standard_deviations = calibration.standard_deviations.tolist()
         response.message = report(calibration)
+
+    def _keep(self) -> None:
+        """Write the present session to the disk.
+
+        Raises:
+            SavingError: if that is not possible.
+        """
+        if not self._session.measurements:
+            # All are dropped: their file stays as it is, and what comes gets another one.
+            self._session_file = None
+            return
+        if self._session_file is None:
+            self._session_file = new_session_file(self._folder)
+            self.get_logger().info(f"measurements are kept in {self._session_file}")
+        keep_measurements(self._session_file, self._content())
 
     def _content(self) -> MeasurementFile:
         priors = priors_of(self._values)

@@ -8,8 +8,12 @@ from pathlib import Path
 import yaml
 
 from tri_glide_kinematics.driving.drive_file import PathStep, load_drive
+from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.panel.errors import PanelError
 from tri_glide_kinematics.vectors import Vector3
+
+# Of a file that is written here: no other is overwritten.
+FIRST_LINE = "# Points taught at the panel. Drive them: ros2 run tri_glide_kinematics drive FILE"
 
 # Decimals of a millimetre in the file.
 DIGITS = 4
@@ -28,17 +32,16 @@ def points_text(points: Sequence[Vector3], tolerance: float, speed: float) -> st
         speed: of the platform, 0 for what the sliders can do [m/s].
     """
     bounds = f"{{tolerance: {_number(1000.0 * tolerance)}, speed: {_number(1000.0 * speed)}}}"
-    rows = "\n".join(f"        - line: {{to: [{_in_millimetres(point)}]}}" for point in points)
+    rows = ",\n".join(f"  {{line: {{to: [{_in_millimetres(point)}]}}}}" for point in points)
+    # In braces, so that a file that is cut off is no YAML.
     return (
-        "# Points taught at the panel. Drive them: ros2 run tri_glide_kinematics drive FILE\n"
-        "unit: mm\n"
-        f"defaults: {bounds}\n"
-        f"steps:\n  - path:\n      segments:\n{rows}\n"
+        f"{FIRST_LINE}\n"
+        f"{{unit: mm,\ndefaults: {bounds},\nsteps: [{{path: {{segments: [\n{rows}\n]}}}}]}}\n"
     )
 
 
 def save_points(file: Path, points: Sequence[Vector3], tolerance: float, speed: float) -> None:
-    """Write the points as a drive file.
+    """Write the points as a drive file; an older one is kept as ``NAME.bak``.
 
     Raises:
         PointsFileError: if there is no point, or the file cannot be written.
@@ -46,9 +49,9 @@ def save_points(file: Path, points: Sequence[Vector3], tolerance: float, speed: 
     if not points:
         raise PointsFileError("there is no point to save, at least 1")
     try:
-        file.write_text(points_text(points, tolerance, speed), encoding="utf-8")
+        replace_file(file, points_text(points, tolerance, speed))
     except OSError as error:
-        raise PointsFileError(f"{file} cannot be written: {error.strerror}") from error
+        raise PointsFileError(f"{file} cannot be written: {error.strerror or error}") from error
 
 
 def load_points(file: Path) -> list[Vector3]:

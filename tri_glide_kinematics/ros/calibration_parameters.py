@@ -6,7 +6,9 @@ Not beside the others, as a node that moves the machine need not load any of it.
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
+from tri_glide_kinematics.calibrating.errors import SavingError
 from tri_glide_kinematics.calibrating.probing import ProbeSettings
 from tri_glide_kinematics.calibrating.session import Deviations
 from tri_glide_kinematics.calibration.machine import MachineParameters
@@ -25,6 +27,18 @@ def nominal_of(values: Values) -> MachineParameters:
         KinematicsError: if no working machine has this geometry.
     """
     return MachineParameters(machine_of(values).geometry, values["height_offsets"])
+
+
+def folder_of(values: Values) -> Path:
+    """Return the folder of all files that services name.
+
+    Raises:
+        SavingError: if there is no such folder.
+    """
+    folder = Path(values["folder"]).expanduser().resolve()
+    if not folder.is_dir():
+        raise SavingError(f"folder = {values['folder']!r}: {folder} is no folder")
+    return folder
 
 
 def plate_of(values: Values) -> Plate:

@@ -383,6 +383,13 @@ CALIBRATION_NODE = (
     *TRAVEL,
     *WORKSPACE,
     Parameter(
+        "folder",
+        ".",
+        "of all files that the services name; one that begins with no slash lies below the folder "
+        "in which the node was started",
+        told=True,
+    ),
+    Parameter(
         "probe_speed", 0.002, "of the platform on its way down", "m/s", 0.0002, 0.1, told=True
     ),
     Parameter("probe_depth", 0.01, "longest way down", "m", 0.0001, 1.0, told=True),

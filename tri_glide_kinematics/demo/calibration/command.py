@@ -59,8 +59,9 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
     with NodeProcesses() as processes:
         say("starting simulator_node with that machine, the other nodes with its drawing")
         plate = ["-p", f"plate_height:={PLATE}"]
+        files = ["-p", f"folder:={folder.resolve()}"]
         processes.start("simulator_node", [*arguments(folder / TRUTH), *plate])
-        processes.start("calibration_node", [*arguments(), *plate, *_assumed()])
+        processes.start("calibration_node", [*arguments(), *plate, *files, *_assumed()])
         believing = processes.start("ik_node", arguments())
         with ros_that_ctrl_c_ends():
             client = CalibrationClient(namespace)
@@ -70,8 +71,8 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
             probe(client, touches, NOMINAL)
             measure_distances(client, np.random.default_rng(seed))
             measurements, calibrated = (folder / name for name in (MEASUREMENTS, CALIBRATED))
-            client.ask(SaveMeasurements, "save", SaveMeasurements.Request(file=str(measurements)))
-            request = SolveCalibration.Request(parameter_file=str(calibrated))
+            client.ask(SaveMeasurements, "save", SaveMeasurements.Request(file=MEASUREMENTS))
+            request = SolveCalibration.Request(parameter_file=CALIBRATED)
             client.ask(SolveCalibration, "solve", request)
             say("starting ik_node again, with what was found out")
             believing.send_signal(signal.SIGINT)

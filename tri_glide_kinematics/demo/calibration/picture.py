@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from tri_glide_kinematics.demo.calibration.course import RADIUS
 from tri_glide_kinematics.demo.calibration.verdict import Verdict
+from tri_glide_kinematics.figures.saving import save_figure
 from tri_glide_kinematics.vectors import FloatArray
 
 # The longest arrow, as a part of the radius.
@@ -43,7 +44,7 @@ def verdict_figure(targets: FloatArray, verdict: Verdict) -> Figure:
 def save_verdict(folder: Path, targets: FloatArray, verdict: Verdict) -> Path:
     """Save the page, and return the path of the picture."""
     picture = folder / "calibration_demo.png"
-    verdict_figure(targets, verdict).savefig(picture, dpi=110)
+    save_figure(verdict_figure(targets, verdict), picture, 110)
     return picture
 
 

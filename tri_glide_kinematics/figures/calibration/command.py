@@ -43,6 +43,7 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
     from tri_glide_kinematics.calibrating.report import contradiction, report
     from tri_glide_kinematics.calibrating.solving import proposed, solved
     from tri_glide_kinematics.calibration.measurement_file import load_measurements
+    from tri_glide_kinematics.files import write_file
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     content = load_measurements(file)
@@ -50,10 +51,11 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
     text = report(calibration, *proposed(content, calibration, proposals))
     print(text)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / REPORT).write_text(f"{text}\n", encoding="utf-8")
+    write_file(folder / REPORT, f"{text}\n")
     from tri_glide_kinematics.figures.calibration.pictures import calibration_figure
+    from tri_glide_kinematics.figures.saving import save_figure
 
-    calibration_figure(calibration).savefig(folder / PICTURE, dpi=110)
+    save_figure(calibration_figure(calibration), folder / PICTURE, 110)
     print(f"\nreport: {folder / REPORT}\npicture: {folder / PICTURE}")
     if calibration.is_contradicted and not is_forced:
         reason = contradiction(calibration)
