@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+
 import pytest
 from controller_rig import LIMITS, MACHINE, Rig, ended
 
@@ -9,8 +11,8 @@ from tri_glide_kinematics.control.goals import GoalCode
 from tri_glide_kinematics.control.inbox import TargetPath
 from tri_glide_kinematics.control.operating_state import IDLE, MOVING, PAUSED
 from tri_glide_kinematics.control.reason import Cause, Reason
-from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import MotionKind
+from tri_glide_kinematics.errors import KinematicsError, Refusal
+from tri_glide_kinematics.motion import MotionKind, MotionPhase
 from tri_glide_kinematics.motion.paths.flat_path import FlatPath
 
 SQUARE = [(0.02, 0.0, 0.25), (0.02, 0.02, 0.25), (0.0, 0.02, 0.25), (0.0, 0.0, 0.25)]
@@ -161,6 +163,37 @@ def test_it_pauses_and_goes_on(rig):
     assert ended(rig, goal).code is GoalCode.SUCCEEDED
     with pytest.raises(KinematicsError, match="path"):
         rig.controller.pause()
+
+
+def test_it_is_paused_whenever_its_path_is_whatever_is_asked_for(rig):
+    source = random.Random(5)
+    controller = rig.controller
+    commands = {
+        "path": lambda: pursue(rig, source.choice((SQUARE, BEYOND))),
+        "append": lambda: pursue(rig, source.choice((SQUARE, BEYOND)), extends=True),
+        "pause": controller.pause,
+        "resume": controller.resume,
+        "pose": lambda: controller.move_to((0.0, 0.01, 0.26)),
+        "jog": rig.jog,
+        "limits": lambda: controller.set_limits(LIMITS, source.choice((0.2, 1.0))),
+        "stop": controller.stop,
+    }
+    weights = (2, 1, 4, 2, 1, 1, 1, 1)
+    cycles = 0
+    for _ in range(150):
+        (name,) = source.choices(list(commands), weights)
+        try:
+            commands[name]()
+        except KinematicsError as error:
+            assert error.refusal is not Refusal.OTHER, error
+        for _ in range(source.choice((1, 2, 5, 20, 100))):
+            rig.cycle()
+            is_paused = rig.engine.is_paused and rig.engine.phase is not MotionPhase.IDLE
+            # At the end of the path the setpoints rest before the platform is measured there.
+            assert (controller.state is PAUSED) >= is_paused
+            assert (controller.state is PAUSED) == (controller.reason.cause is Cause.PAUSE_ASKED)
+            cycles += controller.state is PAUSED
+    assert cycles > 100
 
 
 def test_a_stop_while_it_pauses_ends_it(rig):

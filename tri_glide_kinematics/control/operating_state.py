@@ -39,7 +39,8 @@ REFUSAL_IN = {WAITING: Refusal.WAITING, FAULT: Refusal.FAULT, DISABLED: Refusal.
 
 FOLLOWERS: dict[OperatingState, frozenset[OperatingState]] = {
     WAITING: frozenset((IDLE, DISABLED)),
-    IDLE: LEAD_ON | {FAULT, DISABLED},
+    # A path that was paused in its last moment may be extended.
+    IDLE: LEAD_ON | {PAUSED, FAULT, DISABLED},
     MOVING: LEAD_ON | {PAUSED, IDLE, STOPPING, FAULT},
     PAUSED: LEAD_ON | {IDLE, STOPPING, FAULT},
     JOGGING: LEAD_ON | {IDLE, STOPPING, FAULT},
