@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import random
 import struct
+from contextlib import suppress
+from itertools import product
 
 import numpy as np
 import pytest
@@ -97,17 +99,27 @@ def test_what_is_cut_off_or_made_up_is_refused_or_read_but_never_fails_otherwise
     source = random.Random(3)
     for frames in (None, ["", BASE]):
         whole = serialize_message(path(9, BASE, frames))
-        for end in range(4, len(whole)):
+        for end in range(len(whole)):
             with pytest.raises(KinematicsError):
                 at_once(path_points(whole[:end], BASE))
         for _ in range(3000):
             data = bytearray(whole)
             for _ in range(source.randint(1, 4)):
-                data[source.randrange(4, len(data))] = source.randrange(256)
+                data[source.randrange(len(data))] = source.randrange(256)
             try:
                 at_once(path_points(bytes(data), BASE))
             except KinematicsError:
                 continue
+
+
+@pytest.mark.parametrize("body", [b"", b"\0", bytes(3), bytes(4), bytes(16), b"\xff" * 64])
+def test_no_header_with_any_body_raises_anything_but_a_refusal(body):
+    whole = serialize_message(path(2))
+    kinds = product((0, 1, 2, 3, 6, 7, 8, 9, 11, 128, 255), repeat=2)
+    for header in (b"", b"\0", *map(bytes, kinds)):
+        for data in (header + body, header + b"\0\0" + body, header + whole[2:]):
+            with suppress(KinematicsError):
+                at_once(path_points(data, BASE))
 
 
 @pytest.mark.parametrize("frames", [None, ["", BASE]])

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import random
+from contextlib import suppress
 
 import pytest
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros import slider_measurements
 from tri_glide_kinematics.ros.messages import RefusedMessageError, SliderReader
 from tri_glide_kinematics.ros.slider_measurements import MOST_LAYOUTS, SliderMeasurements
@@ -21,13 +23,13 @@ TEXTS = ("", "a", "ab", "abc", "frame", "tri_glide_base", "größe")
 def slow_reads(monkeypatch):
     """Return how many messages are read part by part from now on, in a list."""
     count = [0]
-    read = slider_measurements.deserialize_message
+    read = slider_measurements.decoded
 
     def counted(*arguments):
         count[0] += 1
         return read(*arguments)
 
-    monkeypatch.setattr(slider_measurements, "deserialize_message", counted)
+    monkeypatch.setattr(slider_measurements, "decoded", counted)
     return count
 
 
@@ -141,3 +143,18 @@ def test_offsets_are_added_in_both_ways_of_reading(seed, slow_reads):
         assert reading.velocities == (1.0, 2.0, 3.0)
     # Of each reader the first message is read part by part, the others are not.
     assert slow_reads[0] == 2
+
+
+def test_bytes_of_any_kind_are_read_or_refused_and_never_fail_otherwise():
+    source = random.Random(7)
+    reader = SliderMeasurements(NAMES)
+    for _ in range(300):
+        whole = serialize_message(random_message(source))
+        with suppress(KinematicsError):
+            reader.read(whole)
+        for _ in range(20):
+            data = bytearray(whole[: source.choice((len(whole), source.randrange(len(whole))))])
+            for _ in range(source.randrange(4) if data else 0):
+                data[source.randrange(len(data))] = source.choice((0, 1, 127, 255, 65))
+            with suppress(KinematicsError):
+                reader.read(bytes(data))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, Quaternion, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, Refusal
@@ -103,6 +104,21 @@ class SliderReader:
                 raise RefusedMessageError(f"joint state names {name} {names.count(name)} times")
         i, j, k = (names.index(name) for name in self._wanted)
         return i, j, k
+
+
+def decoded(data: bytes, kind: Any) -> Any:
+    """Return the message of some ``kind`` that bytes are.
+
+    Raises:
+        RefusedMessageError: if they are none, whatever they are.
+    """
+    try:
+        return deserialize_message(data, kind)
+    except Exception as error:
+        # What rclpy raises depends on the bytes, and is an error of whoever sent them.
+        raise RefusedMessageError(
+            f"{len(data)} bytes are no {kind.__name__}: {type(error).__name__}: {error}"
+        ) from error
 
 
 def target_position(message: PoseStamped, base_frame: str) -> Vector3:

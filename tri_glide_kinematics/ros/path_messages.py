@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from nav_msgs.msg import Path
-from rclpy.serialization import deserialize_message
 
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.interruptible import Interruptible
@@ -20,6 +19,7 @@ from tri_glide_kinematics.ros.messages import (
     ROTATION_TOLERANCE,
     RefusedMessageError,
     check_frame,
+    decoded,
 )
 from tri_glide_kinematics.ros.stamped_triples import byte_order
 from tri_glide_kinematics.vectors import FloatArray
@@ -74,10 +74,10 @@ def path_points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
 
     Raises:
         RefusedMessageError: if a frame is neither empty nor ``base_frame``, an orientation is not
-            the identity, or the message ends too early.
+            the identity, or the bytes are no such message.
     """
     if data[:2] not in PLAIN:
-        return _checked(_points_of(deserialize_message(data, Path), base_frame))
+        return _checked(_points_of(decoded(data, Path), base_frame))
     try:
         rows = yield from _rows(data, base_frame)
     except IndexError as error:

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from struct import Struct
 from typing import NamedTuple
 
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.ros.messages import SliderReader
+from tri_glide_kinematics.ros.messages import SliderReader, decoded
 from tri_glide_kinematics.ros.stamped_triples import (
     KIND,
     MARKS,
@@ -130,12 +130,12 @@ class SliderMeasurements:
         """Return the state of the sliders, or None if the message is about other joints only.
 
         Raises:
-            RefusedMessageError: if a slider or a number is missing.
+            RefusedMessageError: if the bytes are no such message, or lack a slider or a number.
         """
         layout = self._layouts.get(len(data))
         if layout is not None and layout.fits(data):
             return layout.reading(data)
-        message = deserialize_message(data, JointState)
+        message = decoded(data, JointState)
         reading = self._reader.read(message)
         layout = self._layout_of(message, data, reading is not None)
         if layout is not None and (len(data) in self._layouts or len(self._layouts) < MOST_LAYOUTS):
