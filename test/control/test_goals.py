@@ -189,7 +189,7 @@ def test_what_ends_the_motion_ends_the_goal_at_once(rig, cancelled):
     ends = {
         GoalCode.DISABLED: rig.controller.disable,
         GoalCode.FAULT: fault,
-        GoalCode.SHUTDOWN: lambda: rig.controller.end_goals("the node ends"),
+        GoalCode.SHUTDOWN: lambda: rig.controller.end("the node ends"),
     }
     for code, end in ends.items():
         goal = under_way(rig)
@@ -199,10 +199,10 @@ def test_what_ends_the_motion_ends_the_goal_at_once(rig, cancelled):
         assert goal.outcome is not None
         assert goal.outcome.code is code
         rig.cycle(300)
-        if rig.controller.state is not MOVING:
+        if code is not GoalCode.SHUTDOWN:
             rig.controller.enable(rig.now)
-        rig.controller.move_to(HOME_POSITION)
-        rig.cycle(500)
+            rig.controller.move_to(HOME_POSITION)
+            rig.cycle(500)
     assert goal.outcome.text == "the node ends"
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 
 from tri_glide_kinematics.control.engine_commands import CarriedOut, EngineCommands
+from tri_glide_kinematics.control.errors import BrokenError
 from tri_glide_kinematics.control.goals import GoalCode, Goals
 from tri_glide_kinematics.control.inbox import (
     Target,
@@ -15,6 +17,7 @@ from tri_glide_kinematics.control.inbox import (
 )
 from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
+    FAULT,
     IDLE,
     JOGGING,
     MOVING,
@@ -47,6 +50,7 @@ class CommandedMotion:
     Attributes:
         streams: of what has to be renewed; their timeouts can be changed.
         newest_target: when it counts as reached can be changed.
+        failure: what is broken in here; None as long as nothing is.
     """
 
     def __init__(
@@ -78,6 +82,7 @@ class CommandedMotion:
         # What the path that is followed was, before it was extended.
         self._before: list[Target | None] = []
         self._leading = False
+        self.failure: BrokenError | None = None
 
     @property
     def status(self) -> ControllerStatus:
@@ -108,6 +113,11 @@ class CommandedMotion:
     def reason(self) -> Reason:
         """Why it is doing that."""
         return self._states.reason
+
+    @property
+    def leads(self) -> bool:
+        """Whether there is a setpoint in each cycle."""
+        return self._leading
 
     @property
     def tracking_distance(self) -> float:
@@ -174,6 +184,29 @@ class CommandedMotion:
         self._commands.put_limits(limits, speed_scale)
         self._take(self._commands.carry_out)
 
+    def fail(self, cause: Exception) -> BrokenError:
+        """Come to rest, and then lead no more, as something in here is broken.
+
+        If a braking can still be planned, that is driven; else the held plan, which is verified and
+        leads to rest as well. After this nothing is planned any more.
+
+        Args:
+            cause: what was raised; the first one counts.
+
+        Returns:
+            What is said of it.
+        """
+        if self.failure is None:
+            self.failure = BrokenError(cause)
+            with suppress(Exception):
+                self._engine.stop()
+            self._engine.keep_to_plan()
+            text = str(self.failure)
+            reason = Reason(Cause.PROGRAM_ERROR, text)
+            self._states.change(FAULT if self._leading else self.state, reason)
+            self._goals.end_all(GoalCode.FAULT, text)
+        return self.failure
+
     def plan(self, may_go_on: Callable[[], bool]) -> None:
         """Go on with the planning of commands: by a piece at least, and while ``may_go_on``."""
         if self._leading:
@@ -192,16 +225,41 @@ class CommandedMotion:
         self._carry_out(command)
 
     def _brake(self, reason: Reason, asked_for: bool = True, then: OperatingState = IDLE) -> None:
-        self._commands.stop()
         self._states.stop(reason, asked_for=asked_for, then=then)
+        self._come_to_rest()
         self._note(None)
+
+    def _come_to_rest(self) -> None:
+        """Let the engine brake; where that fails, the held plan leads to rest as well."""
+        try:
+            self._commands.stop()
+        except Exception as error:
+            self.fail(error)
+
+    @contextmanager
+    def _failing(self) -> Iterator[None]:
+        """Fail, and refuse what is asked for, if that raises anything but a refusal.
+
+        Raises:
+            KinematicsError: the refusal.
+        """
+        try:
+            yield
+        except KinematicsError:
+            raise
+        except Exception as error:
+            raise self.fail(error) from error
 
     def _take(self, carry_out: Callable[[bool], CarriedOut | None]) -> None:
         """Take note of a command that is carried out, or tell why it is refused."""
+        if self.failure is not None:
+            return
         try:
             self._note(carry_out(self.state in ON_THE_WAY))
         except KinematicsError as error:
             self._tell_refusal(error)
+        except Exception as error:
+            self.fail(error)
 
     def _carry_out(self, target: Target) -> None:
         """Carry out the command whose turn it is, which may be this ``target``.
@@ -216,6 +274,8 @@ class CommandedMotion:
             if self._commands.refused is target:
                 raise
             self._tell_refusal(error)
+        except Exception as error:
+            raise self.fail(error) from error
 
     def _note(self, done: CarriedOut | None) -> None:
         """Tell of a target that the engine has taken."""

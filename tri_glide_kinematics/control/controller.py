@@ -48,6 +48,9 @@ class MotionController(GoalCommands):
     While it leads, each cycle has a setpoint. It leads from the first usable measurement, or from
     ``enable``, until it is disabled or has ramped down in a fault; each time it starts from the
     measured heights. So while it does not lead, somebody may move the machine by hand.
+
+    However it ends, short of a kill, it ends after a ramp: ``end`` brakes, ``fail`` does so if it
+    can, and the held plan leads to rest in any case.
     """
 
     def __init__(
@@ -88,6 +91,8 @@ class MotionController(GoalCommands):
         self._supervisor = supervisor
         self._start = StartingPlace(supervisor, travel)
         self._commanded: Vector3 | None = None
+        self._period = period
+        self._has_ended = False
         on_change(self.status)
 
     def cycle(
@@ -97,11 +102,34 @@ class MotionController(GoalCommands):
 
         ``may_go_on`` is asked, after each piece of planning, for another one before the setpoint;
         without it, nothing is planned before that.
+
+        Raises:
+            Exception: if the held plan cannot be stepped, so that nothing is left to drive.
         """
+        try:
+            if self.failure is None:
+                self._decide(now, may_go_on)
+        except Exception as error:
+            self.fail(error)
+        if not self._leading:
+            return None
+        setpoint = self._step()
+        self._commanded = setpoint.heights
+        try:
+            if self.failure is None:
+                self._look_after(now)
+        except Exception as error:
+            self.fail(error)
+        if self.failure is not None and self._engine.phase is MotionPhase.IDLE:
+            self._end_leading()
+        return setpoint
+
+    def _decide(self, now: float, may_go_on: Callable[[], bool] | None) -> None:
+        """Do what comes before the setpoint of a cycle."""
         self.streams.looked(now)
         self._commands.next_cycle(now)
         if not self._leading:
-            return None
+            return
         if self.state is not FAULT:
             silence = self._supervisor.cycle(now)
             if silence is not None:
@@ -114,8 +142,19 @@ class MotionController(GoalCommands):
                 moving, may_go_on if self._engine.phase is MotionPhase.IDLE else None
             )
         )
-        setpoint = self._commands.step()
-        self._commanded = setpoint.heights
+
+    def _step(self) -> SliderState:
+        """Return the next setpoint, of the held plan alone if there is no other."""
+        try:
+            if self.failure is None:
+                return self._commands.step()
+        except Exception as error:
+            self.fail(error)
+        return self._engine.step(self._period)
+
+    def _look_after(self, now: float) -> None:
+        """Do what comes after the setpoint of a cycle."""
+        self._commands.tell_refusal()
         # A plan that was ready begins with this setpoint.
         self._take(self._commands.taken)
         if self._engine.phase is MotionPhase.IDLE and self._commands.target is None:
@@ -124,7 +163,6 @@ class MotionController(GoalCommands):
                 self._goals.stand_still(self.newest_target.bounds, now)
         if self._goals:
             self._goals.look(self._is_current, self._newest_text, now)
-        return setpoint
 
     def measured(self, heights: Vector3, now: float, stamp: float = 0.0) -> None:
         """Take in measured heights [m]; the first usable ones end the waiting.
@@ -199,6 +237,10 @@ class MotionController(GoalCommands):
         Raises:
             KinematicsError: with the reason, if that is not possible now.
         """
+        if self.failure is not None:
+            raise self.failure
+        if self._has_ended:
+            raise CommandRefusedError(self.reason.text, Refusal.STOPPING)
         state = self.state
         if state is STOPPING and self._states.after_stop is DISABLED:
             self._states.after_stop = IDLE
@@ -220,12 +262,30 @@ class MotionController(GoalCommands):
         self._commands.drop_target()
         if self.state is FAULT and self._leading:
             raise CommandRefusedError(RAMP_NOT_OVER, Refusal.STOPPING)
-        self._goals.end_all(GoalCode.DISABLED, DISABLED_BY_REQUEST.text)
+        return self._disable(DISABLED_BY_REQUEST, GoalCode.DISABLED)
+
+    def end(self, text: str) -> None:
+        """Ramp to a stop and lead the machine no more, for good; again it changes nothing.
+
+        Args:
+            text: says why.
+        """
+        if self._has_ended or self.failure is not None:
+            return
+        self._has_ended = True
+        self._commands.drop_target()
+        if self.state is FAULT:
+            self._goals.end_all(GoalCode.SHUTDOWN, text)
+        else:
+            self._disable(Reason(Cause.NODE_ENDS, text), GoalCode.SHUTDOWN)
+
+    def _disable(self, reason: Reason, code: GoalCode) -> str:
+        self._goals.end_all(code, reason.text)
         if self.state in IN_MOTION:
-            self._brake(DISABLED_BY_REQUEST, then=DISABLED)
+            self._brake(reason, then=DISABLED)
             return "ramping to a stop, then disabled"
         self._end_leading()
-        self._states.change(DISABLED, DISABLED_BY_REQUEST)
+        self._states.change(DISABLED, reason)
         return "disabled"
 
     def set_obstacle(self, reason: Reason | None) -> None:
@@ -253,9 +313,9 @@ class MotionController(GoalCommands):
         if self.state is not FAULT:
             self.streams.need_release()
             self._commands.drop_target()
-            self._commands.stop()
             self._goals.end_all(GoalCode.FAULT, reason.text)
             self._states.change(FAULT, reason)
+            self._come_to_rest()
 
     def _stand_still(self, now: float) -> None:
         """Go on from the present state, as the setpoints stand still and no target waits."""

@@ -217,11 +217,13 @@ class EngineCommands:
     def step(self) -> SliderState:
         """Advance the engine by a cycle, and return its setpoint."""
         self._rests_first = False
-        setpoint = self._engine.step(self._period)
+        return self._engine.step(self._period)
+
+    def tell_refusal(self) -> None:
+        """Tell why the engine did not carry out what it had to put off, if that is known."""
         refusal = self._engine.take_refusal()
         if refusal is not None:
             self._on_refusal(refusal)
-        return setpoint
 
     @property
     def _is_busy(self) -> bool:

@@ -53,7 +53,8 @@ class GoalCommands(CommandedMotion):
         """
         self._states.check_accepting()
         self._check_no_newer()
-        self._engine.pause()
+        with self._failing():
+            self._engine.pause()
         self._pause()
         return "comes to rest on the path"
 
@@ -65,7 +66,8 @@ class GoalCommands(CommandedMotion):
         """
         self._states.check_accepting()
         self._check_no_newer()
-        self._engine.resume()
+        with self._failing():
+            self._engine.resume()
         self._states.change(MOVING, Reason(Cause.COMMAND, self.newest_target.text))
         return "goes on along the path"
 
@@ -124,7 +126,3 @@ class GoalCommands(CommandedMotion):
     def leads_to(self, goal: Goal) -> bool:
         """Return whether the present motion is that of the ``goal``."""
         return self._is_driven(goal.command) and self.state in ON_THE_WAY
-
-    def end_goals(self, reason: str) -> None:
-        """End all goals for a ``reason``, as the machine is not led any more after this."""
-        self._goals.end_all(GoalCode.SHUTDOWN, reason)

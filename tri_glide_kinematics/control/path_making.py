@@ -57,6 +57,11 @@ class PathMaking:
             except KinematicsError as error:
                 self._making = None
                 return error
+            except Exception as error:
+                # It is made of what somebody has sent: no bytes end more than their own command.
+                self._making = None
+                text = f"there is no path: {type(error).__name__}: {error}"
+                return CommandRefusedError(text, Refusal.MESSAGE)
             if not may_go_on():
                 break
         return None

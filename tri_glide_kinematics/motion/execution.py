@@ -95,8 +95,9 @@ class PlanExecution(PlanHolder):
                 self._pursuit.advance(dt)
             # A plan that has just begun may do so a rounding error later.
             time = max(self._time + dt, 0.0)
+        setpoint = held.plan.state(time)
         self._time = time
-        return held.plan.state(time)
+        return setpoint
 
     def work(self, may_go_on: Callable[[], bool]) -> None:
         """Go on with what is being prepared, by one piece at least; else with what can wait.
@@ -117,6 +118,17 @@ class PlanExecution(PlanHolder):
         """Return, once, why something that had to wait could not be done after all."""
         refusal, self._refusal = self._refusal, None
         return refusal
+
+    def keep_to_plan(self) -> None:
+        """Forget all but the held plan, and drive that to its end.
+
+        Nothing is planned for this: so it can be done, whatever has failed.
+        """
+        self._preparation = None
+        self._tracks = False
+        self._retry_at = self._event_at = math.inf
+        if self._held is not None:
+            self._held = replace(self._held, goal=None, role=PlanRole.BRAKES, pending=None)
 
     def _prepare(
         self, making: Making, goal: Command | None = None, *, urgent: bool = False

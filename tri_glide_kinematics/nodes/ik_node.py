@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import time
-import traceback
+from collections.abc import Callable
+from functools import partial
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry, Path
@@ -24,7 +24,7 @@ from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionKind, MotionPhase, SliderState
-from tri_glide_kinematics.ros.action_motions import MotionActions
+from tri_glide_kinematics.ros.action_motions import NODE_ENDS, MotionActions
 from tri_glide_kinematics.ros.command_outputs import CommandOutputs
 from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.diagnostics import DiagnosticsPublisher
@@ -159,7 +159,9 @@ class IkNode(Node):
             *services.urgent,
         )
         # The way to a pose takes a millisecond to plan: it begins in the sleep before the cycle.
-        self.cycle = Cycle(urgent, period, self._cycle, self._plan, (poses,), self._end)
+        self.cycle = Cycle(
+            urgent, period, self._cycle, self._plan, (poses,), self._may_end, self._end
+        )
         Markers(
             self, Workspace(machine, workspace_limits_of(values)), self._base_frame, self._engine
         )
@@ -176,42 +178,77 @@ class IkNode(Node):
         )
 
     def _cycle(self) -> None:
+        """Send the next setpoint, and do what comes before and after.
+
+        Raises:
+            FatalError: if something in here is broken, once the setpoints are at rest.
+        """
         now = time.monotonic()
+        self._try(partial(self._look, now))
+        setpoint = self._setpoint(now)
+        self._try(partial(self._tell, now, setpoint))
+        failure = self._controller.failure
+        if failure is not None and not self._controller.leads:
+            raise FatalError(str(failure)) from failure.cause
+
+    def _look(self, now: float) -> None:
         delay = self._loop.cycle(now)
         if delay is not None:
             self._stalls.add(f"a cycle came {1000.0 * delay:.3g} ms late: no setpoint in that time")
         self._actions.look()
+
+    def _setpoint(self, now: float) -> SliderState | None:
+        """Return the next setpoint, which is sent.
+
+        Raises:
+            FatalError: if the held plan cannot be driven to its end, either.
+        """
         try:
-            setpoint = self._setpoint(now)
+            until = now + self._time_before_setpoint
+            planning = self._planning
+            may_go_on = planning.until(until) if planning.is_short(until) else None
+            setpoint = self._controller.cycle(now, may_go_on)
             if setpoint is not None:
                 self._outputs.publish(setpoint, self._engine)
-        finally:
-            self._reports.tell()
+            return setpoint
+        except Exception as error:
+            earlier = self._controller.failure
+            failure = self._controller.fail(error)
+            if earlier is not None:
+                text = f"nothing can be sent any more: {type(error).__name__}: {error}"
+                raise FatalError(f"{failure}; {text}") from error
+            return None
+
+    def _tell(self, now: float, setpoint: SliderState | None) -> None:
+        self._reports.tell()
         self._actions.answer(now + self._time_for_requests)
         if self._motion_states.is_due():
             is_fresh = self._supervisor.is_fresh(now)
             measured = self._controller.measured_heights if is_fresh else None
             self._motion_states.publish(setpoint, measured)
 
-    def _end(self) -> None:
-        self._actions.end()
-
-    def _setpoint(self, now: float) -> SliderState | None:
-        try:
-            until = now + self._time_before_setpoint
-            planning = self._planning
-            may_go_on = planning.until(until) if planning.is_short(until) else None
-            return self._controller.cycle(now, may_go_on)
-        except Exception as error:
-            raise _fatal(error) from error
-
     def _plan(self, until: float) -> None:
         """Use what is left of a cycle, ``until`` some time.monotonic(), to plan."""
-        try:
-            self._controller.plan(self._planning.until(until))
-        except Exception as error:
-            raise _fatal(error) from error
+        self._try(lambda: self._controller.plan(self._planning.until(until)))
+        self._try(self._reports.tell)
+
+    def _may_end(self) -> bool:
+        """Bring the machine to rest, and return whether it is there."""
+        self._try(lambda: self._controller.end(NODE_ENDS))
+        self._try(self._reports.tell)
+        return not self._controller.leads
+
+    def _end(self) -> None:
         self._reports.tell()
+        self._actions.end()
+        self._reports.wait_until_read()
+
+    def _try(self, call: Callable[[], None]) -> None:
+        """Do a part of the cycle; if that fails, the held plan is driven to its end."""
+        try:
+            call()
+        except Exception as error:
+            self._controller.fail(error)
 
     def _on_measured(self, data: bytes) -> None:
         try:
@@ -287,12 +324,6 @@ class IkNode(Node):
             unusable,
             self._reports.remark,
         )
-
-
-def _fatal(error: Exception) -> FatalError:
-    place = traceback.extract_tb(error.__traceback__)[-1]
-    where = f"{place.name} ({os.path.basename(place.filename)}, line {place.lineno})"
-    return FatalError(f"the control cycle failed in {where}: {type(error).__name__}: {error}")
 
 
 def _check(values: Values) -> None:

@@ -134,7 +134,7 @@ class MotionActions:
     def end(self) -> None:
         """Tell all who wait that the node ends; who was just accepted may not have asked yet."""
         self._has_ended = True
-        self._controller.end_goals(NODE_ENDS)
+        self._controller.end(NODE_ENDS)
         self.answer(until=0.0)
         end = time.monotonic() + FAREWELL
         while time.monotonic() < end and not self._all_is_told:

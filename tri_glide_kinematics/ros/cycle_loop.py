@@ -35,6 +35,8 @@ class Cycle:
             which is past where there is no time left. It is not called without a period.
         early: of what is urgent, what takes so long that it is begun in the sleep: the first that
             comes in between two cycles is handled at once.
+        may_end: is asked before each further cycle once the loop is to stop, and returns whether it
+            may: what moves has to come to rest before.
         end: is done once, after the last cycle, unless nothing can be sent any more.
     """
 
@@ -43,6 +45,7 @@ class Cycle:
     step: Callable[[], None] = lambda: None
     work: Callable[[float], None] | None = None
     early: tuple[Input, ...] = ()
+    may_end: Callable[[], bool] = lambda: True
     end: Callable[[], None] = lambda: None
 
 
@@ -93,7 +96,7 @@ class CycleLoop:
                 self._cycle.end()
 
     def stop(self) -> None:
-        """End after the present cycle; may be called by a handler of signals."""
+        """End as soon as the cycle may; may be called by a handler of signals."""
         self._is_stopped = True
 
     def close(self) -> None:
@@ -163,7 +166,9 @@ class CycleLoop:
         return True
 
     def _is_running(self) -> bool:
-        return self._is_context_valid() and not self._is_stopped
+        if not self._is_context_valid():
+            return False
+        return not self._is_stopped or not self._cycle.may_end()
 
     def _give_turn(self) -> None:
         if monotonic() >= self._others.due:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
@@ -18,6 +19,9 @@ from tri_glide_kinematics.ros.diagnostics import status_message
 from tri_glide_kinematics.ros.machine_state import TOPIC, machine_state
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+# At the end of the node one waits for this long for those who listen [s].
+FAREWELL = 0.2
 
 # Motions that change with each message that renews them.
 RENEWED = (JOGGING, TRACKING)
@@ -81,6 +85,10 @@ class StateReports:
         if health != self._health:
             self._health = health
             self._publisher.publish(status_message(self._name, health))
+
+    def wait_until_read(self) -> None:
+        """Wait for those who listen to have the last state, as the node ends after this."""
+        self._publisher.wait_for_all_acked(Duration(seconds=FAREWELL))
 
     def end_of_second(self) -> None:
         """Log how many states were left out in the last second."""
