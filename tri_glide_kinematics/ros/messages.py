@@ -117,7 +117,7 @@ def decoded(data: bytes, kind: Any) -> Any:
     except Exception as error:
         # What rclpy raises depends on the bytes, and is an error of whoever sent them.
         raise RefusedMessageError(
-            f"{len(data)} bytes are no {kind.__name__}: {type(error).__name__}: {error}"
+            f"{len(data)} bytes are no {kind.__name__}: {type(error).__name__}"
         ) from error
 
 

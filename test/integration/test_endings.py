@@ -1,0 +1,82 @@
+"""What ends ik_node in motion ends it after a ramp, and no bytes end it at all."""
+
+from __future__ import annotations
+
+import signal
+from functools import partial
+
+import pytest
+from nav_msgs.msg import Path
+
+from testing.commands import KINEMATICS, assert_within_limits
+from testing.machine import PATIENCE
+
+FAR = (0.08, 0.03, 0.35)
+NEAR = (0.0, 0.0, 0.25)
+
+
+@pytest.fixture
+def breakable(machine, nodes):
+    """Return a running machine whose planner breaks with SIGUSR1."""
+    machine.start_simulator()
+    machine.ik = nodes.start_module("testing.broken_ik_node", (), "ik_node", PATIENCE)
+    machine.wait_until_connected()
+    return machine
+
+
+def ended_at_rest(machine):
+    """Wait for the end of ik_node; check that it was a ramp, and return the last state told."""
+    machine.client.wait_for(lambda: not machine.ik.is_running, "the end of ik_node")
+    # What was sent last may still be on its way.
+    machine.client.wait_for(lambda: not any(machine.commands[-1].velocity), "rest")
+    assert_within_limits(machine)
+    return machine.state
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_it_after_a_ramp(machine, number):
+    machine.start()
+    machine.get_going(FAR, 0.3)
+    machine.ik.process.send_signal(number)
+    machine.ik.process.send_signal(number)
+    assert ended_at_rest(machine) == "disabled"
+    assert machine.reason == "at rest: the node ends"
+    assert machine.ik.process.returncode == 0
+    assert machine.heights() != pytest.approx(KINEMATICS.inverse(FAR), abs=1e-3)
+
+
+@pytest.mark.parametrize("command", ["pose", "twist", "stop", "signal"])
+def test_a_broken_planner_ends_it_with_an_error_at_the_end_of_the_held_plan(
+    breakable, client, command
+):
+    machine = breakable
+    machine.get_going(FAR, 0.3)
+    machine.ik.process.send_signal(signal.SIGUSR1)
+    machine.ik.exit_codes = (1,)
+    if command == "stop":
+        client.stop()
+    elif command == "signal":
+        machine.ik.process.send_signal(signal.SIGTERM)
+    else:
+        send = {"pose": partial(client.send_pose, NEAR), "twist": partial(client.send_twist, NEAR)}
+        send[command]()
+    assert ended_at_rest(machine) == "fault"
+    assert "RuntimeError: the planner is broken" in machine.reason
+    assert machine.ik.process.returncode == 1
+    assert "RuntimeError: the planner is broken" in machine.ik.output
+    assert machine.heights() == pytest.approx(KINEMATICS.inverse(FAR), abs=1e-5)
+
+
+def test_bytes_that_are_no_path_stop_nothing_in_motion(machine, client):
+    machine.start({"speed_scale": 0.2})
+    paths = client.publisher(Path, "target_path")
+    client.wait_for_subscribers(paths)
+    machine.get_going(FAR, 0.1)
+    for data in (b"\0\7\0\0", b"\0\1\0\0", b"\0\7\0\0\xff\xff\xff\xff", b"\xff" * 64):
+        text = "ends before its last pose" if data[:2] == b"\0\1" else f"{len(data)} bytes are no"
+        paths.publish(data)
+        client.wait_for(lambda text=text: text in machine.ik.output, f"a refusal of {data!r}", 15.0)
+    machine.wait_for_state("idle")
+    machine.catch_up()
+    assert machine.heights() == pytest.approx(KINEMATICS.inverse(FAR), abs=1e-5)
+    assert_within_limits(machine, speed_scale=0.2)
