@@ -21,6 +21,7 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from rclpy.type_support import check_for_type_support
 
 from tri_glide_kinematics.control.goals import Goal, GoalCode
+from tri_glide_kinematics.ros.error_log import ErrorLog
 from tri_glide_kinematics.ros.messages import set_stamp
 from tri_glide_kinematics.ros.old_results import OldResults
 from tri_glide_kinematics.ros.patient_services import PatientServices
@@ -90,6 +91,7 @@ class ActionServer:
         self._node = node
         self._impl = kind.Impl
         self._patient = patient
+        self._errors = ErrorLog(node)
         self._begin = begin
         self._cancel = cancel
         self._result = result
@@ -148,7 +150,7 @@ class ActionServer:
                     handle(header, request)
             except Exception as error:
                 # The sender's mistake must not stop a machine.
-                self._drop(error)
+                self._errors.add(error)
         return found
 
     def answer(self) -> None:
@@ -200,7 +202,7 @@ class ActionServer:
             try:
                 self._accept(info, self._begin(request.goal))
             except Exception as error:
-                self._drop(error)
+                self._errors.add(error)
                 accepted = False
         # Who sends goals will soon ask for results.
         self._patient.expect(self._names["get_result"])
@@ -273,7 +275,7 @@ class ActionServer:
             try:
                 self._patient.send(service, give, known)
             except Exception as error:
-                self._drop(error)
+                self._errors.add(error)
 
     def _forget(self) -> None:
         """Tell no more of goals that ended some time ago, and forget old results."""
@@ -291,7 +293,3 @@ class ActionServer:
     ) -> None:
         """Let an answer wait until there is time for it."""
         self._answers.append((self._names[service], partial(send, header, response)))
-
-    def _drop(self, error: Exception) -> None:
-        if self._node.context.ok():
-            self._node.get_logger().error(f"dropped a request: {type(error).__name__}: {error}")

@@ -21,15 +21,13 @@ from tri_glide_kinematics.ros.messages import (
     check_frame,
     decoded,
 )
-from tri_glide_kinematics.ros.stamped_triples import byte_order
+from tri_glide_kinematics.ros.stamped_triples import PLAIN, byte_order
 from tri_glide_kinematics.vectors import FloatArray
 
 # In the bytes: what kind of encoding it is, then the parts; each begins at a multiple of its size.
 ENCODING = 4
 STAMP = 8
 POSE = 7 * 8
-# The plain encodings, big and little endian: others place their numbers otherwise.
-PLAIN = (b"\x00\x00", b"\x00\x01")
 
 # So many poses are read one by one in a piece.
 PIECE = 100

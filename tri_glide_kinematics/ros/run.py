@@ -115,12 +115,14 @@ def _spin(node: Node, signals: EndSignals) -> None:
     rclpy's own services raise on some contents (a parameter of an unknown type, for instance).
     That is the sender's mistake and must not stop a machine, so it is logged and survived.
     """
+    from tri_glide_kinematics.ros.error_log import ErrorLog
+
+    errors = ErrorLog(node)
 
     def survive(error: Exception) -> None:
         if isinstance(error, FatalError):
             raise error
-        if node.context.ok():
-            node.get_logger().error(f"dropped a request: {type(error).__name__}: {error}")
+        errors.add(error)
 
     spin, close = _spinner_of(node, signals, survive)
     # What was made so far stays. The collector of garbage need not look at it again and again,

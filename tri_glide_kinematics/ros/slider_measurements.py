@@ -17,10 +17,11 @@ from typing import NamedTuple
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.ros.messages import SliderReader, decoded
+from tri_glide_kinematics.ros.messages import RefusedMessageError, SliderReader, decoded
 from tri_glide_kinematics.ros.stamped_triples import (
     KIND,
     MARKS,
+    PLAIN,
     STAMP_END,
     STAMP_OFFSET,
     byte_order,
@@ -135,6 +136,7 @@ class SliderMeasurements:
         layout = self._layouts.get(len(data))
         if layout is not None and layout.fits(data):
             return layout.reading(data)
+        _check_sizes(data)
         message = decoded(data, JointState)
         reading = self._reader.read(message)
         layout = self._layout_of(message, data, reading is not None)
@@ -185,6 +187,43 @@ class SliderMeasurements:
             indices=indices,
             offsets=self._offsets,
         )
+
+
+def _check_sizes(data: bytes) -> None:
+    """Check that all texts and sequences of a JointState end inside its bytes.
+
+    rclpy finds that out, too, but tells it in a line on the standard error that nothing bounds.
+
+    Raises:
+        RefusedMessageError: if one does not, or the encoding is none of those of ROS.
+    """
+    if data[:2] not in PLAIN:
+        raise RefusedMessageError(f"joint state is in the encoding {data[:2].hex()}: unknown here")
+    size = Struct(f"{byte_order(data)}I")
+    end = STAMP_END
+
+    def skip(width: int) -> int:
+        """Skip a text, or a sequence of numbers ``width`` bytes wide; return how many it has."""
+        nonlocal end
+        end += -end % 4
+        if end + 4 > len(data):
+            raise RefusedMessageError(f"joint state of {len(data)} bytes ends too early")
+        (count,) = size.unpack_from(data, end)
+        end += 4
+        if count and width:
+            # Aligned from the end of the encoding on.
+            end += (4 - end) % width + width * count
+        if end > len(data):
+            raise RefusedMessageError(
+                f"joint state of {len(data)} bytes ends before {count} numbers or characters"
+            )
+        return int(count)
+
+    skip(1)
+    for _ in range(skip(0)):
+        skip(1)
+    for _ in ("positions", "velocities", "efforts"):
+        skip(8)
 
 
 def _head_mask(message: JointState) -> bytes:

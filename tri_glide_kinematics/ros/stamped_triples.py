@@ -18,6 +18,8 @@ FIRST, SECOND, THIRD, FOURTH = PLACES = MARKS[0:3], MARKS[3:6], MARKS[6:9], MARK
 
 # Of the encoding: what kind it is, then the stamp, as the header is the first part.
 KIND = slice(0, 4)
+# The plain encodings, big and little endian: others place their numbers otherwise.
+PLAIN = (b"\x00\x00", b"\x00\x01")
 STAMP_OFFSET = 4
 STAMP_END = 12
 
