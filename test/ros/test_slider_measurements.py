@@ -114,7 +114,7 @@ def test_a_message_that_is_cut_off_is_an_error_and_not_a_reading():
     data = serialize_message(message)
     assert reader.read(data) == expected(message)
     for end in (0, 3, 11, 60, len(data) - 30):
-            with pytest.raises(RefusedMessageError):
+        with pytest.raises(RefusedMessageError):
             reader.read(data[:end])
     assert reader.read(data) == expected(message)
 
