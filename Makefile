@@ -36,7 +36,7 @@ soak: env ## millions of steps, thousands of paths and goals, nodes that die, te
 	@$(IN_ENV) python -m benchmarks.soak_motion --steps 5000000 \
 		&& python -m benchmarks.soak_controller --steps 1000000 \
 		&& python -m benchmarks.soak_paths --count 10000 && python -m benchmarks.soak_goals \
-		&& python -m benchmarks.soak_ends && exec python -m benchmarks.soak_nodes
+		&& python -m benchmarks.soak_ends && python -m benchmarks.soak_bytes && exec python -m benchmarks.soak_nodes
 
 bench: env ## ratios to references measured in the same run; see docs/performance.md
 	@$(IN_ENV) pip install --quiet --disable-pip-version-check -r requirements-bench.txt -c constraints.txt \

@@ -10,7 +10,6 @@ from struct import Struct
 from typing import Any, NamedTuple
 
 import numpy as np
-from nav_msgs.msg import Path
 
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.interruptible import Interruptible
@@ -19,7 +18,6 @@ from tri_glide_kinematics.ros.messages import (
     ROTATION_TOLERANCE,
     RefusedMessageError,
     check_frame,
-    decoded,
 )
 from tri_glide_kinematics.ros.stamped_triples import PLAIN, byte_order
 from tri_glide_kinematics.vectors import FloatArray
@@ -75,7 +73,9 @@ def path_points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
             the identity, or the bytes are no such message.
     """
     if data[:2] not in PLAIN:
-        return _checked(_points_of(decoded(data, Path), base_frame))
+        raise RefusedMessageError(
+            f"target path is in the encoding {data[:2].hex()}: ROS writes 0000 or 0001"
+        )
     try:
         rows = yield from _rows(data, base_frame)
     except IndexError as error:
@@ -150,16 +150,6 @@ def _as_text(frame: bytes, size: Struct) -> bytes:
 def _aligned(offset: int, size: int) -> int:
     """Return the first place from ``offset`` on for something of this ``size``."""
     return offset + (ENCODING - offset) % size
-
-
-def _points_of(message: Path, base_frame: str) -> FloatArray:
-    for header in (message.header, *(pose.header for pose in message.poses)):
-        check_frame("target path", header.frame_id, (base_frame,))
-    rows = np.empty((len(message.poses), 7))
-    for row, stamped in zip(rows, message.poses):
-        place, turned = stamped.pose.position, stamped.pose.orientation
-        row[:] = place.x, place.y, place.z, turned.x, turned.y, turned.z, turned.w
-    return rows
 
 
 def _check_path_frame(frame: bytes, base_frame: str) -> None:

@@ -192,13 +192,16 @@ class SliderMeasurements:
 def _check_sizes(data: bytes) -> None:
     """Check that all texts and sequences of a JointState end inside its bytes.
 
-    rclpy finds that out, too, but tells it in a line on the standard error that nothing bounds.
+    rclpy finds that out, too, but tells it in lines on the standard error that nothing bounds, and
+    first makes as many texts as a sequence says that it has, which takes seconds and gigabytes.
 
     Raises:
         RefusedMessageError: if one does not, or the encoding is none of those of ROS.
     """
     if data[:2] not in PLAIN:
-        raise RefusedMessageError(f"joint state is in the encoding {data[:2].hex()}: unknown here")
+        raise RefusedMessageError(
+            f"joint state is in the encoding {data[:2].hex()}: ROS writes 0000 or 0001"
+        )
     size = Struct(f"{byte_order(data)}I")
     end = STAMP_END
 

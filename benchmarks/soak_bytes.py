@@ -1,0 +1,71 @@
+"""Soak of the inputs: bytes of any kind on every topic, service and action of all nodes.
+
+Run it as ``python -m benchmarks.soak_bytes --count 1000000``; it exits with 1 if a node ended or
+answers no more, or if the machine moved, or does not move afterwards when it is told to.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from importlib.util import find_spec
+
+from rcl_interfaces.srv import ListParameters
+
+from benchmarks.soak_nodes import context_in_own_domain, say, session
+from testing.byte_fuzzing import Fuzzer
+from testing.machine import Machine
+from testing.scenarios import assert_normal_target_is_reached
+
+BATCH = 50_000
+
+
+def main() -> int:
+    """Run the soak from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=1_000_000)
+    count = parser.parse_args().count
+    passed = True
+    with (
+        context_in_own_domain() as context,
+        session(context, "bytes_led") as (client, nodes),
+        session(context, "bytes_alone") as (other, launcher),
+    ):
+        machine = Machine(client, nodes).start()
+        nodes.start("fk_node")
+        led = ("simulator_node", "ik_node", "fk_node")
+        # Whoever sends setpoints is a fault, so others that listen to these have no ik_node.
+        alone = ["simulator_node", "calibration_node", "mechanism_node"]
+        alone += ["panel_node"] if find_spec("viser") else []
+        for name in alone:
+            launcher.start(name, {"port": 0} if name == "panel_node" else None)
+        pairs = ((client, led, ("joint_commands",)), (other, tuple(alone), ()))
+        fuzzers = [(one, Fuzzer(one, names, but)) for one, names, but in pairs]
+        machine.catch_up()
+        resting = machine.heights()
+        sent = 0
+        while sent < count and passed:
+            for one, fuzzer in fuzzers:
+                sent += fuzzer.run(one, BATCH // 2)
+            # Among the requests is one to disable the machine.
+            client.wait_for(lambda: client.enable().success, "the machine to be enabled")
+            machine.catch_up()
+            moved = {machine.heights(message) for message in machine.commands} - {resting}
+            ended = [
+                node.name for node in (*nodes.started, *launcher.started) if not node.is_running
+            ]
+            say(f"{sent} inputs, ended: {ended}, other setpoints: {len(moved)}")
+            passed = not moved and not ended
+            del machine.commands[:-1], machine.measured[:-1], machine.states[:-1]
+        for _, fuzzer in fuzzers:
+            fuzzer.close()
+        for one, names, _ in pairs:
+            for name in names:
+                one.call(ListParameters, f"{name}/list_parameters", ListParameters.Request())
+        assert_normal_target_is_reached(machine)
+    say("passed" if passed else "FAILED")
+    return 0 if passed else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
