@@ -10,6 +10,7 @@ import random
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -140,7 +141,7 @@ class Fuzzer:
         self._publishers: list[Any] = []
         self.inputs: list[Input] = []
         for node in nodes:
-            client.wait_for(lambda node=node: self._services(node), f"the services of {node}")
+            client.wait_for(partial(self._services, node), f"the services of {node}")
             for name, (kind, *_) in self._topics(node):
                 if name not in [f"{client.namespace}/{each}" for each in but]:
                     self._add_topic(name, kind)
