@@ -17,7 +17,7 @@ from testing.byte_fuzzing import Fuzzer
 from testing.machine import Machine
 from testing.scenarios import assert_normal_target_is_reached
 
-BATCH = 50_000
+BATCH = 10_000
 
 
 def main() -> int:

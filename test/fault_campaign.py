@@ -1,4 +1,4 @@
-"""Each fault in each state of a machine, and what the machine did: ``python test/fault_campaign.py``.
+"""Each fault in each state of a machine, and what it did: ``python test/fault_campaign.py``.
 
 All is as in the node but for the messages: controller, engine and supervision; the measured heights
 are those of a machine that follows.
