@@ -41,14 +41,12 @@ from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import (
     direction,
     pins_at,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import (
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import pose_of
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.rods import (
     CONVERGED,
-    pose_of,
+    motion,
     position_of,
     refined,
-)
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.rods import (
-    motion,
     rod_jacobian,
     singularity_unit,
 )

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import Linkage, direction, pins_at
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import pose_of, position_of
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import pose_of
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.rods import position_of
 from tri_glide_kinematics.vectors import Point
 
 Array = NDArray[np.float64]

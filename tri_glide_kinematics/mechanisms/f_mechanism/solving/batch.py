@@ -23,6 +23,8 @@ from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import (
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.polynomial import Linear
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import (
     DEGENERATE,
+    LONGEST_CORRECTION,
+    RESIDUAL,
     poses_at,
     special_pins,
 )
@@ -42,8 +44,6 @@ Mask = NDArray[np.bool_]
 
 # Rows solved together: their samples fit into the processor's cache.
 _CHUNK = 1024
-# Largest rod residual left by the batch, relative to the size; other rows are solved by themselves.
-_RESIDUAL = 1e-12
 
 
 def solve_batch(linkage: Linkage, crank_angles: Array) -> FMechanismPoses:
@@ -89,7 +89,8 @@ def _solve_chunk(linkage: Linkage, angles: Array, result: FMechanismPoses, first
         origin, joints, velocity, turn_rate = motion(linkage, pins, z, v, jacobian, inverse)
         gaps = [abs(abs(q - p) - length) for q, p, length in zip(joints, pins, linkage.rods)]
         residual = np.maximum(np.maximum(gaps[0], gaps[1]), gaps[2])
-        failed = degenerate | ~(residual <= _RESIDUAL * linkage.size)
+        failed = degenerate | ~(residual <= RESIDUAL * linkage.size)
+        failed |= ~(abs(turn) <= LONGEST_CORRECTION * _apart(row, roots.angle))
     special[row[failed]] = True
 
     angle = directions(z)
@@ -130,6 +131,14 @@ def _points(numbers: Complex) -> Array:
     return numbers.view(np.float64).reshape(-1, 2)
 
 
+def _apart(row: Index, angle: Array) -> Array:
+    """Distance of each root to the next one in its row, or to the ends of the circle [rad]."""
+    steps = np.full(len(row) + 1, np.pi)
+    steps[1:-1] = np.where(row[1:] == row[:-1], angle[1:] - angle[:-1], np.pi)
+    apart: Array = np.minimum(steps[:-1], steps[1:])
+    return apart
+
+
 def _rod_vectors(
     linkage: Linkage, pins: CrankPins, condition: Closure, row: Index, z: Complex
 ) -> tuple[Complex, Mask]:
@@ -141,7 +150,8 @@ def _rod_vectors(
     w_b = z * linkage.platform_b - (pins.b - pins.a)
     w_c = z * linkage.platform_c - (pins.c - pins.a)
     largest = np.maximum(abs(w_b), abs(w_c))
-    degenerate = ~(abs(determinant) > DEGENERATE * linkage.size * largest)
+    least = DEGENERATE * linkage.unit**2 * linkage.reach
+    degenerate = ~(abs(determinant) > least * largest)
     # Only the direction is needed: its length is that of rod A, its sense that of D.
     v = (m_b * w_c - m_c * w_b) * (-1j * np.sign(determinant))
     with np.errstate(divide="ignore", invalid="ignore"):

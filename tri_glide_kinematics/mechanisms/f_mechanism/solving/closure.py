@@ -23,14 +23,14 @@ ROUNDING = 8.0 * float(np.finfo(np.float64).eps)
 
 
 class Closure(NamedTuple):
-    """The closure condition at one crank angle, or at many.
+    """The closure condition at one crank angle, or at many, of lengths times ``Linkage.unit``.
 
     Attributes:
-        polynomial: F, whose real roots are the platform angles [m^6].
-        scale: size [m^6] to which rounding errors of F refer: they are below ROUNDING * scale.
-        product_b: m_b = (l_b^2 - l_a^2 - |w_b|^2) / 2, the scalar product v . w_b [m^2].
+        polynomial: F, whose real roots are the platform angles.
+        scale: size to which rounding errors of F refer: they are below ROUNDING * scale.
+        product_b: m_b = (l_b^2 - l_a^2 - |w_b|^2) / 2, the scalar product v . w_b.
         product_c: m_c, likewise.
-        determinant: D = w_b x w_c, determinant of the linear system for v [m^2].
+        determinant: D = w_b x w_c, determinant of the linear system for v.
     """
 
     polynomial: Cubic
@@ -52,10 +52,11 @@ def closure(linkage: Linkage, pins: CrankPins) -> Closure:
     m_b, m_c, D and w_b . w_c all have degree one in phi, so F has degree three and no root at
     infinity.
     """
-    d_b, d_c = linkage.platform_b, linkage.platform_c
-    square_a, square_b, square_c = linkage.rods[0] ** 2, linkage.rods[1] ** 2, linkage.rods[2] ** 2
+    unit = linkage.unit
+    d_b, d_c = unit * linkage.platform_b, unit * linkage.platform_c
+    square_a, square_b, square_c = ((unit * rod) ** 2 for rod in linkage.rods)
     s_b, s_c = square_b - square_a, square_c - square_a
-    e_b, e_c = pins.b - pins.a, pins.c - pins.a
+    e_b, e_c = unit * (pins.b - pins.a), unit * (pins.c - pins.a)
     bar_b, bar_c = e_b.conjugate(), e_c.conjugate()
 
     b0 = 0.5 * (s_b - abs(d_b) ** 2 - (e_b * bar_b).real)
@@ -84,7 +85,7 @@ def closure(linkage: Linkage, pins: CrankPins) -> Closure:
     reach_b, reach_c = abs(b0) + abs(b1), abs(c0) + abs(c1)
     reach_d, reach_t = abs(d0) + abs(d1), abs(t0) + abs(t1)
     # Each factor is known to rounding of size^2 only, even where it nearly vanishes.
-    scale = linkage.size**2 * (
+    scale = (unit * linkage.size) ** 2 * (
         reach_b * (reach_b + abs(s_c) + reach_t)
         + reach_c * (reach_c + abs(s_b) + reach_t)
         + reach_b * reach_c

@@ -7,6 +7,7 @@ alike, so that one position and a million have the same formulas.
 from __future__ import annotations
 
 import cmath
+import math
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -31,6 +32,10 @@ class Linkage:
         platform_radius: root mean square distance of the platform joints from their centroid.
         platform_b: vector d_b from A2 to B2 in the platform frame.
         platform_c: vector d_c from A2 to C2 in the platform frame.
+        unit: power of two that makes the size a number from 0.5 to 1 [1/m]. Products of many
+            lengths are formed of lengths times it, so that none is lost at any scale.
+        reach: twice the longest rod, which no two platform joints and their pins exceed in a
+            position: they are no farther from congruent than that [m].
     """
 
     pivots: tuple[complex, complex, complex]
@@ -43,11 +48,15 @@ class Linkage:
     platform_radius: float
     platform_b: complex = field(init=False)
     platform_c: complex = field(init=False)
+    unit: float = field(init=False)
+    reach: float = field(init=False)
 
     def __post_init__(self) -> None:
         """Compute what every solution needs."""
         object.__setattr__(self, "platform_b", self.joints[1] - self.joints[0])
         object.__setattr__(self, "platform_c", self.joints[2] - self.joints[0])
+        object.__setattr__(self, "unit", math.ldexp(1.0, -math.frexp(self.size)[1]))
+        object.__setattr__(self, "reach", 2.0 * max(self.rods))
 
     def crank_angles(self, crank_angle: Number) -> tuple[Number, Number, Number]:
         """Angles of the three cranks when crank A stands at ``crank_angle`` [rad]."""

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
+import numpy as np
+
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import CrankPins, Linkage, Number
+
+# Gaps of the rod equations, relative to the size and the reach: reached by Newton's method.
+CONVERGED = 1e-14
+_LONGEST_STEP = 0.01
+# Rounding of products of lengths, relative to them.
+_LENGTH_ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
 
 
 def rotation(angle: Number) -> Number:
@@ -89,3 +98,70 @@ def motion(
     origin = pins.a + v - arm
     velocity = pins.a_rate + 1j * (v * swing_rate - arm * turn_rate)
     return origin, [origin + z * joint for joint in linkage.joints], velocity, turn_rate
+
+
+class Position(NamedTuple):
+    """A position of the platform.
+
+    Attributes:
+        z: direction exp(i angle) of the platform.
+        v: vector of rod A [m].
+        jacobian: the rod equations there, with their derivatives.
+        double: whether two positions coincide here.
+    """
+
+    z: complex
+    v: complex
+    jacobian: RodJacobian
+    double: bool
+
+    @property
+    def gap(self) -> float:
+        """Largest gap of the rod equations [m^2]."""
+        return max(abs(self.jacobian.gap_b), abs(self.jacobian.gap_c))
+
+
+def position_of(
+    linkage: Linkage, pins: CrankPins, z: complex, v: complex, double: bool = False
+) -> Position:
+    """Position with the rod equations at ``z`` and ``v``."""
+    return Position(z, v, rod_jacobian(linkage, pins, z, v), double)
+
+
+def refined(linkage: Linkage, pins: CrankPins, position: Position, iterations: int) -> Position:
+    """Newton's method on the rod equations of B and C along the circle of rod A.
+
+    Returns the best iterate. At a singular position steps that do not reduce the gap are dropped,
+    so that nothing gets worse than the root of F.
+    """
+    gap = position.gap
+    enough = CONVERGED * linkage.size * linkage.reach
+    for _ in range(iterations):
+        if gap <= enough or position.jacobian.determinant == 0.0:
+            break
+        swing, turn = newton_step(position.jacobian)
+        if abs(swing) + abs(turn) > _LONGEST_STEP:
+            break
+        z, v = position.z * rotation(turn), position.v * rotation(swing)
+        following = position_of(linkage, pins, z, v, position.double)
+        next_gap = following.gap
+        if next_gap >= gap:
+            break
+        position, gap = following, next_gap
+    return position
+
+
+def rods_on_line(linkage: Linkage, w: complex, m: float) -> list[complex]:
+    """Rod vectors v on the circle |v| = l_a and the line v . w = m; one if it is tangent."""
+    radius, length = linkage.rods[0], abs(w)
+    if length == 0.0:
+        return []
+    foot = m / length
+    rest = (radius - foot) * (radius + foot)
+    rounding = _LENGTH_ROUNDING * linkage.size * linkage.reach * radius / length
+    if rest < -1e-6 * radius * radius - rounding:
+        return []
+    if rest <= rounding:
+        return [foot * w / length]
+    half_chord = math.sqrt(rest)
+    return [complex(foot, side) * (w / length) for side in (half_chord, -half_chord)]

@@ -1,0 +1,343 @@
+"""All positions at one crank angle in whole numbers: for what rounding would blur.
+
+The lengths become whole numbers of a unit far below their rounding. Then the closure condition, a
+polynomial in tan(phi / 2), is exact, and so is its sign at each place: neither the number of its
+roots nor the rod vectors at them depend on how well it is conditioned.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import CrankPins, Linkage
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.rods import (
+    Position,
+    position_of,
+    refined,
+    rods_on_line,
+    rotation,
+)
+
+# A position closes to rounding if no rod is wrong by more than this, relative to the size.
+CLOSES = 64.0 * float(np.finfo(np.float64).eps)
+
+# Lengths are multiples of the size times 2^-_BITS, about; places those of 2^-_PLACE_BITS.
+_BITS = 100
+_PLACE_BITS = 128
+_ONE = 1 << _PLACE_BITS
+# A chart is half a turn of the platform, |tan(phi / 2)| <= 1. It is searched a little beyond, so
+# that no pair of roots is parted, and its roots count to where those of the other chart begin.
+_BEYOND = _ONE + (_ONE >> 4)
+_KEPT = _ONE + (_ONE >> 40)
+# Both charts may give one position, on their border.
+_SAME = 1e-9
+# Where the angle between w_b and w_c is below this, two positions may share a platform angle. What
+# is found there by Newton's method, which corrects the angle by no more than the second number, is
+# the same as another position if it lies no farther from it than the third.
+_PARALLEL = 1e-6
+_LONGEST_CORRECTION = 1e-4
+_SAME_POSITION = 1e-7
+# A place at which rod A is wrong by more than this part does not belong to a fold.
+_NEAR = 1e-3
+_SETTLING = 2
+
+Polynomial = list[int]
+
+
+class _Vector(NamedTuple):
+    """A plane vector of whole numbers, with the products of complex numbers."""
+
+    x: int
+    y: int
+
+    def turned(self, other: _Vector) -> _Vector:
+        """Conjugate of this one times ``other``: the scalar and the cross product."""
+        return _Vector(
+            self.x * other.x + self.y * other.y,
+            self.x * other.y - self.y * other.x,
+        )
+
+
+class _Chart:
+    """The closure condition over half a turn of the platform, by t = tan(phi / 2).
+
+    In the second chart the platform is turned by half a turn, so that phi is counted from there.
+    Everything is multiplied by powers of 1 + t^2, which make it a polynomial.
+    """
+
+    def __init__(
+        self, arms: tuple[_Vector, _Vector], ways: tuple[_Vector, _Vector], rods: tuple[int, ...]
+    ) -> None:
+        """Form the polynomials from d_b, d_c (``arms``), e_b, e_c (``ways``) and the rods."""
+        (d_b, d_c), (e_b, e_c) = arms, ways
+        square_a, square_b, square_c = (rod * rod for rod in rods)
+        s_b, s_c = square_b - square_a, square_c - square_a
+        turn_b, turn_c = e_b.turned(d_b), e_c.turned(d_c)
+        cross_bc, cross_cb = e_c.turned(d_b), e_b.turned(d_c)
+        both = d_b.turned(d_c)
+        both = _Vector(*(p + q for p, q in zip(both, e_b.turned(e_c))))
+        b0 = s_b - d_b.turned(d_b).x - e_b.turned(e_b).x
+        c0 = s_c - d_c.turned(d_c).x - e_c.turned(e_c).x
+        # Twice m_b, m_c and m_b + m_c + w_b . w_c; once D.
+        self.product_b = _linear(b0, 2 * turn_b.x, 2 * turn_b.y)
+        self.product_c = _linear(c0, 2 * turn_c.x, 2 * turn_c.y)
+        rest = _linear(
+            b0 + c0 + 2 * both.x,
+            2 * (turn_b.x + turn_c.x - cross_bc.x - cross_cb.x),
+            2 * (turn_b.y + turn_c.y - cross_bc.y - cross_cb.y),
+        )
+        self.determinant = _linear(both.y, cross_bc.y - cross_cb.y, cross_cb.x - cross_bc.x)
+        squares = _sum(
+            _sum(
+                _scaled(s_c, _product(self.product_b, self.product_b)),
+                _scaled(s_b, _product(self.product_c, self.product_c)),
+            ),
+            _scaled(-4 * square_a, _product(self.determinant, self.determinant)),
+        )
+        self.condition = _sum(
+            _product([1, 0, 1], squares),
+            _scaled(-1, _product(_product(self.product_b, self.product_c), rest)),
+        )
+        # The coordinates of w_k = z d_k - e_k.
+        self.ways = [
+            part
+            for d, e in zip(arms, ways)
+            for part in (_linear(-e.x, d.x, d.y), _linear(-e.y, d.y, -d.x))
+        ]
+
+    def rod_vector(self, place: int) -> tuple[complex, float]:
+        """Vector v of rod A, and how far w_b and w_c are from parallel; infinite where they are."""
+        m_b, m_c, cross, b_x, b_y, c_x, c_y = (
+            _value(polynomial, place)
+            for polynomial in (self.product_b, self.product_c, self.determinant, *self.ways)
+        )
+        if not cross:
+            return complex(math.inf), 0.0
+        norm = _ONE + (place * place >> _PLACE_BITS)
+        below = 2 * norm * cross
+        v = complex(
+            ((m_b * c_y - m_c * b_y) << _PLACE_BITS) / below,
+            ((m_c * b_x - m_b * c_x) << _PLACE_BITS) / below,
+        )
+        largest = max(abs(b_x), abs(b_y), abs(c_x), abs(c_y))
+        return v, abs(cross) * norm / (largest * largest << _PLACE_BITS)
+
+
+def exact_positions(linkage: Linkage, pins: CrankPins) -> list[Position]:
+    """All positions; those that coincide to rounding are one, which is ``double``.
+
+    It is for crank pins at which the closure condition does not vanish for all platform angles.
+    """
+    digits = _BITS - math.frexp(linkage.size)[1]
+    rods = tuple(_whole(rod, digits) for rod in linkage.rods)
+    vectors = (linkage.platform_b, linkage.platform_c, pins.b - pins.a, pins.c - pins.a)
+    d_b, d_c, e_b, e_c = (
+        _Vector(_whole(vector.real, digits), _whole(vector.imag, digits)) for vector in vectors
+    )
+    found: list[Position] = []
+    for sense in (1, -1):
+        arms = _Vector(sense * d_b.x, sense * d_b.y), _Vector(sense * d_c.x, sense * d_c.y)
+        search = _Search(linkage, pins, _Chart(arms, (e_b, e_c), rods), sense, digits)
+        for position in search.positions():
+            _add(linkage, found, position, _SAME)
+    return found
+
+
+class _Search:
+    """The positions in one chart."""
+
+    def __init__(
+        self, linkage: Linkage, pins: CrankPins, chart: _Chart, sense: int, digits: int
+    ) -> None:
+        self.linkage = linkage
+        self.pins = pins
+        self.chart = chart
+        self.sense = sense
+        self.digits = digits
+        # A fold in whole numbers is a fold of rods that differ from the given ones by this.
+        self.closes = CLOSES * linkage.size
+
+    def positions(self) -> list[Position]:
+        """Roots of the condition between its extrema, and those extrema that close to rounding."""
+        condition = self.chart.condition
+        slope = _derivative(condition)
+        extrema = _roots(slope)
+        found: list[Position] = []
+        folds: list[Position] = []
+        low, rising = -_BEYOND, _value(condition, -_BEYOND) >= 0
+        for place in (*extrema, _BEYOND):
+            fold = self._fold(place) if place < _BEYOND else None
+            if fold:
+                folds.append(fold)
+                continue
+            changes, rising_before = rising != (_value(condition, place) >= 0), rising
+            if changes:
+                rising = not rising
+                root = _root(condition, slope, low, place, rising_before)
+                if abs(root) <= _KEPT:
+                    found += self._at_root(root, bool(folds))
+            elif folds:
+                found.append(min(folds, key=lambda position: position.gap))
+            low, folds = place, []
+        for place in extrema:
+            if abs(place) <= _KEPT and self.chart.rod_vector(place)[1] <= _PARALLEL:
+                for position in self._on_line(place):
+                    _add(self.linkage, found, position, _SAME_POSITION)
+        return found
+
+    def _direction(self, place: int) -> complex:
+        """Direction z of the platform."""
+        return self.sense * rotation(2.0 * (place / _ONE))
+
+    def _rod_vector(self, place: int) -> complex | None:
+        """Vector v of rod A [m]; None if its length is not that of the rod."""
+        v, _ = self.chart.rod_vector(place)
+        v *= math.ldexp(1.0, -self.digits)
+        return v if abs(abs(v) - self.linkage.rods[0]) <= _NEAR * self.linkage.rods[0] else None
+
+    def _at_root(self, place: int, double: bool) -> list[Position]:
+        """The position at a root; both where the rod vectors of two share its platform angle."""
+        v = self._rod_vector(place)
+        if v is None:
+            return self._on_line(place)
+        v *= self.linkage.rods[0] / abs(v)
+        return [position_of(self.linkage, self.pins, self._direction(place), v, double)]
+
+    def _fold(self, place: int) -> Position | None:
+        """The position at an extremum of the condition if it closes to rounding there."""
+        v = self._rod_vector(place) if abs(place) <= _KEPT else None
+        if v is None:
+            return None
+        position = _settled(self.linkage, self.pins, self._direction(place), v)
+        return position if residual(self.linkage, self.pins, position) <= self.closes else None
+
+    def _on_line(self, place: int) -> list[Position]:
+        """Positions where w_b and w_c are parallel, on the line that both equations are there."""
+        linkage, pins, z = self.linkage, self.pins, self._direction(place)
+        w_b = z * linkage.platform_b - (pins.b - pins.a)
+        w_c = z * linkage.platform_c - (pins.c - pins.a)
+        w, rod = (w_b, linkage.rods[1]) if abs(w_b) >= abs(w_c) else (w_c, linkage.rods[2])
+        m = 0.5 * ((rod - linkage.rods[0]) * (rod + linkage.rods[0]) - abs(w) ** 2)
+        candidates = rods_on_line(linkage, w, m)
+        found = []
+        for v in candidates:
+            start = position_of(linkage, pins, z, v, len(candidates) == 1)
+            position = refined(linkage, pins, start, 20)
+            near = abs(position.z - z) < _LONGEST_CORRECTION
+            if near and residual(linkage, pins, position) <= self.closes:
+                found.append(position)
+        return found
+
+
+def _add(linkage: Linkage, found: list[Position], position: Position, same: float) -> None:
+    """Add a position if it is not among those that were ``found`` before."""
+    if not any(
+        abs(position.z - other.z) < same and abs(position.v - other.v) < same * linkage.rods[0]
+        for other in found
+    ):
+        found.append(position)
+
+
+def residual(linkage: Linkage, pins: CrankPins, position: Position) -> float:
+    """Largest deviation of a rod length [m]."""
+    rods = _rod_vectors(linkage, pins, position.z, position.v)
+    return max(abs(abs(rod) - length) for rod, length in zip(rods, linkage.rods))
+
+
+def _rod_vectors(linkage: Linkage, pins: CrankPins, z: complex, v: complex) -> tuple[complex, ...]:
+    return (
+        v,
+        v + (z * linkage.platform_b - (pins.b - pins.a)),
+        v + (z * linkage.platform_c - (pins.c - pins.a)),
+    )
+
+
+def _settled(linkage: Linkage, pins: CrankPins, z: complex, v: complex) -> Position:
+    """Position near (z, v) whose rod lengths deviate least, across the way in which it can move.
+
+    At a fold that way is the one that the rods do not resist, and nothing changes along it.
+    """
+    radius = linkage.platform_radius
+    arms = 0j, linkage.platform_b, linkage.platform_c
+    for _ in range(_SETTLING):
+        rods = _rod_vectors(linkage, pins, z, v)
+        rows = []
+        for rod, arm in zip(rods, arms):
+            unit = rod / abs(rod) if rod else 1.0 + 0j
+            moment = ((z * arm).conjugate() * unit).imag / radius
+            rows.append((unit.real, unit.imag, moment))
+        gaps = [abs(rod) - length for rod, length in zip(rods, linkage.rods)]
+        left, strength, right = np.linalg.svd(rows)
+        x, y, turn = -right[:2].T @ (left[:, :2].T @ gaps / strength[:2])
+        v, z = v + complex(x, y), z * rotation(float(turn) / radius)
+    return position_of(linkage, pins, z, v, True)
+
+
+def _whole(length: float, digits: int) -> int:
+    return int(math.ldexp(length, digits))
+
+
+def _linear(constant: int, x: int, y: int) -> Polynomial:
+    """``constant + Re((x + i y) z)`` times 1 + t^2."""
+    return [constant + x, -2 * y, constant - x]
+
+
+def _sum(p: Polynomial, q: Polynomial) -> Polynomial:
+    return [a + b for a, b in zip(p, q)]
+
+
+def _scaled(factor: int, p: Polynomial) -> Polynomial:
+    return [factor * a for a in p]
+
+
+def _product(p: Polynomial, q: Polynomial) -> Polynomial:
+    result = [0] * (len(p) + len(q) - 1)
+    for i, a in enumerate(p):
+        for j, b in enumerate(q):
+            result[i + j] += a * b
+    return result
+
+
+def _derivative(p: Polynomial) -> Polynomial:
+    return [power * a for power, a in enumerate(p)][1:]
+
+
+def _value(p: Polynomial, place: int) -> int:
+    """Value at a place, cut off after units."""
+    value = 0
+    for coefficient in reversed(p):
+        value = (value * place >> _PLACE_BITS) + coefficient
+    return value
+
+
+def _roots(p: Polynomial) -> list[int]:
+    """Places where a polynomial changes its sign: between its extrema it does so once or never."""
+    if len(p) < 2:
+        return []
+    slope = _derivative(p)
+    places = [-_BEYOND, *_roots(slope), _BEYOND]
+    signs = [_value(p, place) >= 0 for place in places]
+    return [
+        _root(p, slope, low, high, positive)
+        for low, high, positive, after in zip(places, places[1:], signs, signs[1:])
+        if positive != after
+    ]
+
+
+def _root(p: Polynomial, slope: Polynomial, low: int, high: int, positive: bool) -> int:
+    """A change of sign between two places, by Newton's method or halving; ``positive`` below it."""
+    place = (low + high) >> 1
+    while high - low > 1:
+        value, steepness = _value(p, place), _value(slope, place)
+        if (value >= 0) == positive:
+            low = place
+        else:
+            high = place
+        following = place - (value << _PLACE_BITS) // steepness if steepness else low
+        if abs(following - place) <= 1:
+            break
+        place = following if low < following < high else (low + high) >> 1
+    return place
