@@ -7,6 +7,7 @@ roots nor the rod vectors at them depend on how well it is conditioned.
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import NamedTuple
 
@@ -28,10 +29,14 @@ CLOSES = 64.0 * float(np.finfo(np.float64).eps)
 _BITS = 100
 _PLACE_BITS = 128
 _ONE = 1 << _PLACE_BITS
-# A chart is half a turn of the platform, |tan(phi / 2)| <= 1. It is searched a little beyond, so
+# A chart that is half a turn of the platform, |tan(phi / 2)| <= 1, is searched a little beyond, so
 # that no pair of roots is parted, and its roots count to where those of the other chart begin.
 _BEYOND = _ONE + (_ONE >> 4)
 _KEPT = _ONE + (_ONE >> 40)
+# An arc of platform angles no wider than this to each side of its middle lies in one chart [rad].
+_WIDEST_ARC = 0.5
+# What rounding may cut off at the ends of an arc, as a part of its square.
+_ARC_ROUNDING = 1e-9
 # Both charts may give one position, on their border.
 _SAME = 1e-9
 # Where the angle between w_b and w_c is below this, two positions may share a platform angle. What
@@ -138,59 +143,104 @@ def exact_positions(linkage: Linkage, pins: CrankPins) -> list[Position]:
         _Vector(_whole(vector.real, digits), _whole(vector.imag, digits)) for vector in vectors
     )
     found: list[Position] = []
-    for sense in (1, -1):
-        arms = _Vector(sense * d_b.x, sense * d_b.y), _Vector(sense * d_c.x, sense * d_c.y)
-        search = _Search(linkage, pins, _Chart(arms, (e_b, e_c), rods), sense, digits)
+    for span in _spans(linkage, pins):
+        arms = tuple(_Vector(span.sense * d.x, span.sense * d.y) for d in (d_b, d_c))
+        search = _Search(linkage, pins, _Chart((arms[0], arms[1]), (e_b, e_c), rods), span, digits)
         for position in search.positions():
             _add(linkage, found, position, _SAME)
     return found
+
+
+class _Span(NamedTuple):
+    """Where a chart is searched.
+
+    Attributes:
+        sense: +1, or -1 where phi is counted from half a turn.
+        low: first place.
+        high: last place.
+        kept: largest place that counts.
+    """
+
+    sense: int
+    low: int
+    high: int
+    kept: int
+
+
+def _spans(linkage: Linkage, pins: CrankPins) -> list[_Span]:
+    """What must be searched: the circle, or the narrow arc in which the rods allow positions.
+
+    Two platform joints are as far from each other as their pins but for both rods, so the platform
+    has turned from there by no more than an arc, which the law of cosines gives.
+    """
+    arms = 0j, linkage.platform_b, linkage.platform_c
+    ways = 0j, pins.b - pins.a, pins.c - pins.a
+    narrowest, middle = math.inf, 0.0
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        arm, way = arms[j] - arms[i], ways[j] - ways[i]
+        reach, gap = linkage.rods[i] + linkage.rods[j], abs(abs(arm) - abs(way))
+        product = abs(arm) * abs(way)
+        allowed = reach * (reach + _ARC_ROUNDING * linkage.size) - gap * gap
+        if allowed < narrowest * product:
+            narrowest, middle = allowed / product, cmath.phase(way * arm.conjugate())
+    if narrowest < 0.0:
+        return []
+    half = math.asin(min(1.0, 0.5 * math.sqrt(narrowest))) * 2.0
+    if not half <= _WIDEST_ARC:
+        return [_Span(sense, -_BEYOND, _BEYOND, _KEPT) for sense in (1, -1)]
+    sense = 1 if math.cos(middle) >= 0.0 else -1
+    middle = math.remainder(middle if sense == 1 else middle + math.pi, math.tau)
+    low, high = (
+        int(math.ldexp(math.tan(0.5 * angle), _PLACE_BITS))
+        for angle in (middle - half, middle + half)
+    )
+    return [_Span(sense, low, high, max(-low, high))]
 
 
 class _Search:
     """The positions in one chart."""
 
     def __init__(
-        self, linkage: Linkage, pins: CrankPins, chart: _Chart, sense: int, digits: int
+        self, linkage: Linkage, pins: CrankPins, chart: _Chart, span: _Span, digits: int
     ) -> None:
         self.linkage = linkage
         self.pins = pins
         self.chart = chart
-        self.sense = sense
+        self.span = span
         self.digits = digits
-        # A fold in whole numbers is a fold of rods that differ from the given ones by this.
         self.closes = CLOSES * linkage.size
 
     def positions(self) -> list[Position]:
         """Roots of the condition between its extrema, and those extrema that close to rounding."""
         condition = self.chart.condition
         slope = _derivative(condition)
-        extrema = _roots(slope)
+        extrema = _roots(slope, self.span)
         found: list[Position] = []
         folds: list[Position] = []
-        low, rising = -_BEYOND, _value(condition, -_BEYOND) >= 0
-        for place in (*extrema, _BEYOND):
-            fold = self._fold(place) if place < _BEYOND else None
+        low, kept = self.span.low, self.span.kept
+        positive = _value(condition, low) >= 0
+        for place in (*extrema, self.span.high):
+            fold = self._fold(place) if place < self.span.high else None
             if fold:
                 folds.append(fold)
                 continue
-            changes, rising_before = rising != (_value(condition, place) >= 0), rising
-            if changes:
-                rising = not rising
-                root = _root(condition, slope, low, place, rising_before)
-                if abs(root) <= _KEPT:
+            if (_value(condition, place) >= 0) != positive:
+                root = _root(condition, slope, low, place, positive)
+                positive = not positive
+                if abs(root) <= kept:
                     found += self._at_root(root, bool(folds))
             elif folds:
                 found.append(min(folds, key=lambda position: position.gap))
             low, folds = place, []
         for place in extrema:
-            if abs(place) <= _KEPT and self.chart.rod_vector(place)[1] <= _PARALLEL:
+            if abs(place) <= kept and self.chart.rod_vector(place)[1] <= _PARALLEL:
                 for position in self._on_line(place):
                     _add(self.linkage, found, position, _SAME_POSITION)
         return found
 
     def _direction(self, place: int) -> complex:
         """Direction z of the platform."""
-        return self.sense * rotation(2.0 * (place / _ONE))
+        return self.span.sense * rotation(2.0 * (place / _ONE))
 
     def _rod_vector(self, place: int) -> complex | None:
         """Vector v of rod A [m]; None if its length is not that of the rod."""
@@ -208,7 +258,7 @@ class _Search:
 
     def _fold(self, place: int) -> Position | None:
         """The position at an extremum of the condition if it closes to rounding there."""
-        v = self._rod_vector(place) if abs(place) <= _KEPT else None
+        v = self._rod_vector(place) if abs(place) <= self.span.kept else None
         if v is None:
             return None
         position = _settled(self.linkage, self.pins, self._direction(place), v)
@@ -313,12 +363,12 @@ def _value(p: Polynomial, place: int) -> int:
     return value
 
 
-def _roots(p: Polynomial) -> list[int]:
+def _roots(p: Polynomial, span: _Span) -> list[int]:
     """Places where a polynomial changes its sign: between its extrema it does so once or never."""
     if len(p) < 2:
         return []
     slope = _derivative(p)
-    places = [-_BEYOND, *_roots(slope), _BEYOND]
+    places = [span.low, *_roots(slope, span), span.high]
     signs = [_value(p, place) >= 0 for place in places]
     return [
         _root(p, slope, low, high, positive)
