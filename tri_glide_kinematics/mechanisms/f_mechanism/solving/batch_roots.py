@@ -29,9 +29,11 @@ Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 # Halvings of unclear cells before a row is solved by itself.
-_HALVINGS = 6
-# Neighbouring roots closer than this [rad] may be one double root.
+_HALVINGS = 12
+# Neighbouring roots closer than this [rad] may be one double root: if the polynomial exceeds its
+# rounding error between them by no more than this factor.
 _CLOSE = 1e-3
+_TOUCHING = 1e3
 # A bracketed Newton iteration ends with a step below this [rad], or after so many rounds: beside a
 # double root rounding alone moves it farther, and the row is solved by itself.
 _CONVERGED = 1e-10
@@ -76,8 +78,11 @@ def simple_roots(polynomial: Cubic, tolerance: Array, special: Mask) -> Roots:
     angle = _bracketed_newton(_rows(polynomial, row), 0, merged)
     order = row_order(row, angle)
     row, angle = row[order], angle[order]
-    close = (row[1:] == row[:-1]) & (angle[1:] - angle[:-1] < _CLOSE)
-    special[row[1:][close]] = True
+    close = np.flatnonzero((row[1:] == row[:-1]) & (angle[1:] - angle[:-1] < _CLOSE))
+    between = direction(0.5 * (angle[close] + angle[close + 1]))
+    row_of_pair = row[close]
+    value = derivatives(_rows(polynomial, row_of_pair), between)[0]
+    special[row_of_pair[abs(value) <= _TOUCHING * tolerance[row_of_pair]]] = True
     # The first and the last root of a row may be neighbours across pi.
     lowest, highest = row[angle < _CLOSE - np.pi], row[angle > np.pi - _CLOSE]
     special[np.intersect1d(lowest, highest)] = True

@@ -11,7 +11,7 @@ from tri_glide_kinematics.mechanisms.errors import SelfMotionError
 from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.cells import NODES
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import ROUNDING, Closure, closure
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.exact import exact_positions, residual
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.exact import exact_positions
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import (
     CrankPins,
     Linkage,
@@ -31,8 +31,8 @@ from tri_glide_kinematics.rounding import wrapped
 from tri_glide_kinematics.vectors import Point
 
 # Below this determinant, relative to the lengths in it, the linear system for v loses so many
-# digits that v is taken from the circle of rod A and one linear equation instead.
-DEGENERATE = 1e-4
+# digits that the positions are found in whole numbers.
+DEGENERATE = 1e-6
 # Newton's method may correct a root of F by this part of the distance to the next one: so no two of
 # them become one position.
 LONGEST_CORRECTION = 0.01
@@ -101,6 +101,8 @@ def _refined_roots(
 ) -> list[Position] | None:
     """Positions at the given platform angles, ascending; None where rounding leaves a doubt."""
     found: list[Position] = []
+    least = DEGENERATE * linkage.unit**2 * linkage.reach
+    largest_gap = RESIDUAL * linkage.size * min(linkage.rods)
     before = angles[-1] - math.tau if angles else 0.0
     for index, angle in enumerate(angles):
         after = angles[index + 1] if index + 1 < len(angles) else angles[0] + math.tau
@@ -109,7 +111,7 @@ def _refined_roots(
         w_b = z * linkage.platform_b - (pins.b - pins.a)
         w_c = z * linkage.platform_c - (pins.c - pins.a)
         longest = max(abs(w_b), abs(w_c))
-        if not abs(determinant) > DEGENERATE * linkage.unit**2 * linkage.reach * longest:
+        if not abs(determinant) > least * longest:
             return None
         m_b, m_c = condition.product_b.at(z), condition.product_c.at(z)
         v = -1j * (m_b * w_c - m_c * w_b) / determinant
@@ -118,7 +120,7 @@ def _refined_roots(
         correction = abs(position.z - z)
         if correction > LONGEST_CORRECTION * min(angle - before, after - angle):
             return None
-        if not residual(linkage, pins, position) <= RESIDUAL * linkage.size:
+        if not position.gap <= largest_gap:
             return None
         found.append(position)
         before = angle
