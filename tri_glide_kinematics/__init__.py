@@ -7,6 +7,7 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.fit import calibrate as calibrate
     from tri_glide_kinematics.errors import KinematicsError as KinematicsError
+    from tri_glide_kinematics.errors import NotAChoiceError as NotAChoiceError
     from tri_glide_kinematics.errors import NotANumberError as NotANumberError
     from tri_glide_kinematics.errors import NotFiniteError as NotFiniteError
     from tri_glide_kinematics.errors import OutOfBoundsError as OutOfBoundsError
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.errors import NotAssemblableError as NotAssemblableError
     from tri_glide_kinematics.mechanisms.errors import SelfMotionError as SelfMotionError
     from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism as FMechanism
+    from tri_glide_kinematics.mechanisms.four_bar.analysis import Branch as Branch
     from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar as FourBar
     from tri_glide_kinematics.mechanisms.landing_gear.gear import LandingGear as LandingGear
     from tri_glide_kinematics.motion.engine import MotionEngine as MotionEngine
@@ -64,12 +66,16 @@ __all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "calibration.fit": "calibrate",
-        "errors": "KinematicsError NotANumberError NotFiniteError OutOfBoundsError WrongShapeError",
+        "errors": (
+            "KinematicsError NotAChoiceError NotANumberError NotFiniteError OutOfBoundsError "
+            "WrongShapeError"
+        ),
         "mechanisms.errors": (
             "CrankLimitError DegenerateLinkageError MechanismFileError "
             "NotAPoseError NotAssemblableError SelfMotionError"
         ),
         "mechanisms.f_mechanism.mechanism": "FMechanism",
+        "mechanisms.four_bar.analysis": "Branch",
         "mechanisms.four_bar.linkage": "FourBar",
         "mechanisms.landing_gear.gear": "LandingGear",
         "motion.engine": "MotionEngine",

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from enum import Enum
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.errors import (
+    NotAChoiceError,
     NotANumberError,
     NotFiniteError,
     OutOfBoundsError,
@@ -17,6 +20,8 @@ from tri_glide_kinematics.errors import (
 
 # Numbers are no larger than this, whatever their unit, so that products of several do not overflow.
 LARGEST = 1e30
+
+Member = TypeVar("Member", bound=Enum)
 
 
 def plain_float(name: str, value: float) -> float:
@@ -156,3 +161,14 @@ def finite_array(
         index = np.argwhere(~fits)[0].tolist()
         finite(name + "".join(f"[{i}]" for i in index), float(array[tuple(index)]))
     return array
+
+
+def member(name: str, value: Member, choices: type[Member]) -> Member:
+    """Return ``value``, which must be a member of the enumeration ``choices``.
+
+    Raises:
+        NotAChoiceError: if it is not, as its name or its value; the text names all members.
+    """
+    if not isinstance(value, choices):
+        raise NotAChoiceError(name, value, tuple(map(str, choices)))
+    return value

@@ -114,3 +114,14 @@ class WrongShapeError(KinematicsError):
         self.name = name
         self.shape = shape
         self.expected = expected
+
+
+class NotAChoiceError(KinematicsError):
+    """Something else than a member of an enumeration where one is asked for, such as its name."""
+
+    def __init__(self, name: str, value: object, choices: tuple[str, ...]) -> None:
+        """Store the ``name`` of the argument, its ``value`` and the ``choices`` there are."""
+        super().__init__(f"{name} = {value!r} must be {' or '.join(choices)}")
+        self.name = name
+        self.value = value
+        self.choices = choices

@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from tri_glide_kinematics.checks import finite, finite_vector
+from tri_glide_kinematics.checks import finite, finite_vector, member
 from tri_glide_kinematics.motion.commands import DriveLimits, Follow, Jog, Move, Track, jog_of
 from tri_glide_kinematics.motion.held_motion import MotionPhase, PlanRole
 from tri_glide_kinematics.motion.limits import SliderLimits
@@ -68,9 +68,11 @@ class MotionEngine(PathCommands):
             in_pieces: whether plans are made by ``work``, and not within a command.
 
         Raises:
+            NotAChoiceError: if ``kind`` is no ``MotionKind``, but its name, for example.
             NotFiniteError: if the scale is NaN or infinite.
             OutOfBoundsError: if it is not in (0, 1].
         """
+        member("kind", kind, MotionKind)
         super().__init__(workspace, kind, DriveLimits(limits, speed_scale), in_pieces)
         self._machine: TriGlide = workspace.machine
         self._kind = kind

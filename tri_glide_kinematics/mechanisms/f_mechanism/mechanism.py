@@ -31,6 +31,8 @@ from tri_glide_kinematics.wording import number_text
 
 # Platform joints closer than this, relative to the size, are one point.
 _COINCIDENT = 1e-12
+# Products of four lengths of a smaller mechanism are too small for floating-point numbers [m].
+_SMALLEST = 1e-70
 
 
 class FMechanism:
@@ -64,7 +66,7 @@ class FMechanism:
         Raises:
             WrongShapeError: if an array has another shape.
             NotFiniteError: if a number is NaN or infinite.
-            OutOfBoundsError: if a length is not greater than zero.
+            OutOfBoundsError: if a length is not greater than zero, or all are below 1e-70 m.
             DegenerateLinkageError: if the three platform joints coincide, which leaves the platform
                 angle undetermined.
         """
@@ -76,6 +78,8 @@ class FMechanism:
         radius = math.sqrt(sum(abs(joint - centroid) ** 2 for joint in joints) / 3.0)
         sides = [abs(p - q) for points in (pivots, joints) for p in points for q in points]
         size = max(*cranks, *rods, *sides)
+        if size < _SMALLEST:
+            raise OutOfBoundsError("largest length", size, f"at least {_SMALLEST:g}", "m")
         if radius <= _COINCIDENT * size:
             raise DegenerateLinkageError(
                 "platform: A2, B2 and C2 coincide, which leaves the platform angle undetermined"

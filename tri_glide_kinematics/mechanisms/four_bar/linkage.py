@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tri_glide_kinematics.checks import finite, finite_array, finite_vector
+from tri_glide_kinematics.checks import finite, finite_array, finite_vector, member
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.four_bar import analysis
 from tri_glide_kinematics.mechanisms.four_bar.analysis import (
@@ -194,9 +194,11 @@ class FourBar:
         """Return the pose on one branch at a crank angle; arguments as for :meth:`solve`.
 
         Raises:
+            NotAChoiceError: if ``branch`` is no ``Branch``, but its name, for example.
             NotFiniteError: if a number is NaN or infinite.
             CrankLimitError: if the linkage cannot be closed at the crank angle.
         """
+        member("branch", branch, Branch)
         poses = self.solve(crank_angle, crank_velocity, crank_acceleration)
         if not poses:
             raise CrankLimitError(crank_angle, self.crank_ranges)
@@ -249,6 +251,16 @@ class AssembledFourBar(FourBar):
 
     assembled_crank_angle: float = 0.0
     assembled_branch: Branch | None = None
+
+    def __post_init__(self) -> None:
+        """Check the numbers and the branch.
+
+        Raises:
+            NotAChoiceError: if the branch is neither a ``Branch`` nor None.
+        """
+        super().__post_init__()
+        if self.assembled_branch is not None:
+            member("assembled_branch", self.assembled_branch, Branch)
 
 
 def _scalar_or_array(name: str, values: ArrayLike, size: int) -> FloatArray:

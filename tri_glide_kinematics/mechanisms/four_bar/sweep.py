@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.checks import finite
+from tri_glide_kinematics.checks import finite, member
 from tri_glide_kinematics.mechanisms.four_bar.analysis import Branch
 from tri_glide_kinematics.mechanisms.four_bar.lengths import LinkLengths
 from tri_glide_kinematics.rounding import directions
@@ -237,9 +237,13 @@ class FourBarSweep:
         return self.branch(Branch.CROSSED)
 
     def branch(self, branch: Branch) -> BranchSweep:
-        """Return one of the two branches."""
+        """Return one of the two branches.
+
+        Raises:
+            NotAChoiceError: if ``branch`` is no ``Branch``, but its name, for example.
+        """
         return BranchSweep(
-            branch,
+            member("branch", branch, Branch),
             self.lengths,
             self.frame,
             self.crank_angles,

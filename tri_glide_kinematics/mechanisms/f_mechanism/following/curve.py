@@ -21,8 +21,10 @@ Vector = tuple[float, float, float]
 # Symmetric matrix: entries 00, 11, 22, 01, 02, 12.
 Symmetric = tuple[float, float, float, float, float, float]
 
-# Gap of the rod equations relative to the square of the size at which a point is on the curve.
+# Gap of the rod equations relative to the square of the size at which a point is on the curve; with
+# rods that are short against the size it is relative to the size and the reach.
 ON_CURVE = 2e-15
+_ON_CURVE_OF_SHORT_RODS = 1e-14
 _ITERATIONS = 12
 
 
@@ -104,7 +106,9 @@ class Curve:
         self._offset_b, self._offset_c = b0 - a0, c0 - a0
         self._third_b = self._third_derivative(1, linkage.platform_b, self._offset_b)
         self._third_c = self._third_derivative(2, linkage.platform_c, self._offset_c)
-        self._tolerance = ON_CURVE * linkage.size**2
+        self._tolerance = linkage.size * min(
+            ON_CURVE * linkage.size, _ON_CURVE_OF_SHORT_RODS * linkage.reach
+        )
 
     def _third_derivative(self, rod: int, platform: complex, offset: complex) -> float:
         """Bound of the third derivative of a rod equation.

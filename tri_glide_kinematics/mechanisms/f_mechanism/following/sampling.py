@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 _BISECTIONS = 60
 _NEWTON_STEPS = 4
 _INVERSIONS = 30
-# Gap of the rod equations, relative to the square of the size, of a sample on the curve.
+# Gap of the rod equations, relative to the size and the reach, of a sample on the curve.
 _ON_CURVE = 1e-13
 
 
@@ -45,7 +45,7 @@ def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[Request]) 
     v = curve.linkage.rods[0] * direction(points[:, 0])
     z = direction(points[:, 1])
     pins = pins_at(curve.linkage, curve.drive.crank_angles(s))
-    tolerance = _ON_CURVE * curve.linkage.size**2
+    tolerance = _ON_CURVE * curve.linkage.size * curve.linkage.reach
     # At a singular sample the corrections are infinite; it is then found by bisection.
     with np.errstate(divide="ignore", invalid="ignore"):
         for _ in range(_NEWTON_STEPS):
