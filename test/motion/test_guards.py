@@ -91,14 +91,14 @@ def test_limits_are_changed_only_when_the_motion_can_keep_them(monkeypatch):
 
 
 def test_slider_plans_are_compared_with_the_limits(monkeypatch):
-    """Ruckig's brake from a state that cannot keep new limits breaks them and says nothing."""
+    """Ruckig's move from a state that cannot keep new limits breaks them and says nothing."""
 
     def peak() -> float:
         moving = engine()
         moving.move_to((0.1, 0.05, 0.45))
         run(moving, 0.05)
         lower = SliderLimits.uniform(0.2, 10.0, 200.0)
-        plan = at_once(SliderMotion().brake(moving.state, lower))
+        plan = at_once(SliderMotion().move(moving.state, HOME, lower))
         return float(np.abs(plan.sample(np.linspace(0.0, plan.duration, 500)).velocities).max())
 
     with pytest.raises(KinematicsError, match="velocity"):

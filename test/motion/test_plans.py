@@ -15,6 +15,7 @@ from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SequencePlan, SliderState
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.motion.sliders.slider_motion import SliderMotion
+from tri_glide_kinematics.motion.stopping import own_stop
 from tri_glide_kinematics.motion.verification import check_slider_limits, height_extremes
 
 
@@ -138,10 +139,10 @@ def test_impossible_input_of_ruckig_is_a_planning_error():
 
 
 def test_brake_never_goes_faster_nor_farther_than_needed():
-    motion = SliderMotion()
-    held = at_once(motion.move(HOME, (0.9, 0.4, 0.55), LIMITS))
+    held = at_once(SliderMotion().move(HOME, (0.9, 0.4, 0.55), LIMITS))
     for time in np.linspace(0.0, held.duration, 40).tolist():
-        plan = at_once(motion.brake(held.state(time), LIMITS))
+        state = held.state(time)
+        plan = CubicPlan(state, own_stop(state, LIMITS).ways)
         assert plan.duration <= held.duration - time + 1e-9
         lowest, highest = height_extremes(plan)
         held_lowest, held_highest = height_extremes(held, time)

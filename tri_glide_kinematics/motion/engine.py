@@ -18,7 +18,6 @@ from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path_commands import PathCommands
 from tri_glide_kinematics.motion.planner import MotionKind
 from tri_glide_kinematics.motion.plans import SampledPlan, SliderState
-from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
 from tri_glide_kinematics.tri_glide.errors import NoPoseError
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.wording import vector_text
@@ -201,13 +200,10 @@ class MotionEngine(PathCommands):
         self.keep_goal()
         if held.goal is None:
             return
-        braking = isinstance(held.plan, TrackedStep) or held.role is PlanRole.BRAKES
-        role = PlanRole.BRAKES if braking else PlanRole.EARLIER
         self._tracks = False
         self._preparation = None
-        self._replace(replace(held, goal=None, role=role))
-        if not braking:
-            self._prepare_braking(urgent=True)
+        self._replace(replace(held, goal=None, role=PlanRole.EARLIER))
+        self._prepare_braking(urgent=True, stays=not isinstance(held.goal, Track))
 
     def check_position(self, position: Sequence[float]) -> None:
         """Check what can be said of a target without a plan: that it is inside the workspace.

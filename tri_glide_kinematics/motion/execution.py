@@ -14,7 +14,6 @@ from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.motion.commands import Command, DriveLimits, Follow, Jog, Track
 from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase, PlanRole
 from tri_glide_kinematics.motion.paths.path_measuring import PathMeasuring
-from tri_glide_kinematics.motion.paths.path_plan import PathPlan
 from tri_glide_kinematics.motion.plan_holder import PlanHolder
 from tri_glide_kinematics.motion.planner import MotionKind
 from tri_glide_kinematics.motion.plans import SliderState
@@ -26,6 +25,9 @@ from tri_glide_kinematics.workspace.workspace import Workspace
 
 # What could not be done at once is tried again after this time of motion [s].
 RETRY_INTERVAL = 0.008
+
+# A stop may take so many pieces within its call. Nearly all take fewer.
+URGENT_PIECES = 14
 
 # The first step of tracking, before any other was made, is taken to be this long [s].
 FIRST_STEP = 0.002
@@ -133,14 +135,14 @@ class PlanExecution(PlanHolder):
     def _prepare(
         self, making: Making, goal: Command | None = None, *, urgent: bool = False
     ) -> None:
-        """Make what is held next, unless that is for later; at rest, a first piece of it."""
-        at_once = urgent or not self._in_pieces
+        """Make what is held next, unless that is for later; at rest, a first piece of it.
+
+        What is ``urgent`` begins now. If it is not ready after some pieces, it begins later, too.
+        """
         lead_time = self._goal_lead_time if isinstance(goal, Follow) else self._lead_time
-        lead = 0.0 if at_once else lead_time.after(self._last_step)
-        self._begin(
-            Preparation(making, goal, self._holding(), self._time, lead, lead_time),
-            at_once=at_once,
-        )
+        pieces = URGENT_PIECES if urgent else 0
+        lead = 0.0 if urgent or not self._in_pieces else lead_time.after(self._last_step)
+        self._begin(Preparation(making, goal, self._holding(), self._time, lead, lead_time), pieces)
 
     def _prepare_next_part(self) -> None:
         """Make the next part of the path that is followed."""
@@ -149,13 +151,17 @@ class PlanExecution(PlanHolder):
         lead = max(lead, held.goes_on_at - self._time)
         making = self._replanning.continued
         preparation = Preparation(making, None, held, self._time, lead, self._path_lead_time)
-        self._begin(preparation, at_once=not self._in_pieces)
+        self._begin(preparation)
 
-    def _begin(self, preparation: Preparation, *, at_once: bool) -> None:
+    def _begin(self, preparation: Preparation, pieces: int = 0) -> None:
+        """Begin with a ``preparation``, and with so many ``pieces`` of it at once."""
         self._preparation = preparation
         self._look_ahead()
-        if at_once or preparation.begins_at_rest:
-            self._work(lambda: at_once)
+        if not self._in_pieces:
+            self._work(lambda: True)
+        elif pieces or preparation.begins_at_rest:
+            left = iter(range(pieces - 1))
+            self._work(lambda: next(left, None) is not None)
 
     def _work(self, may_go_on: Callable[[], bool]) -> None:
         preparation = self._preparation
@@ -237,14 +243,18 @@ class PlanExecution(PlanHolder):
         else:
             self._replace(held)
 
-    def _prepare_braking(self, *, urgent: bool) -> None:
-        """Make a braking; an ``urgent`` one at once, which takes a millisecond.
+    def _prepare_braking(self, *, urgent: bool, stays: bool = True) -> None:
+        """Make a braking; an ``urgent`` one begins at once, which takes a millisecond.
 
-        One along a path takes longer, so it begins some setpoints later.
+        One that must not leave its path may take longer, so it begins some setpoints later.
+
+        Args:
+            urgent: whether it is made at once.
+            stays: whether the platform stays on its line where that takes little longer.
         """
-        urgent = urgent and not isinstance(self._holding().plan, PathPlan)
         self._prepare(
-            lambda held, time: only_held(self._replanning.braked(held, time)), urgent=urgent
+            lambda held, time: only_held(self._replanning.braked(held, time, stays=stays)),
+            urgent=urgent and self._holding().path_plan is None,
         )
 
     def _take_step(self, dt: float) -> bool:

@@ -21,6 +21,7 @@ from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.plans import CubicPlan, Plan, SequencePlan, SliderState
 from tri_glide_kinematics.motion.sliders.slider_motion import SliderMotion
+from tri_glide_kinematics.motion.stopping import Stopping
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 from tri_glide_kinematics.workspace.workspace import Workspace
@@ -28,10 +29,6 @@ from tri_glide_kinematics.workspace.workspace import Workspace
 # Fraction of acceleration and jerk that blends use at most; the line has what is left.
 BLEND_FRACTIONS = (0.3, 0.6)
 FROM_REST_BLEND_FRACTION = 0.1
-
-# Fraction of acceleration and jerk for braking along a line.
-BRAKE_FRACTIONS = (0.95, 0.75)
-LEAST_BRAKE_FRACTION = 0.5
 
 # Targets closer than this are reached [m].
 SAME_PLACE = 1e-9
@@ -47,7 +44,11 @@ class MotionKind(Enum):
 
 
 class MotionPlanner:
-    """Finds verified plans for one machine."""
+    """Finds verified plans for one machine.
+
+    Attributes:
+        stopping: finds stops.
+    """
 
     def __init__(self, workspace: Workspace, kind: MotionKind) -> None:
         """Prepare for moves of a ``kind`` inside ``workspace``."""
@@ -57,6 +58,7 @@ class MotionPlanner:
         self._kind = kind
         self._sliders = SliderMotion()
         self._lines = LinearMotion(workspace.machine)
+        self.stopping = Stopping(self._lines)
 
     def move(
         self,
@@ -89,7 +91,7 @@ class MotionPlanner:
             else:
                 builder = LineToPosition(region, position)
                 yield from self._line_moves(state, builder, limits, region)
-            for braking in self._brakings(state, limits, region):
+            for braking in self.stopping.candidates(state, limits, region):
                 yield partial(self._then_move, braking, position, limits)
             if held is not None:
                 yield partial(self._move_after, held, position, limits)
@@ -127,26 +129,10 @@ class MotionPlanner:
             for fraction in BLEND_FRACTIONS:
                 jog = partial(self._lines.jog, state, builder, limits, fraction, speed)
                 yield partial(self._blended, jog, limits, region)
-            for braking in self._brakings(state, limits, region):
+            for braking in self.stopping.candidates(state, limits, region):
                 yield partial(self._then_jog, braking, direction, limits, speed)
 
         return (yield from _first(candidates()))
-
-    def stop(
-        self, state: SliderState, limits: SliderLimits, region: Workspace, on_line: bool
-    ) -> Interruptible[Plan]:
-        """Return a plan that comes to rest soon.
-
-        Args:
-            state: of the sliders, in motion.
-            limits: of the sliders.
-            region: where the platform may be on its way.
-            on_line: whether the platform moves along a line, which then is not left.
-
-        Raises:
-            KinematicsError: if no braking keeps all limits now.
-        """
-        return (yield from _first(self._brakings(state, limits, region, on_line)))
 
     def region(self, state: SliderState, region_of_motion: Workspace | None = None) -> Workspace:
         """Return where the platform may be on a way that begins at ``state``.
@@ -247,32 +233,6 @@ class MotionPlanner:
         yield
         yield from verification.check_blend(plan, limits, self._workspace.limits, region)
         return plan
-
-    def _brakings(
-        self, state: SliderState, limits: SliderLimits, region: Workspace, on_line: bool = True
-    ) -> Iterator[Candidate]:
-        """Yield plans that come to rest, along the line or with each slider by itself."""
-
-        def along(fraction: float) -> Interruptible[Plan]:
-            plan = yield from self._lines.brake(state, limits, fraction)
-            end = plan.line.point(float(plan.scaling.ways[-1]))
-            yield from region.segment_check(plan.line.start, end)
-            yield from verification.check_blend(plan, limits, self._workspace.limits, region)
-            return plan
-
-        def apart() -> Interruptible[Plan]:
-            plan = yield from self._sliders.brake(state, limits)
-            yield
-            yield from verification.check_slider_path(plan, self._workspace.limits, region)
-            return plan
-
-        if not on_line:
-            yield apart
-        for fraction in BRAKE_FRACTIONS:
-            yield partial(along, fraction)
-        if on_line:
-            yield apart
-        yield partial(along, LEAST_BRAKE_FRACTION)
 
 
 def _first(candidates: Iterable[Candidate]) -> Interruptible[Plan]:

@@ -6,6 +6,7 @@ A new plan begins where the held one is at that time. If there is none, the held
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -20,10 +21,13 @@ from tri_glide_kinematics.motion.commands import (
     stays_within,
 )
 from tri_glide_kinematics.motion.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.lines.line_plan import LinePlan
 from tri_glide_kinematics.motion.paths.path_plan import PathPlan
 from tri_glide_kinematics.motion.paths.path_replanning import PathReplanning
 from tri_glide_kinematics.motion.planner import MotionKind, MotionPlanner
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, Plan, SequencePlan, SliderState
+from tri_glide_kinematics.motion.stopping import LONGEST_TRACKED, Along, own_stop
+from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
 
@@ -67,20 +71,40 @@ class Replanning:
             return (yield from self._planned(held, time, goal, held.limits, or_after=True))
         return replace(held, goal=goal)
 
-    def braked(self, held: HeldMotion, time: float) -> Interruptible[HeldMotion]:
-        """Return ``held`` with a plan that comes to rest as soon as possible, if there is one."""
-        remaining = held.plan.duration - time
-        if held.role is PlanRole.BRAKES or remaining <= 0.0:
+    def braked(
+        self, held: HeldMotion, time: float, *, stays: bool = True
+    ) -> Interruptible[HeldMotion]:
+        """Return ``held`` with a plan that comes to rest as soon as possible, if there is one.
+
+        Args:
+            held: what is held; of the path that is its goal nothing leads away.
+            time: when the plan begins.
+            stays: whether the platform stays on its line or path where that takes little longer.
+        """
+        plan, left = held.plan, held.plan.duration - time
+        if held.role is PlanRole.BRAKES or left <= 0.0:
             return replace(held, role=PlanRole.BRAKES)
-        if isinstance(held.plan, PathPlan):
-            return (yield from self._paths.braked(held, held.plan, time))
-        state, region = held.plan.state(time), self._region(held, time)
-        on_line = self._kind is MotionKind.LINEAR or not isinstance(held.plan, CubicPlan)
+        if held.path_plan is not None:
+            return (yield from self._paths.braked(held, held.path_plan, time))
+        state, region, limits = plan.state(time), self._region(held, time), held.limits.effective
+        own = own_stop(state, limits)
+        stopping = self._planner.stopping
+        along: Along | None = None
+        if not stays:
+            pass
+        elif isinstance(plan, PathPlan):
+            along = partial(self._paths.braking_along, plan, time, held.limits)
+        elif isinstance(plan, TrackedStep):
+            # The braking that is held keeps the direction, or nearly.
+            if left <= LONGEST_TRACKED * own.duration:
+                return replace(held, role=PlanRole.BRAKES)
+        elif self._kind is MotionKind.LINEAR or isinstance(plan, LinePlan):
+            along = partial(stopping.along_line, state, limits, region)
         try:
-            plan = yield from self._planner.stop(state, held.limits.effective, region, on_line)
+            stop = yield from stopping.soonest(state, own, limits, region, left, along)
         except KinematicsError:
             return replace(held, role=PlanRole.EARLIER)
-        sooner = plan if plan.duration < remaining else held.plan
+        sooner = plan if stop is None else stop
         return replace(held, plan=sooner, role=PlanRole.BRAKES)
 
     def tried_again(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:

@@ -252,7 +252,7 @@ def test_brake_stays_on_the_line_and_is_soon_over():
         state = plan.state(float(part) * plan.duration)
         for strength in (0.75, 0.5):
             try:
-                brake = at_once(motion.brake(state, LIMITS, strength))
+                brake = at_once(motion.brake(state, LIMITS, strength, 0.1))
             except KinematicsError:
                 continue
             braked += 1
@@ -267,7 +267,7 @@ def test_brake_stays_on_the_line_and_is_soon_over():
 def test_nothing_brakes_at_rest():
     state = SliderState((0.6, 0.6, 0.6), AT_REST, AT_REST)
     with pytest.raises(PlanningError, match="no direction"):
-        at_once(LinearMotion(MACHINE).brake(state, LIMITS, 0.9))
+        at_once(LinearMotion(MACHINE).brake(state, LIMITS, 0.9, 0.1))
 
 
 def test_target_too_near_to_stop_at_is_refused():

@@ -7,7 +7,14 @@ import numpy as np
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.constant_jerk import evaluate, rest_to_rest
 from tri_glide_kinematics.motion.errors import PlanningError
-from tri_glide_kinematics.motion.knots import knots, knots_with_blend, lasting, shortest_piece
+from tri_glide_kinematics.motion.hard_braking import hardest_braking
+from tri_glide_kinematics.motion.knots import (
+    knots,
+    knots_with_blend,
+    lasting,
+    shortest_piece,
+    with_knots_of,
+)
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.derivative_bounds import derivative_bounds, slowdown
 from tri_glide_kinematics.motion.lines.line_entry import Entry
@@ -32,9 +39,8 @@ NO_WAY_BACK = 1e-9
 # Fraction of acceleration and jerk that is used in mid-motion.
 MOVING_FRACTION = 0.9
 
-# Number of quintics in a time scaling, and in that of a braking.
+# Number of quintics in a time scaling.
 PIECES = 48
-BRAKING_PIECES = 24
 
 
 class LineTiming:
@@ -119,25 +125,34 @@ class LineTiming:
         scaling = parametrisation.time_scaling(evaluate(phases, initial, times))
         return scaling.with_ends((0.0, entry.speed, entry.acceleration), entry.line.length)
 
-    def braking(self, entry: Entry, limits: SliderLimits, fraction: float) -> TimeScaling:
+    def braking(
+        self, entry: Entry, limits: SliderLimits, fraction: float, longest: float
+    ) -> TimeScaling:
         """Return the time scaling that brakes the motion of ``entry`` along its line.
 
+        Args:
+            entry: line, speed and acceleration at its start, and blend.
+            limits: of the sliders.
+            fraction: of acceleration and jerk that is used.
+            longest: time that it may take [s].
+
         Raises:
-            PlanningError: if there is no speed, or ruckig finds none.
+            PlanningError: if none is found.
         """
-        _, speed, initial, blend = entry
-        if speed == 0.0:
-            raise PlanningError("the platform hardly moves")
-        slopes, bends = entry.line.start_slopes, entry.line.start_bends
-        steep = [max(abs(slope), 1e-9) for slope in slopes]
-        acceleration = fraction * min(
-            max(a - abs(bend) * speed * speed, 0.1 * a) / slope
-            for a, bend, slope in zip(limits.acceleration, bends, steep)
+        line, speed, acceleration, blend = entry
+        scaling = TimeScaling(
+            *hardest_braking(
+                lambda ways: line.derivatives(ways)[1:],
+                (0.0, speed, acceleration),
+                limits,
+                fraction=fraction,
+                longest=longest,
+            )
         )
-        jerk = fraction * min(j / slope for j, slope in zip(limits.jerk, steep))
-        (phases,) = self._ruckig.to_rest([speed], [initial], ([1.0], [acceleration], [jerk]))
-        shortest = shortest_piece(speed * speed / acceleration, acceleration)
-        phases = lasting(phases, blend)
-        times = knots_with_blend(phases, BRAKING_PIECES, shortest, blend)
-        scaling = TimeScaling(*evaluate(phases, (0.0, speed, initial), times))
-        return scaling.with_ends((0.0, speed, initial), float(scaling.ways[-1]))
+        if blend is None:
+            return scaling
+        times = scaling.times.tolist()
+        shortest = shortest_piece(float(scaling.ways[-1]), max(limits.acceleration))
+        if blend.duration > times[-1] + shortest:
+            times.append(blend.duration)
+        return scaling.with_knots(np.array(with_knots_of(times, blend, shortest)))

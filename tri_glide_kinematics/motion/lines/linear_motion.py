@@ -174,7 +174,12 @@ class LinearMotion:
         return _checked(LinePlan(entry.line, scaling, entry.blend), limits)
 
     def brake(
-        self, state: SliderState, limits: SliderLimits, fraction: float
+        self,
+        state: SliderState,
+        limits: SliderLimits,
+        fraction: float,
+        beside: float,
+        longest: float = math.inf,
     ) -> Interruptible[LinePlan]:
         """Return a plan that comes to rest along the direction in which the platform moves.
 
@@ -182,6 +187,8 @@ class LinearMotion:
             state: of the sliders, in motion.
             limits: of the sliders.
             fraction: of acceleration and jerk that is used.
+            beside: part of it that leads onto the line, where the platform is beside it.
+            longest: time that it may take [s].
 
         Raises:
             KinematicsError: if it does not keep the limits, or there is none.
@@ -192,9 +199,13 @@ class LinearMotion:
             raise PlanningError("the platform moves in no direction")
         x, y, z = velocity
         builder = LineToStop(self._machine.geometry, (x / speed, y / speed, z / speed))
-        entry = yield from self._entry.moving(state, builder, limits, 1.0 - fraction)
+        entry = yield from self._entry.moving(state, builder, limits, beside * fraction)
         yield
-        scaling = self._timing.braking(entry, limits, fraction)
+        if entry.blend is not None:
+            if entry.blend.duration > longest:
+                raise PlanningError("the motion beside the line would go on for too long")
+            fraction *= 1.0 - beside
+        scaling = self._timing.braking(entry, limits, fraction, longest)
         yield
         return _checked(LinePlan(entry.line, scaling, entry.blend), limits)
 

@@ -124,7 +124,11 @@ def _bounds_of_block(heights: PathHeights, scaling: TimeScaling) -> Interruptibl
 
 
 def check_path_limits(
-    heights: PathHeights, scaling: TimeScaling, limits: SliderLimits, since: float = 0.0
+    heights: PathHeights,
+    scaling: TimeScaling,
+    limits: SliderLimits,
+    since: float = 0.0,
+    above: float = RELATIVE_ROUNDING,
 ) -> None:
     """Compare the bounds of the derivatives along a path with the limits.
 
@@ -133,6 +137,7 @@ def check_path_limits(
         scaling: how far along it the platform is at each time.
         limits: of the sliders.
         since: pieces that end before this time are past, and not checked [s].
+        above: part by which the bound of the platform's speed may exceed what the path asks for.
 
     Raises:
         SliderLimitError: if a limit may be exceeded.
@@ -143,7 +148,7 @@ def check_path_limits(
     if not bounds.backwards <= NO_BACKWARD_SPEED:
         raise PlanningError("the platform would go back along the path")
     check_bounds(bounds[:3], scaling.times, limits)
-    if not float(bounds.platform.max()) <= 1.0 + RELATIVE_ROUNDING:
+    if not float(bounds.platform.max()) <= 1.0 + above:
         raise PlanningError(
             f"the platform would be {bounds.platform.max():.6g} times as fast as the path asks for"
         )

@@ -7,13 +7,48 @@ import numpy as np
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.constant_jerk import evaluate, total_duration
 from tri_glide_kinematics.motion.errors import MotionError, PlanningError
+from tri_glide_kinematics.motion.hard_braking import hardest_braking
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.paths.path_bounds import check_path_limits
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.path_timing import PathScaling, PathStart, plan_window
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
 
+# Where a hard braking begins at the speed that the path asks for, its few pieces bound the speed no
+# better than to this part.
+_ABOVE_SPEED = 0.01
+
 # A braking leads so much farther, one after another, than one that only the slopes limit.
 _FARTHER = (1.15, 1.6, 2.5, 4.0)
+
+
+def brake_hard(
+    curve: PathHeights, start: PathStart, limits: SliderLimits, longest: float
+) -> Interruptible[PathScaling]:
+    """Return the hardest braking along the path.
+
+    Args:
+        curve: the path.
+        start: where the motion is, inside all limits.
+        limits: of the sliders.
+        longest: time that it may take [s].
+
+    Raises:
+        MotionError: if it does not keep all limits, or takes longer.
+    """
+    scaling = TimeScaling(
+        *hardest_braking(
+            lambda ways: tuple(curve.derivatives(ways).heights[1:]),
+            start,
+            limits,
+            until=_next_stop(curve, start.place),
+            longest=longest,
+        )
+    )
+    yield
+    check_path_limits(curve, scaling, limits, above=_ABOVE_SPEED)
+    return PathScaling(scaling, np.inf)
 
 
 def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interruptible[PathScaling]:
@@ -29,8 +64,7 @@ def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interru
     """
     if not start.speed > 0.0:
         raise PlanningError("the platform rests")
-    stops = curve.driven.stops
-    stop = float(stops[np.searchsorted(stops, start.place, "right")])
+    stop = _next_stop(curve, start.place)
     shortest = _shortest(curve, start, limits)
     for factor in _FARTHER:
         until = min(start.place + factor * shortest, stop)
@@ -41,6 +75,12 @@ def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interru
             if until == stop:
                 break
     raise PlanningError("no braking along the path keeps the limits from here")
+
+
+def _next_stop(curve: PathHeights, place: float) -> float:
+    """Return the place of the next stop behind a ``place`` on the path [m]."""
+    stops = curve.driven.stops
+    return float(stops[min(int(np.searchsorted(stops, place, "right")), len(stops) - 1)])
 
 
 def _shortest(curve: PathHeights, start: PathStart, limits: SliderLimits) -> float:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from math import inf
+
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.commands import DriveLimits
 from tri_glide_kinematics.motion.paths import path_braking, path_timing
@@ -82,12 +85,31 @@ class PathPlanner:
         with SOUND:
             return PathPlan(heights, (yield from planning))
 
+    def brake_hard(
+        self, plan: PathPlan, time: float, limits: DriveLimits, longest: float
+    ) -> Interruptible[PathPlan]:
+        """Return the hardest braking on the path, from a ``time`` in a ``plan`` on [s].
+
+        It takes a millisecond, and there is none where the path bends too much.
+
+        Raises:
+            KinematicsError: if it does not keep all limits, or takes more than ``longest`` [s].
+        """
+        start = plan.at(time)
+        braking = path_braking.brake_hard(plan.heights, start, limits.effective, longest)
+        with SOUND:
+            return PathPlan(plan.heights, (yield from braking))
+
     def brake(self, plan: PathPlan, time: float, limits: DriveLimits) -> Interruptible[PathPlan]:
         """Return a plan that comes to rest soon on the path, from a ``time`` in a ``plan`` [s].
 
         Raises:
             KinematicsError: if none keeps all limits just now.
         """
+        try:
+            return (yield from self.brake_hard(plan, time, limits, inf))
+        except KinematicsError:
+            yield
         start = plan.at(time)
         braking = path_braking.brake(plan.heights, start, limits.effective)
         with SOUND:

@@ -13,6 +13,7 @@ from tri_glide_kinematics.motion.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.paths.path_plan import PathPlan
 from tri_glide_kinematics.motion.paths.path_planner import PathPlanner
 from tri_glide_kinematics.motion.planner import SAME_PLACE, MotionPlanner
+from tri_glide_kinematics.motion.stopping import NEARLY
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 # Comes to rest, from what is held and a time in it [s].
@@ -96,9 +97,25 @@ class PathReplanning:
             braking = yield from self._paths.brake(plan, time, held.limits)
         except KinematicsError:
             return replace(held, role=PlanRole.EARLIER)
-        if braking.duration >= plan.duration - time:
+        if NEARLY * braking.duration >= plan.duration - time:
             return replace(held, role=PlanRole.BRAKES)
         return replace(held, plan=braking, role=PlanRole.BRAKES)
+
+    def braking_along(
+        self, plan: PathPlan, time: float, limits: DriveLimits, longest: float
+    ) -> Interruptible[PathPlan]:
+        """Return a plan that comes to rest on the path of a ``plan``, found at once or not at all.
+
+        Args:
+            plan: that is carried out.
+            time: when the braking begins, in the ``plan`` [s].
+            limits: that it keeps.
+            longest: time that it may take [s].
+
+        Raises:
+            KinematicsError: if none is found.
+        """
+        return (yield from self._paths.brake_hard(plan, time, limits, longest))
 
     def _extended(self, held: HeldMotion, time: float, goal: Follow) -> Interruptible[HeldMotion]:
         """Return ``held`` with a longer path.

@@ -66,20 +66,3 @@ class SliderMotion:
             [longest], [0.0], [0.0], [0.0], (velocity, acceleration, jerk)
         )
         return StraightPlan(state.heights, ratios, phases)
-
-    def brake(self, state: SliderState, limits: SliderLimits) -> Interruptible[CubicPlan]:
-        """Return the plan that brings each slider to rest as soon as possible.
-
-        Raises:
-            PlanningError: if there is none.
-            SliderLimitError: if it breaks a limit, because the state already leads to that.
-        """
-        jerks = self._ruckig.to_rest(
-            state.velocities,
-            state.accelerations,
-            (limits.velocity, limits.acceleration, limits.jerk),
-        )
-        plan = CubicPlan(state, jerks)
-        yield
-        verification.check_slider_limits(plan, limits)
-        return plan

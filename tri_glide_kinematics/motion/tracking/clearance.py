@@ -49,7 +49,11 @@ class Certified(NamedTuple):
 
 
 def first_certified(
-    workspace: Workspace, start: SliderState, choices: Iterable[Ways], limits: SliderLimits
+    workspace: Workspace,
+    start: SliderState,
+    choices: Iterable[Ways],
+    limits: SliderLimits,
+    samples: int = TRACE_SAMPLES,
 ) -> Certified | None:
     """Return the first of several ``choices`` that keeps all limits up to its end, if one does.
 
@@ -61,6 +65,7 @@ def first_certified(
         start: where the sliders are.
         choices: phases of each slider.
         limits: of the sliders.
+        samples: places of the path that a trace may examine.
     """
     traceable = None
     for ways in choices:
@@ -80,7 +85,7 @@ def first_certified(
     ways, excursions = traceable
     duration = max(one.duration for one in excursions)
     most = hypot(*(one.acceleration for one in excursions))
-    if workspace.proves_path(_Path(start, ways).state, duration, most, TRACE_SAMPLES):
+    if workspace.proves_path(_Path(start, ways).state, duration, most, samples):
         return Certified(ways, duration)
     return None
 
@@ -88,7 +93,10 @@ def first_certified(
 def _box(
     start: SliderState, excursions: Sequence[Excursion], bounds: WorkspaceLimits
 ) -> tuple[Vector3, float] | None:
-    """Return centre and half diagonal of the box that the sliders stay in [m], if in the travel."""
+    """Return centre and half diagonal of the box that the sliders stay in [m], if in the travel.
+
+    A slider that is outside its travel may go no farther.
+    """
     one, two, three = excursions
     h1, h2, h3 = start.heights
     low1, low2, low3 = h1 + one.lowest, h2 + two.lowest, h3 + three.lowest
@@ -96,10 +104,14 @@ def _box(
     end1, end2, end3 = bounds.lower_heights
     rounding = TRAVEL_ROUNDING
     if not (low1 >= end1 - rounding and low2 >= end2 - rounding and low3 >= end3 - rounding):
-        return None
+        end1, end2, end3 = min(end1, h1), min(end2, h2), min(end3, h3)
+        if not (low1 >= end1 - rounding and low2 >= end2 - rounding and low3 >= end3 - rounding):
+            return None
     end1, end2, end3 = bounds.upper_heights
     if not (high1 <= end1 + rounding and high2 <= end2 + rounding and high3 <= end3 + rounding):
-        return None
+        end1, end2, end3 = max(end1, h1), max(end2, h2), max(end3, h3)
+        if not (high1 <= end1 + rounding and high2 <= end2 + rounding and high3 <= end3 + rounding):
+            return None
     centre = 0.5 * (low1 + high1), 0.5 * (low2 + high2), 0.5 * (low3 + high3)
     return centre, 0.5 * hypot(high1 - low1, high2 - low2, high3 - low3)
 
