@@ -32,7 +32,7 @@ from tri_glide_kinematics.motion.paths.timing_search import PathStart as PathSta
 from tri_glide_kinematics.vectors import FloatArray
 
 # A plan from rest is stretched to keep the limits if that costs less than this part of its time.
-_STRETCH = 0.004
+_STRETCH = 0.001
 
 # What is stretched is stretched by this factor more, as the bounds have rounding errors.
 _ABOVE_ROUNDING = 1.0 + 1e-7

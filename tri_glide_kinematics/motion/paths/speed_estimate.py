@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderLimits
@@ -17,10 +18,15 @@ from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.timing_errors import PathTimingError
 from tri_glide_kinematics.vectors import FloatArray
 
+BoolArray = NDArray[np.bool_]
+
 # Cells during the time from no acceleration to the largest, and in the whole motion at least.
 _CELLS_OF_RAMP = 16.0
 _LEAST_CELLS = 128.0
 
+
+# What is at least this part of the speed that the path asks for is as fast as that.
+_AS_ASKED = 0.999
 
 # Places at which speeds are estimated, besides the breaks.
 SAMPLES = 240
@@ -40,12 +46,14 @@ class SpeedEstimate(NamedTuple):
         speeds: Shape (n,) [m/s].
         cells: how many cells are to lie before each place. Shape (n,).
         ramp: way during which the jerk is constant after rest, at each place. Shape (n,) [m].
+        is_asked: where the speed is the one that the path asks for. Shape (n,).
     """
 
     places: FloatArray
     speeds: FloatArray
     cells: FloatArray
     ramp: FloatArray
+    is_asked: BoolArray
 
 
 def samples(begin: float, end: float, breaks: FloatArray) -> FloatArray:
@@ -84,7 +92,8 @@ def estimated(
                 np.cbrt((jerk / np.abs(third)).min(axis=0)),
             ),
         )
-        steady = np.minimum(steady, heights.speed_limits(places) / rates)
+        asked = heights.speed_limits(places) / rates
+        steady = np.minimum(steady, asked)
         along = (acceleration / np.abs(first)).min(axis=0)
         jerk_along = (jerk / np.abs(first)).min(axis=0)
     steps = np.diff(places)
@@ -108,4 +117,5 @@ def estimated(
     until = np.minimum(along / jerk_along, np.sqrt(steady / jerk_along))
     until = np.minimum(until, 0.25 * total)
     cells = np.concatenate(((0.0,), np.cumsum(times))) / each
-    return SpeedEstimate(places, speeds, cells, jerk_along * until**3 / 6.0)
+    ramp = jerk_along * until**3 / 6.0
+    return SpeedEstimate(places, speeds, cells, ramp, speeds > _AS_ASKED * asked)

@@ -11,43 +11,6 @@ from tri_glide_kinematics.vectors import FloatArray
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
-# The spline rests on a limit where so many cells to each side are within this part of theirs, and
-# these are the same but for this part.
-_AROUND = 2
-_ON_LIMIT = 0.99
-_SAME_LIMIT = 1e-4
-
-
-def smoothed(coefficients: FloatArray, spans: FloatArray, largest: FloatArray) -> FloatArray:
-    """Return the coefficients without what alternates where b rests on a constant limit.
-
-    That is the speed that a path asks for. There the value of b at the ends of cells does not tell
-    what it does within them, and the optimum may swing to and fro. Half of each coefficient is
-    replaced by the straight line between its neighbours.
-
-    Args:
-        coefficients: of the spline. Shape (n + 2,).
-        spans: of the parameter in each cell. Shape (n,).
-        largest: value of b in each cell. Shape (n,).
-    """
-    rests = coefficients[1:-1] > _ON_LIMIT * largest
-    count = 2 * _AROUND + 1
-    if len(rests) < count:
-        return coefficients
-    around = np.lib.stride_tricks.sliding_window_view(largest, count)
-    is_constant = around.max(axis=1) <= (1.0 + _SAME_LIMIT) * around.min(axis=1)
-    stays = np.lib.stride_tricks.sliding_window_view(rests, count).all(axis=1)
-    inner = np.flatnonzero(stays & is_constant) + 1 + _AROUND
-    # Of each coefficient, the place that it stands for.
-    ends = np.concatenate(((0.0,), np.cumsum(spans)))
-    places = np.concatenate((ends[:1], 0.5 * (ends[:-1] + ends[1:]), ends[-1:]))
-    part = (places[inner] - places[inner - 1]) / (places[inner + 1] - places[inner - 1])
-    before, after = coefficients[inner - 1], coefficients[inner + 1]
-    result = coefficients.copy()
-    result[inner] = 0.5 * (coefficients[inner] + before + part * (after - before))
-    return result
-
-
 def time_scaling(
     spans: FloatArray, rows: SplineRows, ways: FloatArray, coefficients: FloatArray
 ) -> TimeScaling | None:

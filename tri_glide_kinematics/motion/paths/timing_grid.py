@@ -17,7 +17,7 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.paths.distinct import distinct
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
-from tri_glide_kinematics.motion.paths.rest_map import RestMap
+from tri_glide_kinematics.motion.paths.rest_map import REACH, RestMap
 from tri_glide_kinematics.motion.paths.speed_estimate import (
     SAMPLES,
     SpeedEstimate,
@@ -46,6 +46,10 @@ _SHORTEST = 0.5
 
 # Widths of the map next to rest, as a multiple of the way during which the jerk is constant.
 _WIDTH = 40.0
+
+# And as a multiple of the way up to the speed that the path asks for: there the b that belongs to
+# a steady speed is to be constant.
+_ASKED_WIDTH = 3.0
 
 # The largest b: where the sliders do not move.
 _FASTEST = 1e6
@@ -80,8 +84,9 @@ class TimingGrid(NamedTuple):
         ways = np.insert(self.ways, places, self.rest_map.derivatives(middles), axis=1)
         breaks = curve.driven.breaks
         breaks = breaks[(breaks > self.rest_map.begin) & (breaks < self.rest_map.end)]
-        seen = yield from _seen(curve, ways, breaks, limits)
         parameters = np.insert(parameters, places, middles)
+        middles = self.rest_map.derivatives(0.5 * (parameters[1:] + parameters[:-1]))
+        seen = yield from _seen(curve, ways, middles, breaks, limits)
         return TimingGrid(self.rest_map, parameters, ways, *seen, self.is_cut)
 
 
@@ -129,19 +134,27 @@ def timing_grid(
         inside = inside[inside < end]
         estimate = yield from estimated(heights, samples(begin, end, inside), speed, limits)
         yield
-    shortest = 0.5 * (end - begin) / 0.6
-    rest_map = RestMap(
-        begin,
-        end,
-        0.0 if speed > 0.0 else min(_WIDTH * float(estimate.ramp[0]), shortest),
-        min(_WIDTH * float(estimate.ramp[-1]), shortest),
-    )
+    first, last = _widths(estimate)
+    rest_map = RestMap(begin, end, 0.0 if speed > 0.0 else first, last)
     parameters, ways = _cells(rest_map, estimate, inside)
     if first_places is not None:
         parameters, ways = _begun(rest_map, parameters, ways, first_places)
     yield
-    seen = yield from _seen(heights, ways, inside, limits)
+    middles = rest_map.derivatives(0.5 * (parameters[1:] + parameters[:-1]))
+    seen = yield from _seen(heights, ways, middles, inside, limits)
     return TimingGrid(rest_map, parameters, ways, *seen, is_cut)
+
+
+def _widths(estimate: SpeedEstimate) -> tuple[float, float]:
+    """Return the widths of the map next to rest, at the begin and at the end [m]."""
+    places = estimate.places
+    widest = 0.5 * float(places[-1] - places[0]) / REACH
+    widths = (_WIDTH * estimate.ramp[[0, -1]]).tolist()
+    asked = places[estimate.is_asked]
+    if len(asked):
+        ways = (float(asked[0] - places[0]), float(places[-1] - asked[-1]))
+        widths = [min(width, _ASKED_WIDTH * way) for width, way in zip(widths, ways)]
+    return min(widths[0], widest), min(widths[1], widest)
 
 
 def pieces_ahead(heights: PathHeights, begin: float, end: float) -> int:
@@ -205,10 +218,19 @@ def _begun(
 def _seen(
     heights: PathHeights,
     ways: FloatArray,
+    middles: FloatArray,
     breaks: FloatArray,
     limits: SliderLimits,
 ) -> Interruptible[tuple[CellHeights, CellLimits]]:
-    """Return heights by u, and limits of the cells."""
+    """Return heights by u, and limits of the cells.
+
+    Args:
+        heights: of the sliders along the path.
+        ways: where cells begin and end, and three derivatives by u. Shape (4, n + 1).
+        middles: likewise, in the middle of each cell in u. Shape (4, n).
+        breaks: between them [m].
+        limits: of the sliders.
+    """
     driven = heights.driven
     count = ways.shape[1] - 1
     places, s1, s2, s3 = np.stack((ways[:, :-1], ways[:, 1:]), axis=1)
@@ -225,10 +247,7 @@ def _seen(
     first, square = h1 * s1, s1 * s1
     rest = 3.0 * h2 * s1 * s2 + h1 * s3
     velocity, acceleration, jerk = limits.table[..., np.newaxis]
-    with np.errstate(divide="ignore"):
-        squared = np.square((velocity / np.abs(first[0])).min(axis=0))
-        bound = heights.speed_limits(places[0]) / (rates[:count] * s1[0, 0])
-    squared = np.minimum(np.minimum(squared, bound * bound), _FASTEST)
+    squared = _squared_speeds(heights, middles, velocity, (first, rates.reshape(2, -1) * s1[:, 0]))
     shape = (3, count)
     return (
         CellHeights(
@@ -239,6 +258,30 @@ def _seen(
         ),
         CellLimits(squared, np.broadcast_to(acceleration, shape), np.broadcast_to(jerk, shape)),
     )
+
+
+def _squared_speeds(
+    heights: PathHeights, middles: FloatArray, velocity: FloatArray, ends: tuple[FloatArray, ...]
+) -> FloatArray:
+    """Return upper bounds of the middle control points of b. Shape (n,).
+
+    Args:
+        heights: of the sliders along the path.
+        middles: ways in the middle of cells, and derivatives by u. Shape (2 or more, n).
+        velocity: limits. Shape (3, 1) [m/s].
+        ends: derivatives of the heights by u where cells begin and where they end, shape
+            (2, 3, n), and those of the way driven, shape (2, n).
+    """
+    (_, inside, *_), rates = heights.derivatives(middles[0])
+    asked = heights.speed_limits(middles[0])
+    first = np.concatenate((ends[0], inside[np.newaxis] * middles[1]))
+    driven = np.concatenate((ends[1], rates[np.newaxis] * middles[1]))
+    slowness = np.maximum((np.abs(first) / velocity).max(axis=1), driven / asked)
+    with np.errstate(divide="ignore"):
+        begin, end, middle = np.minimum(1.0 / np.square(slowness), _FASTEST)
+    # That of a quadratic with these three values: so no cell stands out that is longer than others.
+    point = 2.0 * middle - 0.5 * (begin + end)
+    return np.asarray(np.clip(point, 0.5 * middle, 1.5 * middle))
 
 
 def _widened(

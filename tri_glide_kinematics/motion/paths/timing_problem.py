@@ -13,6 +13,9 @@ constraint: a solver that linearises it stays on the safe side.
 The coefficients of the spline are b at the first place, the middle control point of each cell, and
 b at the last place: each cell has three coefficients, and the next cell two of the same. At rest
 the slope of b is zero, so that the first or the last of these has no effect.
+
+The bound of b is one of the middle control points. At the ends of cells b is a mean of two of them:
+coefficients that alternate would not be seen there, and would pay.
 """
 
 from __future__ import annotations
@@ -26,6 +29,9 @@ from tri_glide_kinematics.vectors import FloatArray
 
 # Places of Gauss' quadrature with two points, in a cell from 0 to 1.
 _GAUSS = (0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5)
+
+# The middle control point of a cell as a row over its three coefficients.
+_MIDDLE = np.array(((0.0,), (1.0,), (0.0,)))
 
 
 class SplineRows(NamedTuple):
@@ -70,7 +76,7 @@ class CellLimits(NamedTuple):
     """What each of n cells allows.
 
     Attributes:
-        squared_speed: upper bound of b where cells begin. Shape (n,).
+        squared_speed: upper bound of the middle control point of b. Shape (n,).
         acceleration: of the sliders. Shape (3, n) [m/s^2].
         jerk: of the sliders. Shape (3, n) [m/s^3].
     """
@@ -86,8 +92,8 @@ class TimingProblem(NamedTuple):
     Attributes:
         spans: lengths of the cells in u. Shape (n,).
         rows: of the spline.
-        linear: rows over the coefficients that are at most 1: b, and the accelerations upwards
-            and downwards, where cells begin. Shape (3, 7, n).
+        linear: rows over the coefficients that are at most 1: the middle control point, and the
+            accelerations upwards and downwards where cells begin. Shape (3, 7, n).
         jerks: rows that are at most 1/sqrt(b): the jerks upwards where cells begin and where
             they end, and downwards. Shape (3, 12, n).
         values: b where cells begin and where they end. Shape (3, 2, n).
@@ -149,7 +155,7 @@ def timing_problem(
     for side, (first, second, highest, lowest) in enumerate(zip(*heights)):
         half, value, slope = 0.5 * first, values[:, side, np.newaxis], slopes[:, side, np.newaxis]
         if side == 0:
-            linear[:, 0] = values[:, 0] / limits.squared_speed
+            linear[:, 0] = _MIDDLE / limits.squared_speed
             linear[:, 1:4] = (slope * half + value * second) / limits.acceleration
             linear[:, 4:] = -linear[:, 1:4]
         common = rows.bend[:, np.newaxis] * half + slope * (1.5 * second)

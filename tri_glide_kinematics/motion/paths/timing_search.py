@@ -20,7 +20,7 @@ from tri_glide_kinematics.motion.paths.first_guess import first_guess
 from tri_glide_kinematics.motion.paths.interior_point import solve
 from tri_glide_kinematics.motion.paths.path_bounds import bounds_in_pieces
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
-from tri_glide_kinematics.motion.paths.spline_timing import smoothed, time_scaling
+from tri_glide_kinematics.motion.paths.spline_timing import time_scaling
 from tri_glide_kinematics.motion.paths.timing_errors import PathTimingError
 from tri_glide_kinematics.motion.paths.timing_grid import TimingGrid
 from tri_glide_kinematics.motion.paths.timing_problem import (
@@ -36,17 +36,14 @@ from tri_glide_kinematics.vectors import FloatArray
 # Parts of the limits of velocity, acceleration and jerk that cells are planned with at first; and
 # those behind the place where a window is to be continued. So what goes on from there has more
 # room than what led to it, and is found.
-_MARGINS = np.array(((1.0,), (0.997,), (0.98,)))
+_MARGINS = np.array(((0.9995,), (0.997,), (0.98,)))
 _LATER_MARGINS = np.array(((0.995,), (0.977,), (0.95,)))
 
 # Cells in which a bound exceeds its limit by more than this are divided; and, where this many turns
 # were not enough, by more than that.
 _COARSE = 1.02
-_PATIENCE = 4
-
-# What swings is smoothed so often; if the limits are still exceeded then, that may be the reason.
-_SMOOTH_TURNS = 4
 _LATER_COARSE = 1.0005
+_PATIENCE = 4
 
 # They are tightened by this much more than they were exceeded: velocity, acceleration, jerk.
 _BEYOND = np.array(((5e-4,), (2e-3,), (1e-2,)))
@@ -117,10 +114,7 @@ class TimingSearch:
         solution = yield from solve(problem, guess, is_near)
         self.converged = solution.converged
         yield
-        found = solution.coefficients
-        if self._turn < _SMOOTH_TURNS:
-            found = smoothed(found, spans, grid.limits.squared_speed)
-        yield from self._take(spans, rows, found)
+        yield from self._take(spans, rows, solution.coefficients)
         if self.scaling is None:
             return
         parts = self.parts
