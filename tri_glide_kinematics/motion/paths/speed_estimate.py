@@ -6,6 +6,7 @@ after the places before and behind it.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,16 @@ BoolArray = NDArray[np.bool_]
 _CELLS_OF_RAMP = 16.0
 _LEAST_CELLS = 128.0
 
+# The shortest cell, but for motions that are shorter than so many of them [s].
+_SHORTEST_CELL = 1e-3
+
+# A window of this many cells is to last so many times as long as a braking takes. So a braking
+# fits into what lies behind the place where it is continued.
+_CELLS_AHEAD = 300
+_BRAKINGS_AHEAD = 3.0
+
+# Cells that it takes at least to get from no acceleration to the largest.
+_LEAST_OF_RAMP = 4.0
 
 # What is at least this part of the speed that the path asks for is as fast as that.
 _AS_ASKED = 0.999
@@ -45,6 +56,8 @@ class SpeedEstimate(NamedTuple):
         places: Shape (n,) [m].
         speeds: Shape (n,) [m/s].
         cells: how many cells are to lie before each place. Shape (n,).
+        each: how long the platform takes in a cell [s].
+        limits: those of the sliders that cells of this length can use.
         ramp: way during which the jerk is constant after rest, at each place. Shape (n,) [m].
         is_asked: where the speed is the one that the path asks for. Shape (n,).
     """
@@ -52,6 +65,8 @@ class SpeedEstimate(NamedTuple):
     places: FloatArray
     speeds: FloatArray
     cells: FloatArray
+    each: float
+    limits: SliderLimits
     ramp: FloatArray
     is_asked: BoolArray
 
@@ -64,7 +79,11 @@ def samples(begin: float, end: float, breaks: FloatArray) -> FloatArray:
 
 
 def estimated(
-    heights: PathHeights, places: FloatArray, speed: float, limits: SliderLimits
+    heights: PathHeights,
+    places: FloatArray,
+    speed: float,
+    limits: SliderLimits,
+    each: float | None = None,
 ) -> Interruptible[SpeedEstimate]:
     """Return an estimate of the motion from a ``speed`` at the first place to rest at the last.
 
@@ -73,6 +92,7 @@ def estimated(
         places: ascending, dense enough for what is estimated. Shape (n,) [m].
         speed: at the first of them [m/s].
         limits: of the sliders.
+        each: how long the platform is to take in a cell, if that is known [s].
 
     Raises:
         PathTimingError: if an arm does not reach some place.
@@ -83,39 +103,84 @@ def estimated(
         place = float(places[unreached[0]])
         raise PathTimingError.at(heights.driven, place, "an arm does not reach so far")
     yield
+    steps = np.diff(places)
     velocity, acceleration, jerk = limits.table[..., np.newaxis]
     with np.errstate(divide="ignore"):
-        steady = np.minimum(
-            (velocity / np.abs(first)).min(axis=0),
-            np.minimum(
-                np.sqrt((acceleration / np.abs(second)).min(axis=0)),
-                np.cbrt((jerk / np.abs(third)).min(axis=0)),
-            ),
-        )
         asked = heights.speed_limits(places) / rates
-        steady = np.minimum(steady, asked)
+        steady = np.minimum((velocity / np.abs(first)).min(axis=0), asked)
+        steady = np.minimum(steady, np.sqrt((acceleration / np.abs(second)).min(axis=0)))
         along = (acceleration / np.abs(first)).min(axis=0)
-        jerk_along = (jerk / np.abs(first)).min(axis=0)
-    steps = np.diff(places)
-
-    def summed(values: FloatArray) -> FloatArray:
-        return np.concatenate(((0.0,), np.cumsum(0.5 * steps * (values[1:] + values[:-1]))))
-
     speeds = steady.copy()
     speeds[0], speeds[-1] = speed, 0.0
-    for power, slopes in ((2.0, 2.0 * along), (1.5, _REST * np.sqrt(jerk_along))):
-        reach = summed(slopes)
-        raised = speeds**power
-        raised = np.minimum.accumulate(raised - reach) + reach
-        raised = np.minimum.accumulate((raised + reach)[::-1])[::-1] - reach
-        speeds = np.maximum(raised, 0.0) ** (1.0 / power)
-    times = 2.0 * steps / (speeds[1:] + speeds[:-1])
-    total = float(times.sum())
-    ramps = acceleration / jerk
-    each = max(min(float(ramps.min()) / _CELLS_OF_RAMP, total / _LEAST_CELLS), 1e-9 * total)
+    speeds = _reachable(speeds, steps, 2.0, 2.0 * along)
+    if each is None:
+        ramp = float((acceleration / jerk).min())
+        each = _cell(_times(steps, speeds), speeds / along, ramp)
+    limits = _usable(limits, each)
+    jerk = limits.table[2, :, np.newaxis]
+    with np.errstate(divide="ignore"):
+        steady = np.minimum(steady, np.cbrt((jerk / np.abs(third)).min(axis=0)))
+        jerk_along = (jerk / np.abs(first)).min(axis=0)
+    speeds[1:-1] = np.minimum(speeds, steady)[1:-1]
+    speeds = _reachable(speeds, steps, 1.5, _REST * np.sqrt(jerk_along))
+    times = _times(steps, speeds)
+    total = float(times[-1])
     # As long as the jerk is constant after rest.
     until = np.minimum(along / jerk_along, np.sqrt(steady / jerk_along))
     until = np.minimum(until, 0.25 * total)
-    cells = np.concatenate(((0.0,), np.cumsum(times))) / each
     ramp = jerk_along * until**3 / 6.0
-    return SpeedEstimate(places, speeds, cells, ramp, speeds > _AS_ASKED * asked)
+    return SpeedEstimate(
+        places, speeds, times / each, each, limits, ramp, speeds > _AS_ASKED * asked
+    )
+
+
+def _reachable(
+    speeds: FloatArray, steps: FloatArray, power: float, slopes: FloatArray
+) -> FloatArray:
+    """Return ``speeds`` from which all others can be reached.
+
+    Args:
+        speeds: wanted. Shape (n,) [m/s].
+        steps: between their places. Shape (n - 1,) [m].
+        power: of the speed that grows with the way.
+        slopes: by how much at most. Shape (n,).
+    """
+    reach = np.concatenate(((0.0,), np.cumsum(0.5 * steps * (slopes[1:] + slopes[:-1]))))
+    raised = speeds**power
+    raised = np.minimum.accumulate(raised - reach) + reach
+    raised = np.minimum.accumulate((raised + reach)[::-1])[::-1] - reach
+    return np.asarray(np.maximum(raised, 0.0) ** (1.0 / power))
+
+
+def _times(steps: FloatArray, speeds: FloatArray) -> FloatArray:
+    """Return when the platform is at each place. Shape (n,) [s]."""
+    return np.concatenate(((0.0,), np.cumsum(2.0 * steps / (speeds[1:] + speeds[:-1]))))
+
+
+def _cell(times: FloatArray, brakings: FloatArray, ramp: float) -> float:
+    """Return how long the platform is to take in a cell [s].
+
+    Args:
+        times: when it is at each place. Shape (n,) [s].
+        brakings: how long it takes to come to rest from there. Shape (n,) [s].
+        ramp: least time from no acceleration to the largest [s].
+    """
+    total = float(times[-1])
+    least = min(max(ramp / _CELLS_OF_RAMP, _SHORTEST_CELL), total / _LEAST_CELLS)
+    far = times >= np.maximum(
+        _BRAKINGS_AHEAD * np.maximum.accumulate(brakings), _CELLS_AHEAD * least
+    )
+    window = float(times[far.argmax()]) if far.any() else total
+    return max(window / _CELLS_AHEAD, least, 1e-9 * total)
+
+
+def _usable(limits: SliderLimits, each: float) -> SliderLimits:
+    """Return ``limits`` with a lower jerk where cells are too long to use it.
+
+    Args:
+        limits: of the sliders.
+        each: how long the platform takes in a cell [s].
+    """
+    acceleration, jerk = limits.table[1:]
+    usable = np.minimum(jerk, acceleration / (_LEAST_OF_RAMP * each))
+    return replace(limits, jerk=tuple(usable.tolist()))

@@ -64,6 +64,7 @@ class TimingGrid(NamedTuple):
         ways: the way there, and three derivatives by u. Shape (4, n + 1).
         heights: of the sliders, by u.
         limits: of all cells.
+        usable: what of the sliders' limits the cells can use.
         is_cut: whether the window ends before the next stop.
     """
 
@@ -72,11 +73,10 @@ class TimingGrid(NamedTuple):
     ways: FloatArray
     heights: CellHeights
     limits: CellLimits
+    usable: SliderLimits
     is_cut: bool
 
-    def divided(
-        self, curve: PathHeights, limits: SliderLimits, cells: BoolArray
-    ) -> Interruptible[TimingGrid]:
+    def divided(self, curve: PathHeights, cells: BoolArray) -> Interruptible[TimingGrid]:
         """Return the grid with some ``cells``, shape (n,), divided into two."""
         parameters = self.parameters
         middles = 0.5 * (parameters[1:] + parameters[:-1])[cells]
@@ -86,8 +86,8 @@ class TimingGrid(NamedTuple):
         breaks = breaks[(breaks > self.rest_map.begin) & (breaks < self.rest_map.end)]
         parameters = np.insert(parameters, places, middles)
         middles = self.rest_map.derivatives(0.5 * (parameters[1:] + parameters[:-1]))
-        seen = yield from _seen(curve, ways, middles, breaks, limits)
-        return TimingGrid(self.rest_map, parameters, ways, *seen, self.is_cut)
+        seen = yield from _seen(curve, ways, middles, breaks, self.usable)
+        return TimingGrid(self.rest_map, parameters, ways, *seen, self.usable, self.is_cut)
 
 
 def timing_grid(
@@ -132,7 +132,9 @@ def timing_grid(
         index = int(np.searchsorted(estimate.cells, most))
         end = float(estimate.places[max(index, 2)])
         inside = inside[inside < end]
-        estimate = yield from estimated(heights, samples(begin, end, inside), speed, limits)
+        estimate = yield from estimated(
+            heights, samples(begin, end, inside), speed, limits, estimate.each
+        )
         yield
     first, last = _widths(estimate)
     rest_map = RestMap(begin, end, 0.0 if speed > 0.0 else first, last)
@@ -141,8 +143,8 @@ def timing_grid(
         parameters, ways = _begun(rest_map, parameters, ways, first_places)
     yield
     middles = rest_map.derivatives(0.5 * (parameters[1:] + parameters[:-1]))
-    seen = yield from _seen(heights, ways, middles, inside, limits)
-    return TimingGrid(rest_map, parameters, ways, *seen, is_cut)
+    seen = yield from _seen(heights, ways, middles, inside, estimate.limits)
+    return TimingGrid(rest_map, parameters, ways, *seen, estimate.limits, is_cut)
 
 
 def _widths(estimate: SpeedEstimate) -> tuple[float, float]:

@@ -125,7 +125,7 @@ class TimingSearch:
         self._own = np.repeat(own, 1 + coarse, axis=1)
         self._guess = solution.coefficients
         if coarse.any():
-            self._grid = yield from grid.divided(self._curve, self._limits, coarse)
+            self._grid = yield from grid.divided(self._curve, coarse)
             self._guess = divided(self._guess, rows, coarse)
 
     def go_steadily(self) -> Interruptible[None]:
