@@ -104,34 +104,42 @@ def estimated(
         raise PathTimingError.at(heights.driven, place, "an arm does not reach so far")
     yield
     steps = np.diff(places)
-    velocity, acceleration, jerk = limits.table[..., np.newaxis]
+    velocity, acceleration, _ = limits.table[..., np.newaxis]
     with np.errstate(divide="ignore"):
         asked = heights.speed_limits(places) / rates
         steady = np.minimum((velocity / np.abs(first)).min(axis=0), asked)
         steady = np.minimum(steady, np.sqrt((acceleration / np.abs(second)).min(axis=0)))
         along = (acceleration / np.abs(first)).min(axis=0)
-    speeds = steady.copy()
-    speeds[0], speeds[-1] = speed, 0.0
-    speeds = _reachable(speeds, steps, 2.0, 2.0 * along)
+    reached = steady.copy()
+    reached[0], reached[-1] = speed, 0.0
+    reached = _reachable(reached, steps, 2.0, 2.0 * along)
+
+    def with_jerk(jerk: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return steady speeds, speeds, and jerks along the path, with ``jerk`` limits (3,)."""
+        with np.errstate(divide="ignore"):
+            bends = np.cbrt((jerk[:, np.newaxis] / np.abs(third)).min(axis=0))
+            jerk_along = (jerk[:, np.newaxis] / np.abs(first)).min(axis=0)
+        speeds = reached.copy()
+        speeds[1:-1] = np.minimum(speeds, bends)[1:-1]
+        speeds = _reachable(speeds, steps, 1.5, _REST * np.sqrt(jerk_along))
+        return np.minimum(steady, bends), speeds, jerk_along
+
     if each is None:
-        ramp = float((acceleration / jerk).min())
-        each = _cell(_times(steps, speeds), speeds / along, ramp)
+        _, speeds, jerk_along = with_jerk(limits.table[2])
+        brakings = _brakings(speeds, along, jerk_along)
+        ramp = float((limits.table[1] / limits.table[2]).min())
+        each = _cell(_times(steps, speeds), brakings, ramp)
+        yield
     limits = _usable(limits, each)
-    jerk = limits.table[2, :, np.newaxis]
-    with np.errstate(divide="ignore"):
-        steady = np.minimum(steady, np.cbrt((jerk / np.abs(third)).min(axis=0)))
-        jerk_along = (jerk / np.abs(first)).min(axis=0)
-    speeds[1:-1] = np.minimum(speeds, steady)[1:-1]
-    speeds = _reachable(speeds, steps, 1.5, _REST * np.sqrt(jerk_along))
+    steady, speeds, jerk_along = with_jerk(limits.table[2])
     times = _times(steps, speeds)
     total = float(times[-1])
     # As long as the jerk is constant after rest.
     until = np.minimum(along / jerk_along, np.sqrt(steady / jerk_along))
     until = np.minimum(until, 0.25 * total)
     ramp = jerk_along * until**3 / 6.0
-    return SpeedEstimate(
-        places, speeds, times / each, each, limits, ramp, speeds > _AS_ASKED * asked
-    )
+    is_asked = speeds > _AS_ASKED * asked
+    return SpeedEstimate(places, speeds, times / each, each, limits, ramp, is_asked)
 
 
 def _reachable(
@@ -155,6 +163,13 @@ def _reachable(
 def _times(steps: FloatArray, speeds: FloatArray) -> FloatArray:
     """Return when the platform is at each place. Shape (n,) [s]."""
     return np.concatenate(((0.0,), np.cumsum(2.0 * steps / (speeds[1:] + speeds[:-1]))))
+
+
+def _brakings(speeds: FloatArray, accelerations: FloatArray, jerks: FloatArray) -> FloatArray:
+    """Return how long it takes to come to rest from ``speeds``, with constant limits (n,) [s]."""
+    ramps = accelerations / jerks
+    short = speeds < accelerations * ramps
+    return np.where(short, 2.0 * np.sqrt(speeds / jerks), speeds / accelerations + ramps)
 
 
 def _cell(times: FloatArray, brakings: FloatArray, ramp: float) -> float:
