@@ -86,3 +86,18 @@ def driven(curve: PathHeights, limits: SliderLimits = LIMITS) -> Driven:
         inside = index == number
         ways[inside] = window.scaling.evaluate(times[inside] - begins[number])[0]
     return Driven(windows, starts[:-1], ways, now)
+
+
+def joined(found: Driven) -> TimeScaling:
+    """Return the whole motion of a path that was driven."""
+    now, parts = 0.0, []
+    for window in found.windows:
+        scaling = window.scaling
+        until = min(window.continue_at, float(scaling.times[-1]))
+        kept = int(np.searchsorted(scaling.times, until))
+        part = [values[:kept] for values in scaling]
+        parts.append([part[0] + now, *part[1:]])
+        now += until
+    ends = (now, *(values[-1] for values in found.windows[-1].scaling[1:]))
+    columns = zip(*parts)
+    return TimeScaling(*(np.append(np.concatenate(c), end) for c, end in zip(columns, ends)))

@@ -26,7 +26,7 @@ _CELLS_OF_RAMP = 16.0
 _LEAST_CELLS = 128.0
 
 # The shortest cell, but for motions that are shorter than so many of them [s].
-_SHORTEST_CELL = 1e-3
+SHORTEST_CELL = 1e-3
 
 # A window of this many cells is to last so many times as long as a braking takes. So a braking
 # fits into what lies behind the place where it is continued.
@@ -181,7 +181,7 @@ def _cell(times: FloatArray, brakings: FloatArray, ramp: float) -> float:
         ramp: least time from no acceleration to the largest [s].
     """
     total = float(times[-1])
-    least = min(max(ramp / _CELLS_OF_RAMP, _SHORTEST_CELL), total / _LEAST_CELLS)
+    least = min(max(ramp / _CELLS_OF_RAMP, SHORTEST_CELL), total / _LEAST_CELLS)
     far = times >= np.maximum(
         _BRAKINGS_AHEAD * np.maximum.accumulate(brakings), _CELLS_AHEAD * least
     )
