@@ -11,6 +11,7 @@ import math
 import sys
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +19,10 @@ import numpy as np
 from benchmarks.judge import LIMITS
 from benchmarks.references import square_optimum
 from benchmarks.table import aligned
+from testing.jerk_on_paths import chatter, circle, polyline, square
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.errors import MotionError
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
 from tri_glide_kinematics.motion.paths.path_bounds import path_bounds
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
@@ -41,6 +44,9 @@ SQUARE = np.array(
 )  # m
 SQUARE_TOLERANCE = 1e-3  # m
 SQUARE_STEPS = 160  # in time, of the linear program: 240 find 0.6 % less
+CIRCLES = (0.01, 0.02, 0.04, 0.06)  # radii [m]
+SPEEDS = (0.03, 0.05, 0.1, 0.2, 0.3, 0.4)  # m/s
+JERKS = (200.0, 1000.0, 5000.0, 20_000.0, 50_000.0, 100_000.0, 1e6)  # m/s^3
 LOWER, UPPER = (-0.12, -0.12, 0.25), (0.12, 0.12, 0.35)  # m
 
 
@@ -95,9 +101,11 @@ def rows(count: int) -> Iterable[Row]:
     yield from _random_rows(count)
     yield from _square_rows()
     yield from _dense_rows()
+    yield from _chatter_rows()
+    yield from _jerk_rows()
 
 
-def drive(path: PlatformPath) -> Drive:
+def drive(path: PlatformPath, limits: SliderLimits = LIMITS) -> Drive:
     """Drive a path from its begin to its end, window after window."""
     curve = PathHeights(path.driven, DEFAULT_GEOMETRY)
     start, held = PathStart(0.0, 0.0, 0.0), None
@@ -109,7 +117,7 @@ def drive(path: PlatformPath) -> Drive:
     while start.place < curve.driven.length:
         windows += 1
         try:
-            found, whole, piece = _timed(plan_window(curve, start, LIMITS, held))
+            found, whole, piece = _timed(plan_window(curve, start, limits, held))
         except MotionError:
             if last is None or start.speed == 0.0:
                 raise
@@ -121,7 +129,7 @@ def drive(path: PlatformPath) -> Drive:
             start, held = PathStart(last.ends_at, 0.0, 0.0), None
             continue
         planning, longest = planning + whole, max(longest, piece)
-        uses = np.maximum(uses, path_bounds(curve, found.scaling).parts(LIMITS).max(axis=1))
+        uses = np.maximum(uses, path_bounds(curve, found.scaling).parts(limits).max(axis=1))
         last, scaling = found, found.scaling
         if math.isinf(found.continue_at):
             parts.append(scaling._replace(times=scaling.times + now))
@@ -266,6 +274,100 @@ def _dense_rows() -> Iterable[Row]:
         f"{driven.broken} of {driven.windows}",
         "0",
         driven.broken == 0,
+    )
+
+
+def _chatter_rows() -> Iterable[Row]:
+    """Yield how calm the jerk is where paths ask for a speed (``testing/jerk_on_paths.py``)."""
+    shapes: list[tuple[Callable[[float | None], PlatformPath], int]] = []
+    # A path has so many corners; the places where it begins and ends count as one.
+    for radius in CIRCLES:
+        shapes.append((partial(circle, radius), 1))
+    for side, tolerance in ((0.04, 1e-3), (0.04, 2e-4), (0.08, 1e-3)):
+        shapes.append((partial(square, side, tolerance=tolerance), 4))
+    for seed in (1, 2, 3, 4):
+        shapes.append((partial(polyline, seed), 7))
+    for name, speeds in (("0.03 to 0.4 m/s", SPEEDS), ("full speed", (None,))):
+        fast, turns, most, broken, windows = [], [], [], 0, 0
+        for speed in speeds:
+            for shape, corners in shapes:
+                path = shape(speed)
+                driven = drive(path)
+                curve = PathHeights(path.driven, DEFAULT_GEOMETRY)
+                found = chatter(curve, driven.motion, LIMITS)
+                fast.append(found.fast)
+                turns.append(found.turns / driven.duration)
+                most.append(found.turns / max(20.0 * driven.duration, 6.0 * corners))
+                broken, windows = broken + driven.broken, windows + driven.windows
+        asked = name != "full speed"
+        what = f"circles, squares and polylines, {name}: "
+        median, largest = float(np.median(fast)), max(fast)
+        yield Row(
+            f"{what}energy of the jerk above 100 Hz, median; most",
+            f"{100 * median:.1f} %; {100 * largest:.1f} %",
+            "5 %; 10 %" if asked else "-",
+            median <= 0.05 and largest <= 0.1 if asked else None,
+        )
+        yield Row(
+            f"{what}sign changes of the jerk per second, median",
+            f"{np.median(turns):.1f}",
+            "20" if asked else "-",
+            float(np.median(turns)) <= 20.0 if asked else None,
+        )
+        over = sum(part > 1.0 for part in most)
+        yield Row(
+            f"{what}more than 20 a second and than six a corner",
+            f"{over} of {len(most)}",
+            "0" if asked else "-",
+            over == 0 if asked else None,
+        )
+        yield Row(
+            f"{what}windows that could not be continued", f"{broken} of {windows}", "0", broken == 0
+        )
+
+
+def _jerk_rows() -> Iterable[Row]:
+    """Yield what more jerk than before costs: times, and processor time."""
+    paths = [circle(radius) for radius in CIRCLES]
+    paths += [square(0.04), polyline(1), polyline(2), circle(0.04, 0.1)]
+    times = np.empty((len(JERKS), len(paths)))
+    worst, costs, broken, windows = 0.0, [], 0, 0
+    for i, jerk in enumerate(JERKS):
+        limits = SliderLimits.uniform(1.0, 10.0, jerk)
+        for j, path in enumerate(paths):
+            driven = drive(path, limits)
+            times[i, j] = driven.duration
+            costs.append(driven.planning / driven.duration)
+            worst = max(worst, float(driven.uses.max()))
+            broken, windows = broken + driven.broken, windows + driven.windows
+    lower = np.minimum.accumulate(times, axis=0)[:-1]
+    ratio = float((times[1:] / lower).max())
+    until = f"jerk limits from {JERKS[0]:g} to {JERKS[-1]:g} m/s^3"
+    yield Row(
+        f"{until}: time over the best of all lower ones, most",
+        f"{ratio:.4f}",
+        "1.01",
+        ratio <= 1.01,
+    )
+    of_circle = times[:, CIRCLES.index(0.04)]
+    yield Row(
+        "the same, time of a circle of 40 mm radius at full speed",
+        ", ".join(f"{value:.3f}" for value in of_circle) + " s",
+        "-",
+        None,
+    )
+    yield Row(f"{until}: bounds, part of the limits", f"{worst:.6f}", "1", worst <= 1.0 + 1e-8)
+    yield Row(
+        f"{until}: planning per second of motion, median; most",
+        f"{np.median(costs):.2f} s; {max(costs):.2f} s",
+        "-",
+        None,
+    )
+    yield Row(
+        f"{until}: windows that could not be continued",
+        f"{broken} of {windows}",
+        "0",
+        broken == 0,
     )
 
 

@@ -136,8 +136,8 @@ def timing_grid(
             heights, samples(begin, end, inside), speed, limits, estimate.each
         )
         yield
-    first, last = _widths(estimate)
-    rest_map = RestMap(begin, end, 0.0 if speed > 0.0 else first, last)
+    at_begin, at_end = _widths(estimate)
+    rest_map = RestMap(begin, end, 0.0 if speed > 0.0 else at_begin, at_end)
     parameters, ways = _cells(rest_map, estimate, inside)
     if first_places is not None:
         parameters, ways = _begun(rest_map, parameters, ways, first_places)
