@@ -74,13 +74,13 @@ def test_it_succeeds_when_the_platform_is_measured_there_and_tells_on_the_way(be
 
 
 @pytest.mark.alone
-@pytest.mark.parametrize("own_bench", [{"rate": 50.0}], ids=["cycles-of-20-ms"], indirect=True)
+@pytest.mark.parametrize("own_bench", [{"rate": 20.0}], ids=["cycles-of-50-ms"], indirect=True)
 def test_goals_that_are_sent_at_once_do_not_wait_for_a_cycle_each(own_bench):
     bench = own_bench
     *others, last = [bench.goals.move_to((0.0, 0.0, 0.25 + 0.002 * k)) for k in range(20)]
     for goal in others:
         bench.ends(goal, ABORTED, GoalCode.SUPERSEDED, "superseded by target")
-    assert max(goal.ended for goal in others) < last.sent + 0.3
+    assert max(goal.ended for goal in others) < last.sent + 0.7
     bench.ends(last, SUCCEEDED, GoalCode.SUCCEEDED, "is reached")
 
 

@@ -54,7 +54,7 @@ from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.from_parameters import check_joint_names
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.parameters import CALIBRATION_NODE
-from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.patient_services import CALLS, PatientServices
 from tri_glide_kinematics.ros.probe_driver import ProbeDriver
 from tri_glide_kinematics.ros.resting import Resting
 from tri_glide_kinematics.ros.slider_measurements import SliderMeasurements
@@ -125,8 +125,10 @@ class CalibrationNode(Node):
         group = ReentrantCallbackGroup()
         for name, kind, answer in services:
             answered = partial(self._answered, name, answer)
-            self.create_service(kind, f"~/{name}", answered, callback_group=group)
-        self.create_service(ListMeasurements, "~/list", self._list)
+            self.create_service(
+                kind, f"~/{name}", answered, qos_profile=CALLS, callback_group=group
+            )
+        self.create_service(ListMeasurements, "~/list", self._list, qos_profile=CALLS)
         self.cycle = Cycle((measured, self._probes.contacts), PERIOD, self._step)
         PatientServices(self)
 

@@ -18,7 +18,7 @@ from tri_glide_kinematics.ros import f_mechanism_messages, four_bar_messages, la
 from tri_glide_kinematics.ros.answers import Answers
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.mechanism_messages import check_numbers
-from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.patient_services import CALLS, PatientServices
 
 Fill = Callable[[Any, Any], None]
 
@@ -40,7 +40,7 @@ class MechanismNode(Node):
         LiveParameters(self, ())
         self._answers = Answers(self)
         for name, kind, fill in SERVICES:
-            self.create_service(kind, f"~/{name}", self._callback(name, fill))
+            self.create_service(kind, f"~/{name}", self._callback(name, fill), qos_profile=CALLS)
         PatientServices(self)
 
     def _callback(self, name: str, fill: Fill) -> Callable[[Any, Any], Any]:

@@ -110,15 +110,13 @@ class MotionActions:
     def answer(self, until: float) -> None:
         """Give the answers and results that are known; to be called after the setpoint.
 
-        Of what was asked for at once, a second request of each kind is taken here, so that the
-        last ones are answered sooner. Not more: a client by default loses answers if more than ten
-        come before it looks.
+        Of what was asked for at once, more is taken here, so that the last is answered sooner.
 
         Args:
             until: time.monotonic() from which on what is left waits for the next cycle [s].
         """
         self._answer()
-        if self._has_found and time.monotonic() < until:
+        while self._has_found and time.monotonic() < until:
             self.look()
             self._answer()
         for server in self._servers:
@@ -142,6 +140,7 @@ class MotionActions:
             self.look()
             self.answer(until=0.0)
             self._patient.send_kept()
+        self._patient.end()
 
     def _answer(self) -> None:
         for server in self._servers:

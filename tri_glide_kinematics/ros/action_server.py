@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from time import monotonic
 from typing import Any
 
 from action_msgs.msg import GoalInfo, GoalStatus
@@ -24,7 +25,7 @@ from tri_glide_kinematics.control.goals import Goal, GoalCode
 from tri_glide_kinematics.ros.error_log import ErrorLog
 from tri_glide_kinematics.ros.messages import set_stamp
 from tri_glide_kinematics.ros.old_results import OldResults
-from tri_glide_kinematics.ros.patient_services import PatientServices
+from tri_glide_kinematics.ros.patient_services import CALLS, PatientServices
 
 # How long the state of a goal that has ended is told with those of the others [s]. It is told when
 # it ends, and for this time again with each change of another, as a message may be lost. All of
@@ -32,8 +33,6 @@ from tri_glide_kinematics.ros.patient_services import PatientServices
 STATE_TOLD = 0.25
 
 FEEDBACK = QoSProfile(depth=10)
-# Only one or two requests of each kind are taken in a cycle: here the others of a burst wait.
-REQUESTS = QoSProfile(depth=200)
 
 GoalEvent = rclpy_implementation.GoalEvent
 EVENTS = {GoalCode.SUCCEEDED: GoalEvent.SUCCEED, GoalCode.CANCELED: GoalEvent.CANCELED}
@@ -48,7 +47,7 @@ class _Accepted:
         handle: its state in the middleware.
         goal: what becomes of it.
         answer: its result, once that is known.
-        askers: who wait for the result.
+        askers: who wait for the result, and since when at most [s of time.monotonic].
         was_asked_for: whether somebody has asked for the result.
     """
 
@@ -56,7 +55,7 @@ class _Accepted:
     handle: Any
     goal: Goal
     answer: Any = None
-    askers: list[Any] = field(default_factory=list)
+    askers: list[tuple[Any, float]] = field(default_factory=list)
     was_asked_for: bool = False
 
 
@@ -96,7 +95,7 @@ class ActionServer:
         self._cancel = cancel
         self._result = result
         self._feedback = feedback
-        services = REQUESTS.get_c_qos_profile()
+        services = CALLS.get_c_qos_profile()
         with node.handle, node.get_clock().handle:
             self._handle = rclpy_implementation.ActionServer(
                 node.handle,
@@ -117,12 +116,12 @@ class ActionServer:
         self._accepted: dict[bytes, _Accepted] = {}
         self._old = OldResults(self._impl.GetResultService.Response)
         self._active: list[_Accepted] = []
-        self._answers: list[tuple[str, Callable[[], object]]] = []
+        self._answers: list[tuple[str, Callable[[], object], float]] = []
         self._to_be_told: deque[_Accepted] = deque()
         self._is_status_new = False
         # How many goals that have ended are told of.
         self._told = 0
-        self._takers = (
+        self._takers: tuple[tuple[Any, type, Callable[[Any, Any, float], None]], ...] = (
             (self._handle.take_goal_request, self._impl.SendGoalService.Request, self._on_goal),
             (
                 self._handle.take_cancel_request,
@@ -135,6 +134,8 @@ class ActionServer:
                 self._on_result_wanted,
             ),
         )
+        # When there was last no request of each kind [s of time.monotonic].
+        self._none_at = [0.0 for _ in self._takers]
 
     def look(self) -> bool:
         """Take one request of each kind and act on them; return whether there were any.
@@ -142,12 +143,15 @@ class ActionServer:
         Answers wait.
         """
         found = False
-        for take, kind, handle in self._takers:
+        for index, (take, kind, handle) in enumerate(self._takers):
             try:
+                now = monotonic()
                 header, request = take(kind)
-                if header is not None:
+                if header is None:
+                    self._none_at[index] = now
+                else:
                     found = True
-                    handle(header, request)
+                    handle(header, request, self._none_at[index])
             except Exception as error:
                 # The sender's mistake must not stop a machine.
                 self._errors.add(error)
@@ -191,7 +195,7 @@ class ActionServer:
             message = self._impl.FeedbackMessage(goal_id=accepted.info.goal_id, feedback=feedback)
             self._handle.publish_feedback(message)
 
-    def _on_goal(self, header: Any, request: Any) -> None:
+    def _on_goal(self, header: Any, request: Any, since: float) -> None:
         # What is not accepted is what is known already. What cannot be done is told by a result,
         # as a rejection has no place for a reason.
         info = GoalInfo(goal_id=request.goal_id)
@@ -207,7 +211,7 @@ class ActionServer:
         # Who sends goals will soon ask for results.
         self._patient.expect(self._names["get_result"])
         response = self._impl.SendGoalService.Response(accepted=accepted, stamp=info.stamp)
-        self._put("send_goal", self._handle.send_goal_response, header, response)
+        self._put("send_goal", self._handle.send_goal_response, header, since, response)
 
     def _accept(self, info: GoalInfo, goal: Goal) -> None:
         handle = rclpy_implementation.ActionGoalHandle(self._handle, info)
@@ -217,7 +221,7 @@ class ActionServer:
         self._active.append(accepted)
         self._is_status_new = True
 
-    def _on_cancel(self, header: Any, request: Any) -> None:
+    def _on_cancel(self, header: Any, request: Any, since: float) -> None:
         response = self._handle.process_cancel_request(
             request, self._impl.CancelGoalService.Response
         )
@@ -232,9 +236,9 @@ class ActionServer:
             response.return_code = CancelGoal.Response.ERROR_GOAL_TERMINATED
         response.goals_canceling = canceling
         self._is_status_new = bool(canceling) or self._is_status_new
-        self._put("cancel_goal", self._handle.send_cancel_response, header, response)
+        self._put("cancel_goal", self._handle.send_cancel_response, header, since, response)
 
-    def _on_result_wanted(self, header: Any, request: Any) -> None:
+    def _on_result_wanted(self, header: Any, request: Any, since: float) -> None:
         key = bytes(request.goal_id.uuid)
         accepted = self._accepted.get(key)
         if accepted is None:
@@ -244,10 +248,10 @@ class ActionServer:
             accepted.was_asked_for = True
             answer = accepted.answer
             if answer is None:
-                accepted.askers.append(header)
+                accepted.askers.append((header, since))
                 self._patient.expect(self._names["get_result"])
                 return
-        self._put("get_result", self._handle.send_result_response, header, answer)
+        self._put("get_result", self._handle.send_result_response, header, since, answer)
 
     def _end_goals(self) -> None:
         ended = [accepted for accepted in self._active if accepted.goal.outcome is not None]
@@ -262,8 +266,9 @@ class ActionServer:
             accepted.answer = self._impl.GetResultService.Response(
                 status=accepted.handle.get_status(), result=self._result(accepted.goal)
             )
-            for header in accepted.askers:
-                self._put("get_result", self._handle.send_result_response, header, accepted.answer)
+            for header, since in accepted.askers:
+                send = self._handle.send_result_response
+                self._put("get_result", send, header, since, accepted.answer)
             accepted.askers.clear()
         self._handle.notify_goal_done()
         self._is_status_new = True
@@ -271,9 +276,9 @@ class ActionServer:
     def _give_answers(self) -> None:
         answers, self._answers = self._answers, []
         known: dict[str, bool] = {}
-        for service, give in answers:
+        for service, give, since in answers:
             try:
-                self._patient.send(service, give, known)
+                self._patient.send(service, give, since, known)
             except Exception as error:
                 self._errors.add(error)
 
@@ -289,7 +294,12 @@ class ActionServer:
         self._old.forget()
 
     def _put(
-        self, service: str, send: Callable[[Any, Any], None], header: Any, response: Any
+        self,
+        service: str,
+        send: Callable[[Any, Any], None],
+        header: Any,
+        since: float,
+        response: Any,
     ) -> None:
         """Let an answer wait until there is time for it."""
-        self._answers.append((self._names[service], partial(send, header, response)))
+        self._answers.append((self._names[service], partial(send, header, response), since))

@@ -11,6 +11,7 @@ from std_srvs.srv import SetBool, Trigger
 from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.reason_log import RefusalLog
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.patient_services import CALLS
 from tri_glide_kinematics.ros.state_reports import StateReports
 
 
@@ -42,11 +43,11 @@ class MachineServices:
         self._reports = reports
         self._refused = refused
         self._look_for_others = look_for_others
-        node.create_service(SetBool, "~/enable", self._on_enable)
+        node.create_service(SetBool, "~/enable", self._on_enable, qos_profile=CALLS)
         self.urgent = (
-            node.create_service(Trigger, "~/stop", self._on_stop),
-            node.create_service(Trigger, "~/pause", self._on_pause),
-            node.create_service(Trigger, "~/resume", self._on_resume),
+            node.create_service(Trigger, "~/stop", self._on_stop, qos_profile=CALLS),
+            node.create_service(Trigger, "~/pause", self._on_pause, qos_profile=CALLS),
+            node.create_service(Trigger, "~/resume", self._on_resume, qos_profile=CALLS),
         )
 
     def _on_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
