@@ -44,17 +44,26 @@ def test_mistakes_are_the_error_of_the_room(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "line", "key"),
+    ("text", "lines", "key"),
     [
-        ("unit: mm\nunit: m\n", 2, "unit"),
-        ('a: 1\nb:\n  - {c: 1,\n     "c": 2}\n', 4, "c"),
+        ("unit: mm\nunit: m\n", "lines 1 and 2", "unit"),
+        ('a: 1\nb:\n  - {c: 1,\n     "c": 2}\n', "lines 3 and 4", "c"),
+        ("a: {b: 1, b: 1}\n", "line 1", "b"),
+        ("? [{a: 1, a: 2}]\n: 1\n", "line 1", "a"),
     ],
 )
-def test_a_key_that_stands_twice_is_refused(tmp_path, text, line, key):
+def test_a_key_that_stands_twice_is_refused(tmp_path, text, lines, key):
     file = tmp_path / "file.yaml"
     file.write_text(text)
-    with pytest.raises(OtherError, match=f"line {line}: the key '{key}' stands twice"):
+    with pytest.raises(OtherError, match=f": {lines}: the key '{key}' stands twice"):
         load_yaml(file, OtherError)
+
+
+def test_an_entry_that_holds_itself_has_an_end(tmp_path):
+    file = tmp_path / "file.yaml"
+    file.write_text("a: &a\n  b: [*a]\n")
+    entry = load_yaml(file, OtherError)["a"]
+    assert entry["b"][0] is entry
 
 
 def test_equal_keys_of_different_entries_are_no_mistake(tmp_path):

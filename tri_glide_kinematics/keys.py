@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -39,45 +39,80 @@ class FileError(KinematicsError):
         self.reason = reason
 
 
-class _DuplicateKey(yaml.YAMLError):
-    """A key stands twice in one entry."""
+class DuplicateKeyError(yaml.YAMLError):
+    """A key stands twice in one entry: YAML forbids that, and its library takes the last one.
 
-    def __init__(self, key: yaml.ScalarNode) -> None:
-        """Store the second one."""
-        super().__init__(key.value)
-        self.key = str(key.value)
-        self.line = key.start_mark.line + 1
+    Attributes:
+        key: that stands twice.
+        lines: in which it does.
+    """
 
+    def __init__(self, first: yaml.ScalarNode, second: yaml.ScalarNode) -> None:
+        """Store the two."""
+        self.key = str(second.value)
+        self.lines = (first.start_mark.line + 1, second.start_mark.line + 1)
+        super().__init__(f"the key {shortened(self.key)} stands twice in one entry")
 
-class _Loader(yaml.SafeLoader):
-    """Refuses what YAML forbids and its library takes: of two equal keys, only the last counts."""
-
-    def compose_mapping_node(self, anchor: Any) -> yaml.MappingNode:
-        node = super().compose_mapping_node(anchor)
-        seen = set()
-        for key, _ in node.value:
-            if isinstance(key, yaml.ScalarNode):
-                if (key.tag, key.value) in seen:
-                    raise _DuplicateKey(key)
-                seen.add((key.tag, key.value))
-        return node
+    @property
+    def place(self) -> str:
+        """The lines in words."""
+        first, second = self.lines
+        return f"line {first}" if first == second else f"lines {first} and {second}"
 
 
-def load_yaml(file: str | Path, error_class: type[FileError]) -> Any:
-    """Return what a YAML file holds.
+def yaml_tree(loader: Any) -> yaml.Node | None:
+    """Return the tree of what a ``loader`` of PyYAML has to load; None for nothing.
 
     Raises:
-        FileError: of this ``error_class``, if it cannot be read, is not YAML, or a key in it
+        DuplicateKeyError: if a key stands twice in an entry of it.
+        yaml.YAMLError: if it is not YAML.
+    """
+    root: yaml.Node | None = loader.get_single_node()
+    left = [root]
+    # An entry that is named may hold itself.
+    known: set[int] = set()
+    while left:
+        node = left.pop()
+        if not isinstance(node, yaml.CollectionNode) or id(node) in known:
+            continue
+        known.add(id(node))
+        if not isinstance(node, yaml.MappingNode):
+            left += reversed(node.value)
+            continue
+        seen: dict[tuple[str, str], yaml.ScalarNode] = {}
+        for key, value in node.value:
+            if isinstance(key, yaml.ScalarNode):
+                name = (key.tag, key.value)
+                if name in seen:
+                    raise DuplicateKeyError(seen[name], key)
+                seen[name] = key
+            left += [value, key]
+    return root
+
+
+def load_yaml(file: str | Path, error_class: Callable[[Any, str, str], KinematicsError]) -> Any:
+    """Return what a YAML file holds.
+
+    Args:
+        file: its path.
+        error_class: makes an error of the file, the place in it and the reason.
+
+    Raises:
+        KinematicsError: of this ``error_class``, if it cannot be read, is not YAML, or a key in it
             stands twice.
     """
     try:
         # A safe loader: it makes nothing but plain data.
-        return yaml.load(Path(file).read_text(encoding="utf-8"), _Loader)
+        loader = yaml.SafeLoader(Path(file).read_text(encoding="utf-8"))
+        try:
+            tree = yaml_tree(loader)
+            return None if tree is None else loader.construct_document(tree)
+        finally:
+            loader.dispose()
     except (OSError, UnicodeDecodeError) as error:
         raise error_class(file, "", f"cannot be read: {error}") from error
-    except _DuplicateKey as error:
-        reason = f"the key {shortened(error.key)} stands twice in one entry"
-        raise error_class(file, f"line {error.line}", reason) from error
+    except DuplicateKeyError as error:
+        raise error_class(file, error.place, str(error)) from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         reason = shortened(" ".join(str(error).split()))
         raise error_class(file, "", f"is not YAML: {reason}") from error

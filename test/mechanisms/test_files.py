@@ -101,6 +101,7 @@ def test_optional_keys_of_a_four_bar(tmp_path, keys, expected):
     ("text", "key", "reason"),
     [
         ("four_bar: {", "", "is not YAML: "),
+        ("four_bar:\n  crank: 2\n  crank: 3", "lines 2 and 3", "the key 'crank' stands twice"),
         ("four_bar: !!python/object:os.system {}", "", "is not YAML: "),
         ("", "", "must hold one section, named one of four_bar, f_mechanism, landing_gear"),
         ("- 1", "", "must hold one section"),

@@ -53,6 +53,18 @@ def test_sections_are_full_names(write, text, sections):
         ("rate: 500.0", "has no section"),
         ("/**:\n  ros_parameters:\n    rate: 500.0", "ros__parameters"),
         ("/**:\n  ros__parameters:\n    a: [1, 2\n", "line 4, column 1"),
+        (
+            "/**:\n  ros__parameters:\n    rate: 500.0\n    motion: slider\n    rate: 50.0\n",
+            ", lines 3 and 5: the key 'rate' stands twice",
+        ),
+        (
+            "ik_node:\n  ros__parameters:\n    a: 1\nik_node:\n  ros__parameters:\n    b: 1\n",
+            ", lines 1 and 4: the key 'ik_node' stands twice",
+        ),
+        (
+            "ik_node:\n  ros__parameters:\n    a: 1\n/ik_node:\n  ros__parameters:\n    b: 1\n",
+            "two sections for /ik_node",
+        ),
         ("/**: {\n", "line 2, column 1"),
         ("\t/**:\n", "line 1, column 1"),
         ("\x00", "not allowed"),

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.keys import load_yaml
 from tri_glide_kinematics.mechanisms.errors import MechanismFileError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.four_bar import FourBar
@@ -53,13 +52,7 @@ def load_mechanism(path: str | Path) -> MechanismFile:
         MechanismFileError: if it cannot be read, or describes no mechanism; the text names the file
             and the key.
     """
-    try:
-        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise MechanismFileError(str(path), "", f"cannot be read: {error}") from error
-    except yaml.YAMLError as error:
-        reason = " ".join(str(error).split())
-        raise MechanismFileError(str(path), "", f"is not YAML: {reason}") from error
+    content = load_yaml(str(path), MechanismFileError)
     kinds = ", ".join(_READERS)
     if not isinstance(content, Mapping) or len(content) != 1:
         raise MechanismFileError(str(path), "", f"must hold one section, named one of {kinds}")

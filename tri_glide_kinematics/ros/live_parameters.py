@@ -19,6 +19,7 @@ from rclpy.node import Node
 
 from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.parameter_answers import answer_each_call
 from tri_glide_kinematics.ros.parameter_sources import check_names, check_sources, sources_of
 from tri_glide_kinematics.ros.parameter_table import (
     Parameter,
@@ -79,6 +80,7 @@ class LiveParameters:
         node.add_pre_set_parameters_callback(self._pre_set)
         node.add_on_set_parameters_callback(self._on_set)
         node.add_post_set_parameters_callback(self._post_set)
+        answer_each_call(node)
 
     @property
     def values(self) -> Values:

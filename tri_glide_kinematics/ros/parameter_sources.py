@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import yaml
 
+from tri_glide_kinematics.keys import DuplicateKeyError, yaml_tree
 from tri_glide_kinematics.ros.command_line import parameter_files, parameter_rules
 from tri_glide_kinematics.ros.parameter_table import ParameterError
 from tri_glide_kinematics.ros.parameters import NODES
@@ -64,14 +65,17 @@ def sections_of(path: str) -> tuple[str, ...]:
     """Return the full names of the nodes that a parameter file has sections for.
 
     Raises:
-        ParameterError: if it cannot be read, is not YAML, or has no section.
+        ParameterError: if it cannot be read, is not YAML, has no section, or a key or a section
+            stands twice in it.
     """
     try:
-        document = yaml.compose(Path(path).read_text(encoding="utf-8"), Loader=LOADER)
+        document = yaml_tree(LOADER(Path(path).read_text(encoding="utf-8")))
     except OSError as error:
         raise ParameterError(f"parameter file {path}: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise ParameterError(f"parameter file {path} is not text: {error}") from error
+    except DuplicateKeyError as error:
+        raise ParameterError(f"parameter file {path}, {error.place}: {error}") from error
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         place = f", line {mark.line + 1}, column {mark.column + 1}" if mark else ""
@@ -84,6 +88,9 @@ def sections_of(path: str) -> tuple[str, ...]:
             f"parameter file {path} has no section: the name of a node (or /** for all), below it "
             f"{PARAMETERS_KEY}, and below that the parameters"
         )
+    twice = [section for section in dict.fromkeys(sections) if sections.count(section) > 1]
+    if twice:
+        raise ParameterError(f"parameter file {path} has two sections for {', '.join(twice)}")
     return sections
 
 

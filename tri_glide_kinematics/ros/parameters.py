@@ -478,7 +478,8 @@ INTRODUCTION = """# Parameters
 
 `config/tri_glide.yaml` holds those of the default machine; what a file does not name has the
 default of these tables. *Live* ones may be changed while the machine moves (`ros2 param set`). A
-new value is refused, with the reason, if it does not fit its bounds or the other parameters.
+new value is refused, with the reason, if it does not fit its bounds or the other parameters. A node
+does not start with a file in which a key stands twice: ROS would take one of them without a word.
 
 This page is made by `python -m tri_glide_kinematics.ros.parameters > docs/parameters.md`."""
 

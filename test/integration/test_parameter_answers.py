@@ -1,0 +1,87 @@
+"""Each call that sets parameters is answered, with a reason where it sets nothing."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis import strategies as st
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
+from shared_machine import shared_nodes
+
+from testing.hostile_messages import parameters
+
+LAST_TYPE = 9
+UNKNOWN = [LAST_TYPE + 1, 200, 255]
+GOOD = Parameter(name="lag", value=ParameterValue(type=3, double_value=0.01))
+
+
+@pytest.fixture(scope="module")
+def client(ros_context, tmp_path_factory):
+    with shared_nodes(ros_context, tmp_path_factory, "parameter_answers") as (client, launcher):
+        launcher.start("simulator_node")
+        yield client
+
+
+def unknown(kind):
+    return Parameter(name="lag", value=ParameterValue(type=kind, double_value=0.02))
+
+
+def lag(client):
+    request = GetParameters.Request(names=["lag"])
+    answer = client.call(GetParameters, "simulator_node/get_parameters", request)
+    return answer.values[0].double_value
+
+
+@pytest.mark.parametrize("kind", UNKNOWN)
+def test_a_type_that_does_not_exist_is_refused_by_its_number(client, kind):
+    request = SetParameters.Request(parameters=[unknown(kind), GOOD])
+    refused, good = client.call(SetParameters, "simulator_node/set_parameters", request).results
+    assert not refused.successful
+    assert f"lag: type = {kind} must be 0 to {LAST_TYPE}" in refused.reason
+    assert good.successful
+    assert lag(client) == GOOD.value.double_value
+
+
+@pytest.mark.parametrize("kind", UNKNOWN)
+def test_of_a_set_with_such_a_type_nothing_is_set(client, kind):
+    before = lag(client)
+    other = Parameter(name="lag", value=ParameterValue(type=3, double_value=before + 0.01))
+    request = SetParametersAtomically.Request(parameters=[other, unknown(kind)])
+    service = "simulator_node/set_parameters_atomically"
+    result = client.call(SetParametersAtomically, service, request).result
+    assert not result.successful
+    assert f"type = {kind}" in result.reason
+    assert lag(client) == before
+
+
+def test_whatever_is_asked_for_is_answered_with_a_reason(client):
+    anything = st.builds(
+        lambda parameter, kind: Parameter(name=parameter.name, value=_with(parameter.value, kind)),
+        parameters("simulator_node"),
+        st.none() | st.integers(0, 255),
+    )
+
+    @seed(23)
+    @settings(
+        max_examples=150,
+        deadline=None,
+        database=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(st.lists(anything, max_size=3))
+    def ask(asked):
+        request = SetParameters.Request(parameters=asked)
+        results = client.call(SetParameters, "simulator_node/set_parameters", request).results
+        assert len(results) == len(asked)
+        assert all(result.successful or result.reason for result in results)
+        assert not any("internal error" in result.reason for result in results)
+
+    ask()
+
+
+def _with(value, kind):
+    if kind is not None:
+        value.type = kind
+    return value
