@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics import interruptible
+from tri_glide_kinematics.interruptible import Interruptible, at_once, concatenated, picked, sorting
 
 
 def summing(numbers) -> Interruptible[int]:
@@ -25,3 +27,19 @@ def test_at_once_returns_the_result():
 def test_at_once_raises_its_errors():
     with pytest.raises(ValueError, match="-2 is negative"):
         at_once(summing([1, -2, 3]))
+
+
+@pytest.mark.parametrize("count", [0, 1, 99, 100, 101, 1234])
+@pytest.mark.parametrize("kinds", [3, 1000])
+def test_arrays_in_pieces_are_those_of_numpy(monkeypatch, count, kinds):
+    monkeypatch.setattr(interruptible, "ROWS", 100)
+    source = np.random.default_rng(count)
+    values = source.integers(0, kinds, count).astype(float)
+    rows, indices = source.random((count, 3)), source.integers(0, max(count, 1), count)
+    parts = np.array_split(rows, 7)
+    np.testing.assert_array_equal(at_once(concatenated(parts)), rows)
+    np.testing.assert_array_equal(at_once(picked(rows, indices)), rows[indices])
+    for bounds in (np.zeros(0), np.array([1.0]), np.sort(source.choice(1000, 50)).astype(float)):
+        found = at_once(sorting(values, bounds))
+        np.testing.assert_array_equal(found, np.argsort(values, kind="stable"))
+    assert sum(1 for _ in concatenated([rows])) == count // 100

@@ -16,10 +16,12 @@ from rclpy.serialization import serialize_message
 from testing.pieces import median_piece
 from tri_glide_interfaces.action import FollowPath
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.paths.flat_path import SegmentKind
+from tri_glide_kinematics.interruptible import ROWS, at_once
+from tri_glide_kinematics.motion.paths.errors import TooManySegmentsError
+from tri_glide_kinematics.motion.paths.flat_path import SegmentKind, polyline_from
+from tri_glide_kinematics.motion.paths.inputs import MOST_SEGMENTS
 from tri_glide_kinematics.ros.messages import RefusedMessageError
-from tri_glide_kinematics.ros.path_messages import flat_path, path_points
+from tri_glide_kinematics.ros.path_messages import AT_A_TIME, flat_path, path_points
 
 BASE = "tri_glide_base"
 
@@ -128,6 +130,31 @@ def test_ten_thousand_poses_are_read_in_short_pieces(frames):
     points, piece = median_piece(path_points(data, BASE))
     assert points.shape == (10_000, 3)
     assert piece < 0.02
+
+
+def test_more_poses_than_a_path_may_have_are_refused_by_their_number_alone():
+    data = bytearray(serialize_message(path(1)))
+    place = data.index(struct.pack("<I", 1), 16)
+    data[place : place + 4] = struct.pack("<I", MOST_SEGMENTS + 1)
+    with pytest.raises(TooManySegmentsError, match=f"{MOST_SEGMENTS + 1} segments, at most"):
+        at_once(path_points(bytes(data), BASE))
+
+
+@pytest.mark.parametrize("odd", [0, 1, 3_999, 4_000, 4_001, 8_500])
+def test_one_frame_that_differs_is_read_wherever_it_is(odd):
+    message = path(9_000, "")
+    message.poses[odd].header.frame_id = BASE
+    np.testing.assert_array_equal(read(message), points_of(message))
+
+
+def test_no_piece_of_a_long_path_is_long():
+    """Each piece reads so many poses at most, and so do all pieces that make a path of them."""
+    count = 40_000
+    data = serialize_message(path(count, ""))
+    reading = path_points(data, BASE)
+    assert sum(1 for _ in reading) >= count // AT_A_TIME
+    making = polyline_from((2.0, 0.0, 0.0), at_once(path_points(data, BASE)), 0.001)
+    assert sum(1 for _ in making) >= count // ROWS + count // AT_A_TIME
 
 
 def test_goals_are_read_as_arrays_and_in_their_frame():

@@ -14,6 +14,7 @@ import numpy as np
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.paths.flat_path import FlatPath
+from tri_glide_kinematics.motion.paths.inputs import check_count
 from tri_glide_kinematics.ros.messages import (
     ROTATION_TOLERANCE,
     RefusedMessageError,
@@ -27,7 +28,8 @@ ENCODING = 4
 STAMP = 8
 POSE = 7 * 8
 
-# So many poses are read one by one in a piece.
+# So many poses are read in a piece: where all frames are alike, and one by one.
+AT_A_TIME = 4000
 PIECE = 100
 
 
@@ -71,20 +73,20 @@ def path_points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
     Raises:
         RefusedMessageError: if a frame is neither empty nor ``base_frame``, an orientation is not
             the identity, or the bytes are no such message.
+        TooManySegmentsError: if there are more poses than a path may have segments.
     """
     if data[:2] not in PLAIN:
         raise RefusedMessageError(
             f"target path is in the encoding {data[:2].hex()}: ROS writes 0000 or 0001"
         )
     try:
-        rows = yield from _rows(data, base_frame)
+        return (yield from _points(data, base_frame))
     except IndexError as error:
         raise RefusedMessageError("target path ends before its last pose") from error
-    return _checked(rows)
 
 
-def _rows(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
-    """Return positions and orientations of all poses. Shape (n, 7)."""
+def _points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
+    """Return the positions of all poses. Shape (n, 3) [m]."""
     order = byte_order(data)
     size = Struct(f"{order}I")
 
@@ -109,38 +111,45 @@ def _rows(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
         raise IndexError
     (count,) = size.unpack_from(data, offset)
     if not count:
-        return np.empty((0, 7))
+        return np.empty((0, 3))
+    check_count(count)
     if count * (STAMP + 4 + POSE) > len(data):
         raise IndexError
     first = pose(offset + 4)
     _check_path_frame(first.frame, base_frame)
+    points = np.empty((count, 3))
+    done, end = 0, offset + 4
     # Where all frames are alike, a pose follows the one before it at a fixed distance.
     head = STAMP + 4 + len(first.frame) + 1
     stride = POSE + 8 * -(-head // 8)
     if first.numbers + (count - 1) * stride + POSE <= len(data):
-        # The second pose begins where the numbers of the first one end.
-        begin = first.numbers + POSE + STAMP
-        text_of_first = np.frombuffer(_as_text(first.frame, size), np.uint8)
-        shape = count - 1, len(text_of_first)
-        if (
-            count == 1
-            or (np.ndarray(shape, np.uint8, data, begin, (stride, 1)) == text_of_first).all()
-        ):
-            numbers_of_all = np.ndarray((count, 7), f"{order}f8", data, first.numbers, (stride, 8))
-            return numbers_of_all.astype(np.float64)
-    rows = np.empty((count, 7))
+        frame_of_first = np.frombuffer(_as_text(first.frame, size), np.uint8)
+        while done < count:
+            last = min(done + AT_A_TIME, count)
+            begin, others = first.numbers + done * stride, max(done, 1)
+            # A pose begins where the numbers of the one before it end.
+            place = first.numbers + (others - 1) * stride + POSE + STAMP
+            shape = last - others, len(frame_of_first)
+            frames = np.ndarray(shape, np.uint8, data, place, (stride, 1)) if shape[0] else None
+            if frames is not None and not (frames == frame_of_first).all():
+                break
+            rows = np.ndarray((last - done, 7), f"{order}f8", data, begin, (stride, 8))
+            points[done:last] = _checked(rows.astype(np.float64), done)
+            done, end = last, first.numbers + (last - 1) * stride + POSE
+            yield
+    row = np.empty((1, 7))
     numbers = Struct(f"{order}7d")
-    end = offset + 4
-    for index in range(count):
+    for index in range(done, count):
         here = pose(end)
         _check_path_frame(here.frame, base_frame)
         end = here.numbers + POSE
         if end > len(data):
             raise IndexError
-        rows[index] = numbers.unpack_from(data, here.numbers)
+        row[0] = numbers.unpack_from(data, here.numbers)
+        points[index] = _checked(row, index)
         if index % PIECE == PIECE - 1:
             yield
-    return rows
+    return points
 
 
 def _as_text(frame: bytes, size: Struct) -> bytes:
@@ -156,13 +165,18 @@ def _check_path_frame(frame: bytes, base_frame: str) -> None:
     check_frame("target path", frame.decode(errors="replace"), (base_frame,))
 
 
-def _checked(rows: FloatArray) -> FloatArray:
-    """Return the positions, if no orientation is a rotation."""
+def _checked(rows: FloatArray, first: int) -> FloatArray:
+    """Return the positions of poses from the index ``first`` on, if no orientation is a rotation.
+
+    Args:
+        rows: positions and orientations. Shape (n, 7).
+        first: index of the first of them.
+    """
     parts = np.abs(rows[:, 3:])
     parts[:, 3] -= 1.0
     turned = ~(np.abs(parts) <= ROTATION_TOLERANCE).all(axis=1)
     if turned.any():
-        index = int(turned.argmax())
+        index = first + int(turned.argmax())
         raise RefusedMessageError(
             f"pose {index + 1} of the target path is turned: the platform cannot rotate, its "
             f"orientation must be (0, 0, 0, 1) within {ROTATION_TOLERANCE:g}",

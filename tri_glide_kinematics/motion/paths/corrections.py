@@ -66,13 +66,16 @@ def corrections_of(
 def corrections_at(breaks: Breaks, layer: Layer) -> Interruptible[FloatArray]:
     """Return what a layer adds from each break to the next. Shape (k, 4 or 5, 3)."""
     sums = _Sums(breaks, layer)
+    yield
     counts = sums.ends - sums.begins
     if counts.sum() <= max(FEW_TERMS, FEW_EACH * sums.count):
         table = np.zeros((sums.count, sums.size, 3))
         pieces = np.flatnonzero(counts)
     else:
         table, lossy = yield from _carried_on(sums, counts)
+        yield
         table[counts == 0] = 0.0
+        yield
         pieces = np.flatnonzero(np.repeat(lossy, BLOCK)[: sums.count] & (counts > 0))
         yield
     part = np.cumsum(counts[pieces]) // AT_A_TIME

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.paths.deviations import CONVEX_BEND, SPARE, Weights, width_alone
+from tri_glide_kinematics.motion.paths.deviations import (
+    CONVEX_BEND,
+    SPARE,
+    Weights,
+    pairs,
+    width_alone,
+)
 from tri_glide_kinematics.motion.paths.joints import RoundedJoints
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -30,6 +36,7 @@ def shared_widths(
     with np.errstate(divide="ignore"):
         widths = np.minimum(alone, width_alone(joints, joints.turns, CONVEX_BEND))
     if len(ways) > NEIGHBOURS:
+        yield
         # What is far away must not matter.
         widths = np.minimum(widths, _reaches(ways, FARTHEST))
         widths = yield from _roughly(joints, weights, widths)
@@ -39,19 +46,29 @@ def shared_widths(
     bent = bool(weights.bends.any())
     for _ in range(4):
         cubic, linear = weights.turns * widths**3, weights.bends * widths
+        yield
         for offset in range(1, len(ways)):
-            gaps = ways[offset:] - ways[:-offset]
-            here = np.maximum(widths[:-offset] - gaps, 0.0)
-            there = np.maximum(widths[offset:] - gaps, 0.0)
-            if not (here.any() or there.any()):
+            reaches = False
+            for some, after in pairs(len(ways), offset):
+                here = np.maximum(widths[some] - (ways[after] - ways[some]), 0.0)
+                if here.any():
+                    reaches = True
+                    cubic[some] += here * here * here * weights.turns[after]
+                    if bent:
+                        linear[some] += here * weights.bends[after]
+                yield
+            for some, after in pairs(len(ways), offset):
+                there = np.maximum(widths[after] - (ways[after] - ways[some]), 0.0)
+                if there.any():
+                    reaches = True
+                    cubic[after] += there * there * there * weights.turns[some]
+                    if bent:
+                        linear[after] += there * weights.bends[some]
+                yield
+            if not reaches:
                 break
-            cubic[:-offset] += here * here * here * weights.turns[offset:]
-            cubic[offset:] += there * there * there * weights.turns[:-offset]
-            if bent:
-                linear[:-offset] += here * weights.bends[offset:]
-                linear[offset:] += there * weights.bends[:-offset]
-            yield
         excess = (cubic / (6.0 * widths * widths) + linear * widths) / allowed
+        yield
         if not (excess > 1.0).any():
             break
         widths = np.where(excess > 1.0, widths / np.sqrt(np.maximum(excess, 1.0)), widths)
@@ -70,7 +87,9 @@ def _roughly(
     for _ in range(3):
         yield
         near = turns[np.searchsorted(ways, ways + widths / 3.0)]
+        yield
         near -= turns[np.searchsorted(ways, ways - widths / 3.0)]
+        yield
         fitting = (20.25 / np.maximum(near, SPARE)) * joints.tolerances
         widths = np.minimum(widths, np.sqrt(widths * fitting))
     return widths

@@ -15,11 +15,12 @@ $|E| \le \frac{27}{3072} w^2$.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import ROWS, Interruptible
 from tri_glide_kinematics.motion.paths.joints import RoundedJoints
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -60,19 +61,35 @@ def deviation_bounds(
     linear = weights.bends * half_widths
     bent = bool(linear.any())
     bounds = half_widths * (weights.turns / 6.0 + linear)
+    yield
     for offset in range(1, len(ways)):
-        gaps = ways[offset:] - ways[:-offset]
-        forwards = np.maximum(half_widths[:-offset] - gaps, 0.0)
-        backwards = np.maximum(half_widths[offset:] - gaps, 0.0)
-        if not (forwards.any() or backwards.any()):
+        reaches = False
+        for some, after in pairs(len(ways), offset):
+            forwards = np.maximum(half_widths[some] - (ways[after] - ways[some]), 0.0)
+            if forwards.any():
+                reaches = True
+                bounds[after] += forwards * forwards * forwards * cubic[some]
+                if bent:
+                    bounds[after] += forwards * linear[some]
+            yield
+        for some, after in pairs(len(ways), offset):
+            backwards = np.maximum(half_widths[after] - (ways[after] - ways[some]), 0.0)
+            if backwards.any():
+                reaches = True
+                bounds[some] += backwards * backwards * backwards * cubic[after]
+                if bent:
+                    bounds[some] += backwards * linear[after]
+            yield
+        if not reaches:
             break
-        bounds[offset:] += forwards * forwards * forwards * cubic[:-offset]
-        bounds[:-offset] += backwards * backwards * backwards * cubic[offset:]
-        if bent:
-            bounds[offset:] += forwards * linear[:-offset]
-            bounds[:-offset] += backwards * linear[offset:]
-        yield
     return bounds
+
+
+def pairs(count: int, offset: int) -> Iterator[tuple[slice, slice]]:
+    """Yield which of ``count`` joints, and which so many behind them; some pairs at a time."""
+    for first in range(0, count - offset, ROWS):
+        last = min(first + ROWS, count - offset)
+        yield slice(first, last), slice(first + offset, last + offset)
 
 
 def width_alone(joints: RoundedJoints, turns: FloatArray, bend: float) -> FloatArray:

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.interruptible import Interruptible, at_once, concatenated
 from tri_glide_kinematics.motion.paths.arc_length import ArcLength
 from tri_glide_kinematics.motion.paths.corrections import corrections_of
 from tri_glide_kinematics.motion.paths.extension import (
@@ -98,8 +98,9 @@ class DrivenPath(Pieces):
 
         Raises:
             ApartError: if they begin elsewhere.
+            TooManySegmentsError: if they are too many together.
         """
-        segments = in_succession(self.segments, more)
+        segments = yield from in_succession(self.segments, more)
         yield
         rounded, stops = yield from joints_of(segments, stops_kept(self.stops, place))
         yield
@@ -121,8 +122,9 @@ class DrivenPath(Pieces):
         for _ in range(MAX_ROUNDS):
             yield
             breaks, table = yield from corrections_of(segments.joints, rounded, widths)
-            yield from _add_programmed(segments, breaks, table)
-            pieces = Pieces(segments, breaks, table)
+            segment = yield from segment_of_pieces(segments, breaks)
+            yield from _add_programmed(segments, breaks, table, segment)
+            pieces = Pieces(segments, breaks, table, segment)
             bounds = yield from _bounded(pieces)
             slow = yield from _slow_places(pieces, bounds)
             if not len(slow):
@@ -212,10 +214,10 @@ class DrivenPath(Pieces):
 
 
 def _add_programmed(
-    segments: Segments, breaks: FloatArray, table: FloatArray
+    segments: Segments, breaks: FloatArray, table: FloatArray, segment: Indices
 ) -> Interruptible[None]:
     """Add to corrections the path as programmed; of an arc, only the point where it begins."""
-    starts, segment = breaks[:-1], segment_of_pieces(segments, breaks)
+    starts = breaks[:-1]
     for first in range(0, len(table), AT_A_TIME):
         yield
         some = slice(first, first + AT_A_TIME)
@@ -234,7 +236,10 @@ def _bounded(path: Pieces) -> Interruptible[PieceBounds]:
     for first in range(0, len(path.segment), AT_A_TIME):
         yield
         parts.append(path.bounds_on(slice(first, first + AT_A_TIME)))
-    return PieceBounds(*(np.concatenate(column) for column in zip(*parts)))
+    columns = []
+    for column in zip(*parts):
+        columns.append((yield from concatenated(column)))
+    return PieceBounds(*columns)
 
 
 def _slow_places(path: Pieces, bounds: PieceBounds) -> Interruptible[FloatArray]:

@@ -23,6 +23,21 @@ class EmptyPathError(PathError):
         self.position = tuple(position)
 
 
+class TooManySegmentsError(PathError):
+    """A path has more segments than are taken.
+
+    Attributes:
+        count: how many it has.
+        most: how many it may have.
+    """
+
+    def __init__(self, count: int, most: int) -> None:
+        """Store how many there are, and how many there may be at ``most``."""
+        super().__init__(f"the path has {count} segments, at most {most}")
+        self.count = count
+        self.most = most
+
+
 class SegmentError(PathError):
     """A segment of a path is none.
 

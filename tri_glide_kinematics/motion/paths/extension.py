@@ -9,9 +9,10 @@ import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.paths.errors import ApartError
+from tri_glide_kinematics.motion.paths.inputs import check_count
 from tri_glide_kinematics.motion.paths.joints import RoundedJoints
 from tri_glide_kinematics.motion.paths.rounding import widths_of
-from tri_glide_kinematics.motion.paths.segments import SAME_PLACE, Segments, joined
+from tri_glide_kinematics.motion.paths.segments import SAME_PLACE, Segments, joined_in_pieces
 from tri_glide_kinematics.motion.paths.widths import Widths
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -19,17 +20,19 @@ from tri_glide_kinematics.vectors import FloatArray
 LEAST_ROOM = 1e-6
 
 
-def in_succession(segments: Segments, more: Segments) -> Segments:
-    """Return ``segments`` with ``more`` behind them.
+def in_succession(segments: Segments, more: Segments) -> Interruptible[Segments]:
+    """Return ``segments`` with ``more`` behind them, interruptibly.
 
     Raises:
         ApartError: if they begin elsewhere.
+        TooManySegmentsError: if they are too many together.
     """
+    check_count(len(segments) + len(more))
     end, start = segments.points[-1].tolist(), more.points[0].tolist()
     distance = dist(end, start)
     if not distance <= SAME_PLACE:
         raise ApartError(end, start, distance, SAME_PLACE)
-    return joined((segments, more))
+    return (yield from joined_in_pieces((segments, more)))
 
 
 def stops_kept(stops: FloatArray, place: float) -> FloatArray:

@@ -13,9 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.checks import finite_array
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
-from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.paths.errors import PathError, SegmentError, ShortSegmentError
-from tri_glide_kinematics.motion.paths.inputs import LARGEST_PLACE, LARGEST_SPEED, LEAST_SPEED
+from tri_glide_kinematics.interruptible import ROWS, Interruptible, concatenated
+from tri_glide_kinematics.motion.paths.errors import PathError, SegmentError
+from tri_glide_kinematics.motion.paths.inputs import (
+    LARGEST_PLACE,
+    LARGEST_SPEED,
+    LEAST_SPEED,
+    check_coordinates,
+    check_count,
+    tolerance_of,
+)
 from tri_glide_kinematics.motion.paths.platform_path import LARGEST_ANGLE, PlatformPath
 from tri_glide_kinematics.motion.paths.segments import (
     SHORTEST,
@@ -24,9 +31,9 @@ from tri_glide_kinematics.motion.paths.segments import (
     arc_about,
     arc_through,
     collected,
-    joined,
+    joined_in_pieces,
     line,
-    polyline,
+    polyline_in_pieces,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -87,7 +94,7 @@ class FlatPath:
             default_tolerance: where none is given [m].
 
         Raises:
-            PathError: if there is no segment, or one of a kind that is unknown.
+            PathError: if there is no segment, or one of a kind that is unknown, or too many.
             WrongShapeError: if there are too many or too few numbers.
             NotFiniteError: if a number is NaN or infinite.
             OutOfBoundsError: if a number is too large, or a tolerance or a speed negative.
@@ -96,6 +103,7 @@ class FlatPath:
         count = len(codes)
         if not count:
             raise PathError("the path has 0 segments, at least 1")
+        check_count(count)
         if codes.max() >= len(SIZES):
             index = int((codes >= len(SIZES)).argmax())
             raise SegmentError(index, f"has kind {codes[index]}, at most {len(SIZES) - 1}")
@@ -144,7 +152,7 @@ class FlatPath:
                 if singles:
                     parts.append(collected(begin, singles))
                     singles = []
-                parts.append(self._lines(first, last, here))
+                parts.append((yield from self._lines(first, last, here)))
                 begin = here = _vector(parts[-1].points[-1])
                 yield
                 continue
@@ -157,7 +165,7 @@ class FlatPath:
                     yield
         if singles:
             parts.append(collected(begin, singles))
-        return PlatformPath.of_segments(joined(parts))
+        return PlatformPath.of_segments((yield from joined_in_pieces(parts)))
 
     def _begins_at(self, start: Vector3) -> bool:
         """Tell whether the first of several segments is a line that only leads to the ``start``."""
@@ -173,21 +181,14 @@ class FlatPath:
             self.speeds[1:],
         )
 
-    def _lines(self, first: int, last: int, start: Vector3) -> Segments:
+    def _lines(self, first: int, last: int, start: Vector3) -> Interruptible[Segments]:
         """Return segments that are all lines."""
         offset = int(self.offsets[first])
         ends = self.numbers[offset : offset + 3 * (last - first)].reshape(-1, 3)
-        points = np.concatenate(([start], ends))
-        steps = np.diff(points, axis=0)
-        lengths = np.sqrt(np.einsum("ij,ij->i", steps, steps))
-        if not lengths.min() >= SHORTEST:
-            index = int((lengths < SHORTEST).argmax())
-            place = _vector(points[index])
-            raise ShortSegmentError(first + index, place, float(lengths[index]), SHORTEST)
+        points = yield from concatenated((np.array([start]), ends))
+        lines = yield from polyline_in_pieces(points, 0.0, number=first)
         return replace(
-            polyline(points, 0.0),
-            tolerances=self.tolerances[first:last],
-            speeds=self.speeds[first:last],
+            lines, tolerances=self.tolerances[first:last], speeds=self.speeds[first:last]
         )
 
     def _single(self, number: int, start: Vector3) -> Segment:
@@ -218,15 +219,27 @@ def polyline_from(
         PathError: if all points are at the start.
         NotFiniteError: if a number is NaN or infinite.
         OutOfBoundsError: if a number is too large.
+        ShortSegmentError: if points are the same though none is that of the one before it.
+        TooManySegmentsError: if there are too many points.
     """
-    places = finite_array("points", np.concatenate(([start], points)), (None, 3))
-    steps = np.diff(places, axis=0)
-    is_new = np.einsum("ij,ij->i", steps, steps) >= SHORTEST * SHORTEST
-    yield
-    places = places[np.concatenate(([True], is_new))]
-    if len(places) < 2:
+    check_count(len(points))
+    places = np.empty((len(points) + 1, 3))
+    places[0] = before = np.array(start)
+    check_coordinates(places[:1], 0)
+    count = 1
+    for first in range(0, len(points), ROWS):
+        some = points[first : first + ROWS]
+        check_coordinates(some, first + 1)
+        steps = np.diff(some, axis=0, prepend=before[np.newaxis])
+        new = some[np.einsum("ij,ij->i", steps, steps) >= SHORTEST * SHORTEST]
+        places[count : count + len(new)] = new
+        count += len(new)
+        before = some[-1]
+        yield
+    if count < 2:
         raise PathError("the path has 0 segments, at least 1: all its points are where it begins")
-    return PlatformPath.through(places, tolerance)
+    lines = yield from polyline_in_pieces(places[:count], tolerance_of(0, tolerance))
+    return PlatformPath.of_segments(lines)
 
 
 def _check_numbers(

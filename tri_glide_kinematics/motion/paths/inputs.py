@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector, positive
 from tri_glide_kinematics.errors import OutOfBoundsError, WrongShapeError
-from tri_glide_kinematics.motion.paths.errors import RepeatedPointError
+from tri_glide_kinematics.motion.paths.errors import RepeatedPointError, TooManySegmentsError
 from tri_glide_kinematics.motion.paths.segments import SHORTEST
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -23,6 +23,32 @@ LARGEST_MACHINE = 10.0
 # No speed is larger, or smaller [m/s].
 LARGEST_SPEED = 1e6
 LEAST_SPEED = 1e-5
+
+# No path has more segments: a million take 0.8 GB while they are rounded.
+MOST_SEGMENTS = 1_000_000
+
+
+def check_count(count: int) -> None:
+    """Check that a path of ``count`` segments is not too long.
+
+    Raises:
+        TooManySegmentsError: if it is.
+    """
+    if count > MOST_SEGMENTS:
+        raise TooManySegmentsError(count, MOST_SEGMENTS)
+
+
+def check_coordinates(points: FloatArray, first: int) -> None:
+    """Check ``points``, shape (n, 3) [m], of which the index ``first`` is that of the first one.
+
+    Raises:
+        NotFiniteError: if a number is NaN or infinite.
+        OutOfBoundsError: if a number is too large.
+    """
+    bad = ~(np.abs(points) <= LARGEST_PLACE)
+    if bad.any():
+        row, column = np.argwhere(bad)[0].tolist()
+        coordinate_of(f"points[{first + row}][{column}]", float(points[row, column]))
 
 
 def coordinate_of(name: str, value: float) -> float:
@@ -53,9 +79,8 @@ def points_of(points: ArrayLike) -> FloatArray:
     places = finite_array("points", points, (None, 3))
     if len(places) < 2:
         raise WrongShapeError("points", places.shape, "(n, 3) with n at least 2")
-    if not (np.abs(places) <= LARGEST_PLACE).all():
-        row, column = np.argwhere(np.abs(places) > LARGEST_PLACE)[0].tolist()
-        coordinate_of(f"points[{row}][{column}]", float(places[row, column]))
+    check_count(len(places) - 1)
+    check_coordinates(places, 0)
     steps = np.diff(places, axis=0)
     short = np.flatnonzero(~(np.einsum("ij,ij->i", steps, steps) >= SHORTEST * SHORTEST))
     if len(short):

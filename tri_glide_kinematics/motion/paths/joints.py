@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import Interruptible, concatenated, picked
 from tri_glide_kinematics.motion.paths.distinct import are_among
 from tri_glide_kinematics.motion.paths.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
@@ -98,33 +98,45 @@ def joints_of(
     for first in range(0, len(segments), AT_A_TIME):
         found.append(_jumps(segments, first, min(first + AT_A_TIME, len(segments) - 1)))
         yield
-    jumps = _Jumps(*(np.concatenate(column) for column in zip(*found)))
+    columns = []
+    for column in zip(*found):
+        columns.append((yield from concatenated(column)))
+    jumps = _Jumps(*columns)
+    del found
     ways = segments.joints
     inner = ways[1:-1]
+    yield
     stop = jumps.stop | (jumps.rough & are_among(inner, stops))
     stops = np.concatenate((ways[:1], inner[stop], ways[-1:]))
-    rounded = np.flatnonzero(jumps.rough & ~stop)
-    at = inner[rounded]
-    following = np.searchsorted(stops, at)
     yield
-    return (
-        RoundedJoints(
-            at,
-            jumps.tangents[rounded],
-            jumps.curvatures[rounded],
-            jumps.turns[rounded],
-            jumps.bends[rounded],
-            jumps.distances[rounded],
-            segments.tolerances[rounded],
-            at - stops[following - 1],
-            stops[following] - at,
-            _free(segments.tolerances[:-1], jumps.rough, rounded),
-        ),
-        stops,
-    )
+    rounded = np.flatnonzero(jumps.rough & ~stop)
+    at = yield from picked(inner, rounded)
+    before, after = np.empty(len(at)), np.empty(len(at))
+    for first in range(0, len(at), AT_A_TIME):
+        some = slice(first, first + AT_A_TIME)
+        following = np.searchsorted(stops, at[some])
+        before[some] = at[some] - stops[following - 1]
+        after[some] = stops[following] - at[some]
+        yield
+    yield
+    free = yield from _free(segments.tolerances[:-1], jumps.rough, rounded)
+    return RoundedJoints(
+        at,
+        (yield from picked(jumps.tangents, rounded)),
+        (yield from picked(jumps.curvatures, rounded)),
+        (yield from picked(jumps.turns, rounded)),
+        (yield from picked(jumps.bends, rounded)),
+        (yield from picked(jumps.distances, rounded)),
+        (yield from picked(segments.tolerances, rounded)),
+        before,
+        after,
+        free,
+    ), stops
 
 
-def _free(tolerances: FloatArray, rough: NDArray[np.bool_], rounded: Indices) -> NDArray[np.bool_]:
+def _free(
+    tolerances: FloatArray, rough: NDArray[np.bool_], rounded: Indices
+) -> Interruptible[NDArray[np.bool_]]:
     """Return whether no smooth joint beside a rounded one has a smaller tolerance.
 
     Args:
@@ -136,9 +148,20 @@ def _free(tolerances: FloatArray, rough: NDArray[np.bool_], rounded: Indices) ->
         Shape (m,).
     """
     smooth = np.append(np.where(rough, np.inf, tolerances), np.inf)
-    ends = np.flatnonzero(rough)
-    least = np.minimum.reduceat(smooth, np.append(0, ends))
+    yield
+    # Of the smooth joints from one that is not to the next.
+    heads = np.append(0, np.flatnonzero(rough))
+    tails = np.append(heads[1:], len(smooth))
+    least = np.empty(len(heads))
+    for first in range(0, len(heads), AT_A_TIME):
+        yield
+        some = slice(first, first + AT_A_TIME)
+        begin, end = heads[first], tails[some][-1]
+        least[some] = np.minimum.reduceat(smooth[begin:end], heads[some] - begin)
+    yield
+    ends = heads[1:]
     free: NDArray[np.bool_] = np.minimum(least[:-1], least[1:]) >= tolerances[ends]
+    yield
     return free[np.searchsorted(ends, rounded)]
 
 

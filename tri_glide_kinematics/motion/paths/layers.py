@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import ROWS, Interruptible, picked, sorting
 from tri_glide_kinematics.motion.paths.joints import Indices, RoundedJoints
 from tri_glide_kinematics.motion.paths.swinging import NARROWER
 from tri_glide_kinematics.motion.paths.tapering import PARTS, WIDEST
@@ -99,24 +99,35 @@ def breaks_of(ways: FloatArray, layers: Sequence[Layer]) -> Interruptible[list[B
     middles = np.concatenate([layer.joints.ways for layer in layers])
     half_widths = np.concatenate([layer.half_widths for layer in layers])
     ends = np.concatenate((ways, middles - half_widths, middles + half_widths))
+    yield
     np.clip(ends, ways[0], ways[-1], out=ends)
     yield
-    order = np.argsort(ends, kind="stable")
-    yield
-    ascending = ends[order]
+    order = yield from sorting(ends, ways[:: ROWS // 3])
+    ascending = yield from picked(ends, order)
     fresh = np.ones(len(ends), dtype=bool)
-    fresh[1:] = np.diff(ascending) > SAME_PLACE * ways[-1]
-    places = ascending[fresh]
-    yield
     group = np.empty(len(ends), dtype=np.intp)
-    group[order] = np.cumsum(fresh) - 1
+    total = -1
+    for first in range(0, len(ends), ROWS):
+        yield
+        some = slice(first, first + ROWS)
+        begin = max(first, 1)
+        steps = np.diff(ascending[begin - 1 : first + ROWS])
+        fresh[begin : first + ROWS] = steps > SAME_PLACE * ways[-1]
+        numbers = np.cumsum(fresh[some]) + total
+        group[order[some]] = numbers
+        total = int(numbers[-1])
+    yield
+    places = ascending[fresh]
     yield
     # Where an end of a rounding lies on a joint but for rounding, it is the joint that counts.
     count, rounded = len(ways), len(half_widths)
     places[group[:count]] = ways
+    yield
+    joints = np.searchsorted(ways, middles)
+    yield
     columns = (
         group[count : count + rounded],
-        group[np.searchsorted(ways, middles)],
+        group[joints],
         group[count + rounded :],
     )
     last = np.cumsum([len(layer.half_widths) for layer in layers])

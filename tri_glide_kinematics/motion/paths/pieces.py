@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tri_glide_kinematics.interruptible import ROWS, Interruptible, at_once
 from tri_glide_kinematics.motion.paths.joints import lengths_of
 from tri_glide_kinematics.motion.paths.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
@@ -71,13 +72,21 @@ class Pieces:
         segment: index of the segment of each piece. Shape (k,).
     """
 
-    def __init__(self, segments: Segments, breaks: FloatArray, table: FloatArray) -> None:
-        """Take what the attributes are."""
+    def __init__(
+        self,
+        segments: Segments,
+        breaks: FloatArray,
+        table: FloatArray,
+        segment: Indices | None = None,
+    ) -> None:
+        """Take what the attributes are; the ``segment`` of each piece is found if not given."""
         self.segments = segments
         self.joints = segments.joints
         self.breaks = breaks
         self.table = table
-        self.segment = segment_of_pieces(segments, breaks)
+        if segment is None:
+            segment = at_once(segment_of_pieces(segments, breaks))
+        self.segment = segment
         self._curved = segments.curvatures[self.segment] != 0.0
         self._any_curved = bool(self._curved.any())
         self._breaks_view = breaks.data
@@ -233,6 +242,11 @@ class Pieces:
         )
 
 
-def segment_of_pieces(segments: Segments, breaks: FloatArray) -> Indices:
-    """Return the index of the segment that each piece lies on. Shape (k,)."""
-    return np.asarray(np.searchsorted(segments.joints, breaks[:-1], "right") - 1)
+def segment_of_pieces(segments: Segments, breaks: FloatArray) -> Interruptible[Indices]:
+    """Return the index of the segment that each piece lies on, interruptibly. Shape (k,)."""
+    found = np.empty(len(breaks) - 1, dtype=np.intp)
+    for first in range(0, len(found), ROWS):
+        starts = breaks[:-1][first : first + ROWS]
+        found[first : first + ROWS] = np.searchsorted(segments.joints, starts, "right") - 1
+        yield
+    return found

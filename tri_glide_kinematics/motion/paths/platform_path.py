@@ -30,6 +30,7 @@ from tri_glide_kinematics.motion.paths.segments import (
     arc_through,
     collected,
     joined,
+    joined_in_pieces,
     line,
     polyline,
 )
@@ -297,4 +298,4 @@ def _all_segments(path: PlatformPath) -> Interruptible[Segments]:
             yield
     if not parts:
         raise EmptyPathError(path.end)
-    return joined(parts[::-1])
+    return (yield from joined_in_pieces(parts[::-1]))

@@ -49,6 +49,7 @@ def widths_of(
     with np.errstate(divide="ignore", over="ignore"):
         most = np.minimum(joints.rooms, WIDEST_BEND / joints.bends)
         alone = np.minimum(width_alone(joints, joints.distances, LARGEST_BEND), most)
+    yield
     alone[:count] = kept.half_widths
     gaps = np.diff(joints.ways)
     crowded = np.zeros(len(alone), dtype=bool)
@@ -65,13 +66,16 @@ def widths_of(
         np.where(crowded, joints.turns, joints.distances),
         np.where(crowded, CONVEX_BEND, LARGEST_BEND) * joints.bends,
     )
+    yield
     # What swings out the others do not overlap.
     weights.turns[:count] *= (1.0 - LOWER * kept.tapers) / (1.0 + kept.swings)
     shared = yield from shared_widths(joints, weights, alone)
     least = least_widths(joints.ways, kept.half_widths)
     shared = np.maximum(np.where(crowded, shared, alone), least)
     shared[:count] = kept.half_widths
+    yield
     half_widths = enveloped(joints.ways, shared)
+    yield
     # Of those that stay, a sum in another order may be larger by rounding.
     allowed = joints.tolerances * np.where(least > 0.0, 1.0, 1.0 - 0.5 * SPARE)
     for _ in range(MAX_ROUNDS):
@@ -96,8 +100,13 @@ def widths_of(
         deviations = yield from deviation_bounds(joints.ways, weights, half_widths)
     yield
     found = Widths.of_hats(half_widths, deviations, ~crowded)
-    found = _with_kept(_grown(joints, alone, found, gaps), kept)
-    return swung(joints, tapered(joints, found, count), count, swing_rooms)
+    found = _grown(joints, alone, found, gaps)
+    yield
+    found = _with_kept(found, kept)
+    yield
+    found = tapered(joints, found, count)
+    yield
+    return swung(joints, found, count, swing_rooms)
 
 
 def least_widths(ways: FloatArray, kept: FloatArray) -> FloatArray:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.interruptible import Interruptible, at_once, concatenated
 from tri_glide_kinematics.motion.paths.errors import NoArcError, ShortSegmentError
 from tri_glide_kinematics.motion.paths.triples import combined, cross, dot, minus, scaled
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -31,6 +32,9 @@ LARGEST_RADIUS = 1000.0
 
 # A tighter arc is a point, but for rounding [m].
 LEAST_RADIUS = 1e-6
+
+# So many segments are made between two breaks of the computation.
+AT_A_TIME = 4000
 
 
 class Segment(NamedTuple):
@@ -256,17 +260,41 @@ def collected(start: Vector3, segments: Sequence[Segment]) -> Segments:
 
 
 def polyline(points: FloatArray, tolerance: float, speed: float = inf) -> Segments:
-    """Return the lines between points, of which no two in succession are the same.
+    """Return ``polyline_in_pieces`` at once."""
+    return at_once(polyline_in_pieces(points, tolerance, speed))
+
+
+def polyline_in_pieces(
+    points: FloatArray, tolerance: float, speed: float = inf, number: int = 0
+) -> Interruptible[Segments]:
+    """Return the lines between points, interruptibly.
 
     Args:
         points: Shape (n + 1, 3) [m].
         tolerance: of all joints [m].
         speed: largest one of the platform [m/s].
+        number: index of the first segment, for the texts of errors.
+
+    Raises:
+        ShortSegmentError: if two points in succession are the same.
     """
-    steps = np.diff(points, axis=0)
-    lengths = np.sqrt(np.einsum("ij,ij->i", steps, steps))
-    tangents = steps / lengths[:, np.newaxis]
-    count = len(lengths)
+    count = len(points) - 1
+    lengths, tangents = np.empty(count), np.empty((count, 3))
+    tolerances, speeds = np.empty(count), np.empty(count)
+    for first in range(0, count, AT_A_TIME):
+        some = slice(first, first + AT_A_TIME)
+        steps = np.diff(points[first : first + AT_A_TIME + 1], axis=0)
+        lengths[some] = sizes = np.sqrt(np.einsum("ij,ij->i", steps, steps))
+        if not sizes.min() >= SHORTEST:
+            index = int((~(sizes >= SHORTEST)).argmax())
+            x, y, z = points[first + index].tolist()
+            length = float(sizes[index])
+            raise ShortSegmentError(number + first + index, (x, y, z), length, SHORTEST)
+        tangents[some] = steps / sizes[:, np.newaxis]
+        tolerances[some] = tolerance
+        speeds[some] = speed
+        yield
+    # What is all zero takes memory only where somebody writes.
     nothing = np.zeros((count, 3))
     return Segments(
         points,
@@ -276,16 +304,23 @@ def polyline(points: FloatArray, tolerance: float, speed: float = inf) -> Segmen
         np.zeros(count),
         tangents,
         nothing,
-        np.full(count, tolerance),
-        np.full(count, speed),
+        tolerances,
+        speeds,
     )
 
 
 def joined(parts: Sequence[Segments]) -> Segments:
+    """Return ``joined_in_pieces`` at once."""
+    return at_once(joined_in_pieces(parts))
+
+
+def joined_in_pieces(parts: Sequence[Segments]) -> Interruptible[Segments]:
     """Return segments one after the other; each part begins where the one before it ends."""
     if len(parts) == 1:
         return parts[0]
-    points = np.concatenate((parts[0].points[:1], *(part.points[1:] for part in parts)))
+    points = yield from concatenated([parts[0].points[:1], *(part.points[1:] for part in parts)])
     names = [name for name in Segments.__dataclass_fields__ if name != "points"]
-    columns = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+    columns = []
+    for name in names:
+        columns.append((yield from concatenated([getattr(part, name) for part in parts])))
     return Segments(points, *columns)

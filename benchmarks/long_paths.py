@@ -1,0 +1,79 @@
+"""How long a path of very many poses holds whoever makes it: its longest pieces, and the memory.
+
+Run it as ``python -m benchmarks.long_paths 100000 1000000``; it prints a row for each step from the
+bytes of a nav_msgs/Path to the path as driven.
+"""
+
+from __future__ import annotations
+
+import gc
+import resource
+import struct
+import sys
+import time
+from typing import TypeVar
+
+import numpy as np
+
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.paths.flat_path import polyline_from
+from tri_glide_kinematics.ros.path_messages import path_points
+
+Result = TypeVar("Result")
+
+START = (0.02, 0.0, 0.27)
+TURNS = 50
+TOLERANCE = 1e-4  # m
+# Of a pose after the first: stamp, an empty frame, three bytes to fill up, seven numbers.
+POSE = np.dtype(
+    {"names": ["frame", "numbers"], "formats": ["u1", "7<f8"], "offsets": [8, 16], "itemsize": 72}
+)
+
+
+def message(count: int) -> bytes:
+    """Return a serialized nav_msgs/Path of ``count`` poses on a helix."""
+    poses = np.zeros(count, POSE)
+    angles = np.linspace(0.0, 2.0 * np.pi * TURNS, count)
+    poses["frame"] = 1
+    numbers = poses["numbers"]
+    numbers[:, 0], numbers[:, 1] = 0.02 * np.cos(angles), 0.02 * np.sin(angles)
+    numbers[:, 2], numbers[:, 6] = np.linspace(0.28, 0.3, count), 1.0
+    head = b"\0\1\0\0" + struct.pack("<iII", 0, 0, 1) + bytes(4) + struct.pack("<I", count)
+    first = struct.pack("<iII", 0, 0, 1) + b"\0"
+    first += bytes(-(len(head) - 4 + len(first)) % 8)
+    return head + first + poses.tobytes()[16:]
+
+
+def timed(what: str, computation: Interruptible[Result]) -> Result:
+    """Return the result, and print the processor time of the longest pieces."""
+    pieces = []
+    while True:
+        begin = time.thread_time()
+        try:
+            next(computation)
+        except StopIteration as end:
+            result: Result = end.value
+            break
+        finally:
+            pieces.append(1000.0 * (time.thread_time() - begin))
+    longest = ", ".join(f"{piece:.2f}" for piece in sorted(pieces)[-3:])
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000.0
+    print(
+        f"{what:<20} {len(pieces):>7} pieces, {sum(pieces):8.1f} ms, longest {longest} ms, "
+        f"{memory:.0f} MB"
+    )
+    return result
+
+
+def main() -> None:
+    """Make a path of each number of poses that is given."""
+    for count in map(int, sys.argv[1:]):
+        data = message(count)
+        gc.collect()
+        points = timed(f"read {count}", path_points(data, ""))
+        path = timed("put together", polyline_from(START, points, TOLERANCE))
+        timed("rounded", path.driven_in_pieces())
+
+
+if __name__ == "__main__":
+    main()
