@@ -77,14 +77,15 @@ class Panel:
         self._measured = client.record(JointState, "joint_states", NEWEST, keep=1)
         self.machine.start_simulator()
         self.machine.start_ik()
-        self.node: RunningNode = launcher.start(
-            "panel_node", arguments=("-p", "port:=0", "-p", f"points_file:={self.points_file}")
-        )
+        files = ("-p", f"points_file:={self.points_file}", "-p", f"token_file:={folder / 'token'}")
+        self.node: RunningNode = launcher.start("panel_node", arguments=("-p", "port:=0", *files))
         self.machine.wait_for_state("idle")
         client.wait_for(lambda: "the page: " in self.node.output, "the panel")
         found = re.search(r"the page: (\S+)", self.node.output)
         assert found
+        # With the token.
         self.address = found.group(1)
+        self.origin = self.address.partition("/?")[0]
 
     def open(self, page: Page, size: tuple[int, int] = SMALL) -> Page:
         """Open the panel in a ``page`` and wait until it shows the machine."""

@@ -1,34 +1,31 @@
 """The page: viser's server on this machine alone, with a strip and Stop above all else.
 
-This module and ``placing`` use what viser does not offer to its users: to refuse connections, to
-have something above its page, to switch off its share link, and to move parts cheaply. viser is
-pinned, and tests in a browser show that each of these works.
+This module, ``guard`` and ``placing`` use what viser does not offer to its users: to refuse
+connections, to have something above its page, to switch off its share link, and to move parts
+cheaply. viser is pinned, and tests in a browser show that each of these works.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable, Mapping
-from contextlib import redirect_stdout
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from importlib.resources import files
-from io import StringIO
-from ipaddress import ip_address
 from typing import Any
-from urllib.parse import urlsplit
 
 import viser
 from viser import _messages as messages
 
+from tri_glide_kinematics.panel.admission import QUERY, Admission
 from tri_glide_kinematics.panel.errors import PortTakenError
+from tri_glide_kinematics.panel.guard import guarded_server
 from tri_glide_kinematics.panel.hold import RENEWALS
 from tri_glide_kinematics.panel.presence import watch
 from tri_glide_kinematics.panel.scene import light_plainly
 
 # After so long without a word from us, the page says so [ms].
 SILENCE = 3000
-POLICY_VIOLATION = 1008
 
 Log = Callable[[str], object]
 
@@ -62,16 +59,21 @@ class Page:
         on_presence: gets the number of a page, and whether it answers, when that changes.
     """
 
-    def __init__(self, host: str, port: int, log: Log) -> None:
+    def __init__(self, host: str, port: int, token: str, log: Log) -> None:
         """Listen on ``host`` and ``port``; ``log`` gets what somebody should know.
+
+        Args:
+            host: on which it listens.
+            port: of it; 0 for any.
+            token: that whoever connects has to know.
+            log: gets one line a second, at most two.
 
         Raises:
             PortTakenError: if the port is in use.
+            UnguardedPageError: if connections could not be refused.
         """
-        self._log = log
-        # viser prints a frame with addresses, of which one is not for people.
-        with redirect_stdout(StringIO()):
-            self.server = server = viser.ViserServer(host=host, port=port, verbose=False)
+        self._token = token
+        self.server = server = guarded_server(host, port, Admission(host, token), log)
         # viser looks for another port by itself: the page would not be where it is looked for.
         if port and server.get_port() != port:
             server.stop()
@@ -79,16 +81,22 @@ class Page:
         self._socket = server._websock_server
         self._settings = ""
         self._host = host
-        self._refuse_sharing()
+        # Nothing leads to a public address; ``guard`` drops what pages say of it.
+        server.request_share_url = lambda *_, **__: None  # type: ignore[method-assign]
         self.on_presence: Callable[[int, bool], None] = lambda *_: None
         self._watches: set[asyncio.Task[None]] = set()
-        self._socket._client_connect_cb.insert(0, self._check)
+        self._socket._client_connect_cb.insert(0, self._watch)
         light_plainly(server.scene)
         server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
 
     @property
     def address(self) -> str:
-        """Where a browser finds it."""
+        """What is opened in a browser: with the token."""
+        return f"{self.origin}/?{QUERY}={self._token}"
+
+    @property
+    def origin(self) -> str:
+        """Where the page is, without the token."""
         host = "127.0.0.1" if self._host in ("", "0.0.0.0", "::") else self._host
         return f"http://{f'[{host}]' if ':' in host else host}:{self.server.get_port()}"
 
@@ -122,61 +130,13 @@ class Page:
         # To one page at a time: what is sent to all of them is kept for those that come later.
         client._websock_connection.queue_message(messages.RunJavascriptMessage(script))
 
-    def _refuse_sharing(self) -> None:
-        """Have no request of a page lead to a public address."""
-
-        def refuse(*_: Any, **__: Any) -> None:
-            self._log("refused to share the page: it is for this network only")
-
-        for kind in (messages.ShareUrlRequest, messages.ShareUrlDisconnect):
-            self._socket.unregister_handler(kind)
-            self._socket.register_handler(kind, refuse)
-        self.server.request_share_url = refuse  # type: ignore[method-assign]
-
-    async def _check(self, connection: Any) -> None:
-        """Close a connection of another page than ours, and watch that of ours."""
-        socket = self._socket._live_connections[connection.client_id]
-        headers = socket.request.headers if socket.request else {}
-        if not is_own_page(headers, self._host):
-            self._log(f"refused a connection from the page {headers.get('Origin')}: it is not ours")
-            await socket.close(POLICY_VIOLATION, "not from this page")
-            return
+    async def _watch(self, connection: Any) -> None:
+        """Watch a page that was let in."""
         page = connection.client_id
+        socket = self._socket._live_connections[page]
         watching = asyncio.create_task(
             watch(socket, lambda is_there: self.on_presence(page, is_there))
         )
         # asyncio forgets a task that nobody keeps.
         self._watches.add(watching)
         watching.add_done_callback(self._watches.discard)
-
-
-def is_own_page(headers: Mapping[str, str], host: str) -> bool:
-    """Tell whether a connection comes from the page that this server has sent.
-
-    A browser lets any page of the world connect to this machine, and says which one it is. A name
-    that leads here but is not ours may be one of a page that was told to lead here.
-
-    Args:
-        headers: of the request; without an origin it comes from no page at all.
-        host: on which the server listens.
-    """
-    origin, here = headers.get("Origin"), headers.get("Host", "")
-    if origin is None:
-        return True
-    if urlsplit(origin).netloc != here:
-        return False
-    name = urlsplit(f"//{here}").hostname or ""
-    return name in ("localhost", host) or _is_address(name)
-
-
-def is_loopback(host: str) -> bool:
-    """Tell whether only this machine can reach a ``host``."""
-    return host == "localhost" or (_is_address(host) and ip_address(host).is_loopback)
-
-
-def _is_address(name: str) -> bool:
-    try:
-        ip_address(name)
-    except ValueError:
-        return False
-    return True

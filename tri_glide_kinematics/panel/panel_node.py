@@ -13,6 +13,7 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
+from tri_glide_kinematics.panel.admission import is_loopback
 from tri_glide_kinematics.panel.desk import Desk
 from tri_glide_kinematics.panel.drive_tab import DriveTab
 from tri_glide_kinematics.panel.feeds import Feeds
@@ -22,11 +23,12 @@ from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
 from tri_glide_kinematics.panel.machine_link import NOBODY, Identity, MachineLink
 from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests
 from tri_glide_kinematics.panel.mechanisms.tab import MechanismsTab
-from tri_glide_kinematics.panel.page import Page, Strip, is_loopback
+from tri_glide_kinematics.panel.page import Page, Strip
 from tri_glide_kinematics.panel.pages_bar import PagesBar, pages_text
 from tri_glide_kinematics.panel.points_tab import PointsTab
 from tri_glide_kinematics.panel.status_words import WARNING
 from tri_glide_kinematics.panel.steps import Steps
+from tri_glide_kinematics.panel.token import default_token_file, kept_token
 from tri_glide_kinematics.ros.cycle_loop import Cycle
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.parameters import PANEL_NODE
@@ -57,12 +59,14 @@ class PanelNode(Node):
         super().__init__("panel_node")
         values = LiveParameters(self, PANEL_NODE).values
         host = values["host"]
-        self._page = Page(host, values["port"], self.get_logger().warning)
+        token_file = Path(values["token_file"]) if values["token_file"] else default_token_file()
+        token = kept_token(token_file)
+        self._page = Page(host, values["port"], token, self.get_logger().warning)
         self._server = self._page.server
         if not is_loopback(host):
             self.get_logger().error(
-                f"host {host}: everybody who can reach this computer can move the machine, without "
-                "a password and unencrypted; 127.0.0.1 is for this computer alone"
+                f"host {host}: the connection is not encrypted: who can listen to the network can "
+                "read the token and move the machine; 127.0.0.1 is for this computer alone"
             )
         self._facts: MachineFacts | None = None
         self._identity = NOBODY
@@ -80,7 +84,8 @@ class PanelNode(Node):
         self.create_timer(LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.cycle = Cycle(self._feeds.urgent, 1.0 / FRAMES, self._frame, end=self._server.stop)
         PatientServices(self)
-        self.get_logger().info(f"the page: {self._page.address}")
+        # Not by the log, which goes to files and to all who listen to /rosout.
+        print(f"the page: {self._page.address}", flush=True)
 
     def _build(self, points_file: Path) -> None:
         """Make all of the page that does not depend on the machine."""

@@ -453,7 +453,8 @@ PANEL_NODE = (
     Parameter(
         "host",
         "127.0.0.1",
-        "address on which the page is served; any but a loopback one lets others drive",
+        "address on which the page is served; any but a loopback one lets others drive, if they "
+        "know the token",
         told=True,
     ),
     Parameter("port", 8080, "port on which the page is served; 0 for any", "", 0, 65535, told=True),
@@ -461,6 +462,12 @@ PANEL_NODE = (
         "points_file",
         "",
         "file in which taught points are saved, for `drive`; empty for taught_points.yaml here",
+    ),
+    Parameter(
+        "token_file",
+        "",
+        "file that keeps the token in the address of the page, made if there is none; empty for "
+        "tri_glide_kinematics/panel_token in $XDG_STATE_HOME (~/.local/state)",
     ),
     *SYSTEM,
 )

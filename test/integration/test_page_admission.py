@@ -1,0 +1,188 @@
+"""Who may drive by the page: connections of others move nothing, however early they send."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
+from urllib.parse import parse_qs, urlsplit
+
+import pytest
+from geometry_msgs.msg import PoseStamped
+from rclpy.context import Context
+
+from testing.browser import browser, find_browser
+from testing.client import Client
+from testing.forks import ForkedNodes
+from testing.page_attack import CLOSE, Attack, frame, go_to, upgrade
+from testing.page_reader import PROTOCOL
+from testing.panel import Panel
+from testing.processes import launched
+
+pytest.importorskip("viser")
+
+HOME, PLACE = (0.0, 0.0, 0.25), (0.04, 0.02, 0.3)
+# A machine that is driven has moved by so much after so long [m, s].
+MOVED, LONG_ENOUGH = 1e-3, 0.7
+
+
+class Watched:
+    """A panel without a page, and where its machine truly is."""
+
+    def __init__(self, panel: Panel) -> None:
+        self.panel = panel
+        parts = urlsplit(panel.address)
+        self.here = parts.netloc
+        self.port = int(parts.port or 80)
+        self.token = parse_qs(parts.query).get("token", [""])[0]
+        self._poses = panel.client.record(PoseStamped, "true_pose", keep=1)
+
+    def place(self) -> tuple[float, float, float]:
+        """Return where the simulator has the platform at this moment [m]."""
+        self._poses.clear()
+        self.panel.client.wait_for(lambda: self._poses, "the true pose")
+        position = self._poses[-1].pose.position
+        return position.x, position.y, position.z
+
+    def cookie(self, token: str) -> tuple[str, str]:
+        return "Cookie", f"tri_glide_panel_{self.port}={token}"
+
+    def as_page(self) -> list[tuple[str, str]]:
+        """Return the headers of the page itself."""
+        origin = f"http://{self.here}"
+        return [("Host", self.here), ("Origin", origin), self.cookie(self.token)]
+
+    def at_home(self) -> tuple[float, float, float]:
+        """Return where the platform is, which is driven home if it is elsewhere [m]."""
+        if math.dist(self.place(), HOME) > MOVED:
+            self.drive(HOME)
+        return self.place()
+
+    def drive(self, position: tuple[float, float, float]) -> None:
+        """Drive as the page does; again, as the panel may not know its machine yet."""
+        client = self.panel.client
+
+        def is_driven() -> bool:
+            attack = Attack(self.port, upgrade(self.as_page()) + drag_to(position))
+            assert attack.status() == 101
+            client.spin_for(LONG_ENOUGH)
+            attack.close()
+            return math.dist(self.place(), position) < MOVED
+
+        client.wait_for(is_driven, "motion")
+
+
+@pytest.fixture(scope="module")
+def watched(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Watched]:
+    folder = tmp_path_factory.mktemp("admission")
+    namespace = f"/admission_{os.getpid()}"
+    client = Client(ros_context, namespace)
+    with launched(folder, namespace, ForkedNodes) as launcher:
+        started = Watched(Panel(client, launcher, folder))
+        # What is refused below would be heard.
+        started.drive(HOME)
+        yield started
+        started.drive(PLACE)
+    client.close()
+
+
+def drag_to(position: tuple[float, float, float]) -> bytes:
+    return b"".join(map(frame, go_to(position)))
+
+
+@pytest.mark.parametrize(
+    ("name", "origin", "host", "token"),
+    [
+        ("foreign origin", "http://elsewhere.example", None, "right"),
+        ("origin of another port", "http://127.0.0.1:1", None, "right"),
+        ("no page at all", "null", None, "right"),
+        ("foreign host", None, "rebound.example:8080", "right"),
+        ("foreign host, its own origin", "http://rebound.example", "rebound.example", "right"),
+        ("our origin, no token", "own", None, None),
+        ("our origin, wrong token", "own", None, "x" * 43),
+        ("no origin, no token", None, None, None),
+        ("no origin, wrong token", None, None, "x" * 43),
+    ],
+)
+def test_what_is_sent_at_once_moves_nothing(
+    watched: Watched, name: str, origin: str | None, host: str | None, token: str | None
+) -> None:
+    headers = [("Host", host or watched.here)]
+    if origin is not None:
+        headers.append(("Origin", f"http://{watched.here}" if origin == "own" else origin))
+    if token is not None:
+        headers.append(watched.cookie(watched.token if token == "right" else token))
+    before = watched.at_home()
+    attack = Attack(watched.port, upgrade(headers) + drag_to(PLACE))
+    status = attack.status()
+    # Somebody who says goodbye may be heard to the end.
+    attack.send(frame(b"", CLOSE))
+    watched.panel.client.spin_for(LONG_ENOUGH)
+    assert watched.place() == pytest.approx(before, abs=1e-9), name
+    assert status == 403, name
+    attack.close()
+
+
+# Sends all as soon as it is connected, and tells whether it ever was.
+FOREIGN_PAGE = """<!doctype html><script>
+window.tries = Promise.all(ADDRESSES.map((address) => new Promise((done) => {
+  const socket = new WebSocket(address, [PROTOCOL]);
+  socket.onopen = () => {
+    for (const bytes of MESSAGES) socket.send(new Uint8Array(bytes));
+    setTimeout(() => done("connected"), 500);
+  };
+  socket.onerror = () => done("refused");
+})));
+</script>"""
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no browser is installed")
+def test_a_foreign_page_in_a_browser_that_knows_the_token_moves_nothing(watched: Watched) -> None:
+    before = watched.at_home()
+    panel = watched.panel
+    messages = json.dumps([list(each) for each in go_to(PLACE)])
+    addresses = json.dumps([f"ws://{host}:{watched.port}" for host in ("127.0.0.1", "localhost")])
+    text = FOREIGN_PAGE.replace("ADDRESSES", addresses).replace("MESSAGES", messages)
+    text = text.replace("PROTOCOL", json.dumps(PROTOCOL))
+    with browser() as running, foreign_server(text) as foreign:
+        page = running.page()
+        for host in ("127.0.0.1", "localhost"):
+            page.open(panel.address.replace("127.0.0.1", host))
+            is_there = f"location.href === 'http://{host}:{watched.port}/' && window.__viserMutable"
+            page.wait_for(f"!!({is_there})?.sendMessage", "the page", spin=panel.spin)
+            assert page.evaluate("document.cookie") == ""
+        # Cookies are those of all ports of a host.
+        for host in ("127.0.0.1", "localhost"):
+            page.open(f"http://{host}:{foreign}/")
+            page.wait_for("window.tries", "the foreign page", spin=panel.spin)
+            assert page.evaluate("tries") == ["refused", "refused"]
+            panel.client.spin_for(LONG_ENOUGH)
+            assert watched.place() == pytest.approx(before, abs=1e-9)
+
+
+@contextmanager
+def foreign_server(text: str) -> Iterator[int]:
+    """Serve a page of somebody else on another port of this computer."""
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+            self.wfile.write(text.encode())
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        thread = Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield server.server_port
+        finally:
+            server.shutdown()
+            thread.join()
