@@ -32,11 +32,12 @@ test-processors: env ## all tests without nodes, as they run on five kinds of pr
 lint: env ## ruff, mypy, and which room imports which
 	@$(IN_ENV) ruff check . && ruff format --check . && mypy && lint-imports
 
-soak: env ## millions of steps, thousands of paths and goals, nodes that die, ten minutes of all at 1 kHz
+soak: env ## millions of steps, thousands of paths and goals, nodes that die, attacks on the page, ten minutes of all at 1 kHz
 	@$(IN_ENV) python -m benchmarks.soak_motion --steps 5000000 \
 		&& python -m benchmarks.soak_controller --steps 1000000 \
 		&& python -m benchmarks.soak_paths --count 10000 && python -m benchmarks.soak_goals \
-		&& python -m benchmarks.soak_ends && python -m benchmarks.soak_bytes && exec python -m benchmarks.soak_nodes
+		&& python -m benchmarks.soak_ends && python -m benchmarks.soak_bytes && python -m benchmarks.soak_page \
+		&& exec python -m benchmarks.soak_nodes
 
 bench: env ## ratios to references measured in the same run; see docs/performance.md
 	@$(IN_ENV) pip install --quiet --disable-pip-version-check -r requirements-bench.txt -c constraints.txt \

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -18,7 +19,7 @@ from rclpy.context import Context
 from testing.browser import browser, find_browser
 from testing.client import Client
 from testing.forks import ForkedNodes
-from testing.page_attack import CLOSE, Attack, frame, go_to, upgrade
+from testing.page_attack import CLOSE, Attack, PageFuzz, frame, go_to, upgrade
 from testing.page_reader import PROTOCOL
 from testing.panel import Panel
 from testing.processes import launched
@@ -28,6 +29,8 @@ pytest.importorskip("viser")
 HOME, PLACE = (0.0, 0.0, 0.25), (0.04, 0.02, 0.3)
 # A machine that is driven has moved by so much after so long [m, s].
 MOVED, LONG_ENOUGH = 1e-3, 0.7
+# Connections by chance; ``make soak`` has more.
+REFUSED, ADMITTED = 400, 20
 
 
 class Watched:
@@ -152,8 +155,9 @@ def test_a_foreign_page_in_a_browser_that_knows_the_token_moves_nothing(watched:
         page = running.page()
         for host in ("127.0.0.1", "localhost"):
             page.open(panel.address.replace("127.0.0.1", host))
-            is_there = f"location.href === 'http://{host}:{watched.port}/' && window.__viserMutable"
-            page.wait_for(f"!!({is_there})?.sendMessage", "the page", spin=panel.spin)
+            # The browser has gone on to the page itself, with its cookie.
+            is_there = f"location.href === 'http://{host}:{watched.port}/'"
+            page.wait_for(f"{is_there} && document.title === 'Viser'", "the page")
             assert page.evaluate("document.cookie") == ""
         # Cookies are those of all ports of a host.
         for host in ("127.0.0.1", "localhost"):
@@ -162,6 +166,27 @@ def test_a_foreign_page_in_a_browser_that_knows_the_token_moves_nothing(watched:
             assert page.evaluate("tries") == ["refused", "refused"]
             panel.client.spin_for(LONG_ENOUGH)
             assert watched.place() == pytest.approx(before, abs=1e-9)
+
+
+def test_connections_by_chance_move_nothing_end_nothing_and_fill_no_log(watched: Watched) -> None:
+    before, begin = watched.at_home(), time.monotonic()
+    node = watched.panel.node
+    node.forget_output()
+    fuzz = PageFuzz(watched.port, watched.token, seed=23)
+    for _ in range(REFUSED):
+        status, data = fuzz.refused()
+        assert status in (None, 400, 403, 404, 500), data[:500]
+    watched.panel.client.spin_for(LONG_ENOUGH)
+    assert watched.place() == pytest.approx(before, abs=1e-9)
+    # Those who are let in may say nonsense; here nothing that moves the machine.
+    for _ in range(ADMITTED):
+        assert fuzz.admitted(50, identities=("x", "/refusal")) == 101
+    watched.panel.client.spin_for(LONG_ENOUGH)
+    assert watched.place() == pytest.approx(before, abs=1e-9)
+    assert node.is_running
+    assert "Traceback" not in node.output
+    assert len(node.output.splitlines()) < 2.0 * (time.monotonic() - begin) + 10.0
+    assert max(map(len, node.output.splitlines())) < 400
 
 
 @contextmanager
