@@ -14,11 +14,10 @@ from contextlib import suppress
 from typing import Any
 
 import msgspec
-import zstandard
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from testing.page_reader import CAMERA, PROTOCOL
+from testing.page_reader import CAMERA, PROTOCOL, messages_in
 
 # An answer takes a few milliseconds; a busy computer takes longer [s].
 TIMEOUT = 10.0
@@ -128,12 +127,7 @@ def controls(address: str) -> list[str]:
         page.send(msgspec.msgpack.encode(CAMERA))
         end = time.monotonic() + LISTENING
         while time.monotonic() < end:
-            data = page.recv(TIMEOUT)
-            assert isinstance(data, bytes)
-            # Two lengths, compressed messages, and what they refer to.
-            length = int.from_bytes(data[8:16], "little")
-            inner = zstandard.ZstdDecompressor().decompress(data[16 : 16 + length])
-            for each in msgspec.msgpack.decode(inner)["messages"]:
+            for each in messages_in(page.recv(TIMEOUT)):
                 found.update(filter(None, (each.get("uuid"), each.get("name"))))
     return sorted(found)
 

@@ -6,8 +6,10 @@ Run it as ``python -m testing.page_reader ADDRESS``; it ends with the connection
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import msgspec
+import zstandard
 from websockets.sync.client import connect
 
 PROTOCOL = "viser-v1.1.1"
@@ -24,6 +26,16 @@ CAMERA = {
     "look_at": (0.0, 0.0, 0.0),
     "up_direction": (0.0, 0.0, 1.0),
 }
+
+
+def messages_in(data: str | bytes) -> list[dict[str, Any]]:
+    """Return the messages that the panel has sent at once."""
+    assert isinstance(data, bytes)
+    # Two lengths, compressed messages, and what they refer to.
+    length = int.from_bytes(data[8:16], "little")
+    inner = zstandard.ZstdDecompressor().decompress(data[16 : 16 + length])
+    found: list[dict[str, Any]] = msgspec.msgpack.decode(inner)["messages"]
+    return found
 
 
 def main() -> None:

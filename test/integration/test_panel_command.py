@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import os
+import re
 import signal
+import stat
 import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
+import msgspec
 import pytest
 from rclpy.parameter_client import AsyncParameterClient
 
@@ -13,31 +21,122 @@ from tri_glide_kinematics.ros.processes import executable
 
 pytest.importorskip("viser")
 
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
+
+from testing.page_reader import CAMERA, PROTOCOL, messages_in
+
 NODES = {"simulator_node", "ik_node", "fk_node", "mechanism_node", "panel_node"}
 
 
-def test_a_simulated_machine_waits_longer_for_its_measurements_and_ends_with_the_command(client):
-    with subprocess.Popen([str(executable("panel")), "--port", "0"]) as process:
-        namespace = f"/tri_glide_panel_{process.pid}"
+class Command:
+    """The command as a process."""
+
+    def __init__(self, process: subprocess.Popen[bytes], log: Path) -> None:
+        self.process, self._log = process, log
+        self.namespace = f"/tri_glide_panel_{process.pid}"
+
+    @property
+    def output(self) -> str:
+        return self._log.read_text()
+
+    def pid_of(self, node: str) -> int:
+        """Return the number of the process of a node."""
+        for folder in Path("/proc").glob("[0-9]*"):
+            try:
+                words = (folder / "cmdline").read_text(errors="replace").split("\0")
+            except OSError:  # it has ended meanwhile
+                continue
+            if f"__ns:={self.namespace}" in words and any(w.endswith(f"/{node}") for w in words):
+                return int(folder.name)
+        raise AssertionError(f"{node} does not run")
+
+    def interrupt(self) -> int:
+        """Press Ctrl-C, and return the exit code."""
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(TIMEOUT)
+
+
+@contextmanager
+def command(folder: Path, *arguments: str) -> Iterator[Command]:
+    """Run the command, with its token and its log in a ``folder``."""
+    log = folder / "log"
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            [str(executable("panel")), *arguments],
+            env={**os.environ, "XDG_STATE_HOME": str(folder / "state")},
+            stdout=output,
+            stderr=subprocess.STDOUT,
+        )
+    running = Command(process, log)
+    try:
+        yield running
+    except BaseException:
+        print(running.output)
+        raise
+    finally:
+        if process.poll() is None:
+            running.interrupt()
+    wait_for_end_of_processes_in(running.namespace)
+
+
+def test_a_simulated_machine_waits_longer_for_its_measurements_and_ends_with_the_command(
+    client, tmp_path
+):
+    with command(tmp_path, "--port", "0") as panel:
 
         def nodes():
             found = client.node.get_node_names_and_namespaces()
-            return {name for name, space in found if space == namespace}
+            return {name for name, space in found if space == panel.namespace}
 
-        try:
-            client.wait_for(lambda: nodes() >= NODES, "all nodes")
-            assert len(processes_in(namespace)) == len(NODES)
-            parameters = AsyncParameterClient(client.node, f"{namespace}/ik_node")
-            client.wait_for(parameters.services_are_ready, "the parameters")
-            asked = parameters.get_parameters(["measured_timeout"])
-            client.wait_for(asked.done, "the answer")
-            assert asked.result().values[0].double_value == 2.0
-        finally:
-            process.send_signal(signal.SIGINT)
-            try:
-                code = process.wait(TIMEOUT)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                raise
-    assert code == 128 + signal.SIGINT
-    wait_for_end_of_processes_in(namespace)
+        client.wait_for(lambda: nodes() >= NODES, "all nodes")
+        assert len(processes_in(panel.namespace)) == len(NODES)
+        parameters = AsyncParameterClient(client.node, f"{panel.namespace}/ik_node")
+        client.wait_for(parameters.services_are_ready, "the parameters")
+        asked = parameters.get_parameters(["measured_timeout"])
+        client.wait_for(asked.done, "the answer")
+        assert asked.result().values[0].double_value == 2.0
+        assert panel.interrupt() == 128 + signal.SIGINT
+
+
+def test_a_node_that_dies_is_told_here_and_on_the_page_which_stays(client, tmp_path):
+    with command(tmp_path, "--port", "0") as panel:
+        client.wait_for(lambda: "the page: " in panel.output, "the page")
+        (address,) = re.findall(r"the page: (\S+)", panel.output)
+        file = tmp_path / "state" / "tri_glide_kinematics" / "panel_token"
+        assert address.endswith(f"/?token={file.read_text().strip()}")
+        assert stat.S_IMODE(file.stat().st_mode) == 0o600
+        with connect(
+            address.replace("http", "ws", 1), subprotocols=[Subprotocol(PROTOCOL)], max_size=None
+        ) as page:
+            page.send(msgspec.msgpack.encode(CAMERA))
+            wait_for_words(page, "ramps to rest")
+            os.kill(panel.pid_of("ik_node"), signal.SIGKILL)
+            wait_for_words(page, "ik_node has ended: killed by SIGKILL (signal 9)")
+            client.wait_for(lambda: "the page stays" in panel.output, "the news")
+            assert "panel: ik_node has ended: killed by SIGKILL (signal 9)" in panel.output
+            # A second one is told as well.
+            os.kill(panel.pid_of("fk_node"), signal.SIGTERM)
+            wait_for_words(page, "fk_node has ended: exit code 0")
+        assert panel.process.poll() is None
+        assert panel.interrupt() == 1
+    assert panel.output.rstrip().endswith("all nodes are stopped")
+
+
+def test_without_a_page_it_ends_with_an_error(client, tmp_path):
+    with command(tmp_path, "--port", "0") as panel:
+        client.wait_for(lambda: "the page: " in panel.output, "the page")
+        os.kill(panel.pid_of("panel_node"), signal.SIGSEGV)
+        assert panel.process.wait(TIMEOUT) == 1
+    assert "panel: panel_node has ended: killed by SIGSEGV (signal 11)" in panel.output
+    assert "| the page: http" in panel.output
+
+
+def wait_for_words(page, words):
+    """Read what is sent to a page until it has these words."""
+    end = time.monotonic() + TIMEOUT
+    while True:
+        for message in messages_in(page.recv(TIMEOUT)):
+            if message["type"] == "RunJavascriptMessage" and words in message["source"]:
+                return
+        assert time.monotonic() < end, words

@@ -6,36 +6,115 @@ import argparse
 import os
 import signal
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.processes import NodeProcesses, default_parameter_file
+from tri_glide_kinematics.ros.processes import (
+    NodeProcesses,
+    Process,
+    default_parameter_file,
+    ending,
+)
 from tri_glide_kinematics.ros.transport import COMPUTER, choose_transport
 
 # A busy computer may let the simulated machine wait for longer than a real one ever falls silent.
 PATIENCE = ("-p", "measured_timeout:=2.0")
 NODES = ("simulator_node", "ik_node", "fk_node", "mechanism_node")
+PAGE = "panel_node"
 LOOK_PERIOD = 0.2  # s between two looks whether all of them run
+LAST_LINES = 5  # of a node that has ended are repeated
 
 
-def serve(port: int, points_file: str) -> int:
-    """Start the nodes and the page, and return the exit code when one of them has ended."""
+class ShownNode:
+    """A node as a process, whose output is shown here, too.
+
+    Attributes:
+        name: of the node.
+        process: of the node.
+        is_told: whether somebody was told that it has ended.
+    """
+
+    def __init__(self, name: str, process: Process, log: Path) -> None:
+        """Show what a ``process`` writes into its ``log``."""
+        self.name, self.process = name, process
+        self.is_told = False
+        self._log, self._shown = log, 0
+        self._last_lines: list[str] = []
+
+    def show(self) -> None:
+        """Show what it has written since it was shown last."""
+        with self._log.open("rb") as stream:
+            stream.seek(self._shown)
+            data = stream.read()
+        self._shown += len(data)
+        if data:
+            text = data.decode(errors="replace")
+            print(text, end="", flush=True)
+            self._last_lines = [*self._last_lines, *text.splitlines()][-LAST_LINES:]
+
+    @property
+    def last_lines(self) -> str:
+        """What it has written last, to be read behind how it has ended."""
+        if not self._last_lines:
+            return "it has logged nothing"
+        return "\n  | ".join(("its last lines:", *self._last_lines))
+
+
+def serve(port: int, points_file: str, endings: list[str]) -> None:
+    """Start the nodes and the page, and go on until the page has ended.
+
+    Args:
+        port: of the page on this computer.
+        points_file: in which taught points are saved.
+        endings: gets a line for each node that has ended by itself.
+    """
     # A namespace of its own keeps it away from a machine on this computer.
     namespace = f"/tri_glide_panel_{os.getpid()}"
     space = ["-r", f"__ns:={namespace}"]
     quiet = ["--log-level", "WARN"]
     file = ["--params-file", str(default_parameter_file())]
-    with NodeProcesses() as processes:
+    # Their output goes to files, where nodes see no terminal.
+    colors = {"RCUTILS_COLORIZED_OUTPUT": "1"} if sys.stdout.isatty() else {}
+    with tempfile.TemporaryDirectory(prefix="panel_") as name, NodeProcesses(colors) as processes:
+        folder = Path(name)
+        notice = folder / "notice"
+        nodes: list[ShownNode] = []
+
+        def start(name: str, arguments: list[str]) -> None:
+            log = folder / f"{name}.log"
+            nodes.append(ShownNode(name, processes.start(name, [*space, *arguments], log), log))
+
         for name in NODES:
             # What stands last wins; mechanism_node has no parameters.
             parameters = file if name != "mechanism_node" else ()
             patience = PATIENCE if name == "ik_node" else ()
-            processes.start(name, [*space, *quiet, *parameters, *patience])
-        page = ["-p", f"port:={port}", "-p", f"points_file:={points_file}"]
-        processes.start("panel_node", [*space, *page])
-        while not (ended := processes.ended()):
+            start(name, [*quiet, *parameters, *patience])
+        values = {"port": port, "points_file": points_file, "notice_file": notice}
+        start(PAGE, [word for key in values for word in ("-p", f"{key}:={values[key]}")])
+        page = nodes[-1]
+        while not page.is_told:
             time.sleep(LOOK_PERIOD)
-    return ended[0].returncode or 1
+            look(nodes, endings, notice)
+
+
+def look(nodes: list[ShownNode], endings: list[str], notice: Path) -> None:
+    """Show what ``nodes`` have written, and tell here and on the page which have ended."""
+    for node in nodes:
+        code = node.process.poll()
+        node.show()
+        if code is None or node.is_told:
+            continue
+        node.is_told = True
+        endings.append(f"{node.name} has ended: {ending(code)}")
+        print(f"panel: {endings[-1]}; {node.last_lines}", file=sys.stderr, flush=True)
+        if node.name != PAGE:
+            print("panel: the page stays; Ctrl-C ends it", file=sys.stderr, flush=True)
+            # The page never reads half of it.
+            part = notice.with_suffix(".part")
+            part.write_text("; ".join(endings), encoding="utf-8")
+            part.replace(notice)
 
 
 def main() -> int:
@@ -48,12 +127,14 @@ def main() -> int:
     options = parser.parse_args()
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    endings: list[str] = []
     try:
         print(f"panel: {choose_transport(COMPUTER).text}", flush=True)
-        return serve(options.port, options.points)
+        serve(options.port, options.points, endings)
+        return 1
     except KeyboardInterrupt:
         print("panel: interrupted; all nodes are stopped", flush=True)
-        return 128 + signal.SIGINT
+        return 1 if endings else 128 + signal.SIGINT
     except (KinematicsError, OSError) as error:
         print(f"panel: error: {error}", file=sys.stderr)
         return 1

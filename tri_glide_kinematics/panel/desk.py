@@ -73,6 +73,10 @@ class Desk:
                 return
             if self.may(event.client_id):
                 value = getattr(event.target, "value", None)
+                # viser takes any text for a choice.
+                if value not in getattr(event.target, "options", (value,)):
+                    self.refuse(f"nothing done: there is no choice {str(value)[:20]!r}")
+                    return
                 self.wish(lambda: wish(value))
 
         return call

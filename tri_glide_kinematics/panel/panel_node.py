@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import viser
@@ -26,7 +27,7 @@ from tri_glide_kinematics.panel.mechanisms.tab import MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
 from tri_glide_kinematics.panel.pages_bar import PagesBar, pages_text
 from tri_glide_kinematics.panel.points_tab import PointsTab
-from tri_glide_kinematics.panel.status_words import WARNING
+from tri_glide_kinematics.panel.status_words import FAULT, WARNING
 from tri_glide_kinematics.panel.steps import Steps
 from tri_glide_kinematics.panel.token import default_token_file, kept_token
 from tri_glide_kinematics.ros.cycle_loop import Cycle
@@ -40,6 +41,7 @@ POINTS_FILE = "taught_points.yaml"
 FRAMES = 30.0  # 1/s
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 PATIENCE = 5.0  # s after which it is asked again
+LONGEST_NOTICE = 500  # characters
 STRIP_PERIOD = 0.5  # s after which a page is told again what it knows
 
 
@@ -73,6 +75,8 @@ class PanelNode(Node):
         self._asked_at = -math.inf
         self._jog_watch = JogWatch()
         self._steps = Steps()
+        self._notice_file = Path(values["notice_file"]) if values["notice_file"] else None
+        self._notice = ""
         self._told: dict[int, tuple[Strip, float]] = {}
         self._refused = 0
         link = MachineLink(self, lambda reason: self._desk.refuse(reason))
@@ -118,6 +122,7 @@ class PanelNode(Node):
 
     def _look(self) -> None:
         """Ask for the machine when it appears, and forget it when it is gone or another one."""
+        self._read_notice()
         identity = self._link.identity
         if identity != self._identity:
             self._identity = identity
@@ -125,6 +130,13 @@ class PanelNode(Node):
         if identity and self._facts is None and time.monotonic() - self._asked_at > PATIENCE:
             self._asked_at = time.monotonic()
             self._link.ask_for_facts(lambda facts: self._take_facts(facts, identity))
+
+    def _read_notice(self) -> None:
+        if self._notice_file is not None:
+            # Nobody has anything to say before it is there.
+            with suppress(OSError):
+                text = self._notice_file.read_text(encoding="utf-8", errors="replace")
+                self._notice = text[:LONGEST_NOTICE].strip()
 
     def _forget(self) -> None:
         self._facts, self._asked_at = None, -math.inf
@@ -211,12 +223,15 @@ class PanelNode(Node):
     def _strip(self, page: int) -> Strip:
         pages, refusal = pages_text(self._desk.controls, page), self._desk.refusal
         if self._facts is None:
-            reason = f"nobody answers as {self._link.server}"
+            reason = self._with_notice(f"nobody answers as {self._link.server}")
             return Strip(WARNING, "no machine", reason, refusal, pages, "not heard")
         status = self._feeds.status
-        return Strip(
-            status.color, status.word, status.reason, refusal, pages, "ramps to rest (Esc)"
-        )
+        color = WARNING if self._notice and status.color != FAULT else status.color
+        reason = self._with_notice(status.reason)
+        return Strip(color, status.word, reason, refusal, pages, "ramps to rest (Esc)")
+
+    def _with_notice(self, reason: str) -> str:
+        return "; ".join(filter(None, (self._notice, reason)))
 
     def _position(self, heights: Vector3 | None) -> Vector3 | None:
         pose = pose_of(heights, self._facts) if self._facts is not None else None

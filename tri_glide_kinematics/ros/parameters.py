@@ -469,6 +469,12 @@ PANEL_NODE = (
         "file that keeps the token in the address of the page, made if there is none; empty for "
         "tri_glide_kinematics/panel_token in $XDG_STATE_HOME (~/.local/state)",
     ),
+    Parameter(
+        "notice_file",
+        "",
+        "file whose text the page shows beside the state, for who watches over the nodes; empty for "
+        "none",
+    ),
     *SYSTEM,
 )
 

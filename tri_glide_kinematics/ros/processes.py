@@ -27,6 +27,19 @@ def default_parameter_file() -> Path:
     return Path(get_package_share_directory(PACKAGE), "config", "tri_glide.yaml")
 
 
+def ending(code: int) -> str:
+    """Return in words how a process has ended, by its exit ``code`` as subprocess has it."""
+    if code >= 0:
+        return f"exit code {code}"
+    try:
+        name = signal.Signals(-code).name
+    except ValueError:
+        return f"killed by signal {-code}"
+    # Nobody else does so unasked.
+    why = ", as the system does when memory is short" if -code == signal.SIGKILL else ""
+    return f"killed by {name} (signal {-code}){why}"
+
+
 class Process(Protocol):
     """What is used of a ``subprocess.Popen``; tests put forks in its place."""
 
