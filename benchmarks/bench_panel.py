@@ -11,7 +11,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from statistics import median
 from urllib.error import URLError
@@ -55,8 +55,10 @@ def run() -> bool:
         print("panel: not measured, as no browser is installed")
         return False
     rows: list[tuple[str, str, str]] = []
-    with own_domain(), pytest.MonkeyPatch.context() as patch:
+    with ExitStack() as stack, own_domain(), pytest.MonkeyPatch.context() as patch:
         set_transport(patch, COMPUTER)
+        # The token is not that of whoever runs this.
+        patch.setenv("XDG_STATE_HOME", stack.enter_context(tempfile.TemporaryDirectory()))
         with browser() as running:
             rows.append(_start(running))
         with own_context() as context, tempfile.TemporaryDirectory() as folder:

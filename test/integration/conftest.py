@@ -33,10 +33,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(scope="session")
-def ros_domain() -> Iterator[int]:
+def ros_domain(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
     """Reserve a domain that no other test run on this computer uses; nodes and client join it."""
     with own_domain() as domain, pytest.MonkeyPatch.context() as patch:
         set_transport(patch, COMPUTER)
+        # The token of a panel is not that of whoever runs the tests.
+        patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
         yield domain
 
 

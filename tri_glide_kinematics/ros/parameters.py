@@ -472,8 +472,7 @@ PANEL_NODE = (
     Parameter(
         "notice_file",
         "",
-        "file whose text the page shows beside the state, for who watches over the nodes; empty for "
-        "none",
+        "file whose text the page shows beside the state, as `panel` writes it; empty for none",
     ),
     *SYSTEM,
 )
