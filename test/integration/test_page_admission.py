@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from threading import Thread
 from urllib.parse import parse_qs, urlsplit
 
@@ -19,10 +21,10 @@ from rclpy.context import Context
 from testing.browser import browser, find_browser
 from testing.client import Client
 from testing.forks import ForkedNodes
-from testing.page_attack import CLOSE, Attack, PageFuzz, frame, go_to, upgrade
+from testing.page_attack import CLOSE, Attack, PageFuzz, answer, frame, go_to, request, upgrade
 from testing.page_reader import PROTOCOL
 from testing.panel import Panel
-from testing.processes import launched
+from testing.processes import Launcher, launched
 
 pytest.importorskip("viser")
 
@@ -187,6 +189,36 @@ def test_connections_by_chance_move_nothing_end_nothing_and_fill_no_log(watched:
     assert "Traceback" not in node.output
     assert len(node.output.splitlines()) < 2.0 * (time.monotonic() - begin) + 10.0
     assert max(map(len, node.output.splitlines())) < 400
+
+
+def test_a_page_for_other_computers_asks_for_the_token_and_says_that_it_is_not_encrypted(
+    client: Client, nodes: Launcher
+) -> None:
+    node = nodes.start("panel_node", arguments=("-p", "port:=0", "-p", "host:=0.0.0.0"))
+    client.wait_for(lambda: "the page: " in node.output, "the page")
+    (address,) = re.findall(r"the page: (\S+)", node.output)
+    parts = urlsplit(address)
+    assert parts.port
+    assert answer(parts.port, request([("Host", parts.netloc)])) == 403
+    assert answer(parts.port, request([("Host", parts.netloc)], f"/?{parts.query}")) == 200
+    (line,) = (line for line in node.output.splitlines() if "host 0.0.0.0: " in line)
+    assert "not encrypted" in line
+    # The log goes to files and over the network.
+    assert node.output.count(parts.query) == 1
+    assert [line for line in node.output.splitlines() if line == f"the page: {address}"]
+
+
+def test_without_a_token_that_is_kept_there_is_no_page(
+    client: Client, nodes: Launcher, tmp_path: Path
+) -> None:
+    file = tmp_path / "token"
+    file.write_text("x" * 43)
+    file.chmod(0o644)
+    node = nodes.start("panel_node", arguments=("-p", "port:=0", "-p", f"token_file:={file}"))
+    client.wait_for(lambda: not node.is_running, "the end")
+    assert node.process.returncode == 1
+    assert "others may read it (mode 0644; needed: 0600)" in node.output
+    nodes.started.remove(node)
 
 
 @contextmanager

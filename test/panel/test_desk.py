@@ -37,6 +37,7 @@ class Table:
         self.refusals: list[str] = []
         link = MachineLink(self.probe.node, self.refusals.append)
         self.desk = Desk(link, lambda: self.done.append("on stop"))
+        self.server = server
         self.number = server.gui.add_number("number", 1.0)
         self.twists: list[float] = []
         self.probe.node.create_subscription(
@@ -177,3 +178,15 @@ def test_an_ik_node_that_was_started_anew_is_another_one(table: Table, context: 
         server.close()
         table.probe.wait_for(lambda: link.identity == NOBODY, "its end")
     assert len(seen) == 2
+
+
+def test_a_choice_that_is_none_is_not_taken(table: Table) -> None:
+    group = table.server.gui.add_button_group("choice", ("save", "load"))
+    taken: list[str] = []
+    take = table.desk.on(taken.append)
+    for value in ("save", "x" * 1000, "load"):
+        group._impl.value = value
+        asyncio.run(take(GuiEvent(None, OPERATOR, group)))  # type: ignore[arg-type]
+        table.desk.fulfil()
+    assert taken == ["save", "load"]
+    assert table.desk.refusal == f"nothing done: there is no choice '{'x' * 20}'"
