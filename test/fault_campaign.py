@@ -13,6 +13,7 @@ from controller_rig import LIMITS, PERIOD
 from machine_states import STATES
 
 from tri_glide_kinematics.control.inbox import TargetPath
+from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.limit_use import LimitUse
@@ -54,7 +55,9 @@ def signal(machine):
 
 
 def second_publisher(machine):
-    machine.controller.set_obstacle("another node publishes setpoints")
+    machine.controller.set_obstacle(
+        Reason(Cause.OTHER_PUBLISHER, "another node publishes setpoints")
+    )
 
 
 def broken_planner(machine):

@@ -15,6 +15,7 @@ import tri_glide_kinematics
 from tri_glide_kinematics.control.errors import BrokenError
 from tri_glide_kinematics.control.goals import GoalCode
 from tri_glide_kinematics.control.operating_state import DISABLED, FAULT, WAITING
+from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.limit_use import LimitUse
@@ -111,7 +112,7 @@ def test_an_end_leads_to_rest_and_takes_nothing_more(state):
         assert machine.controller.state is FAULT
     else:
         assert machine.controller.state is DISABLED
-        assert "the node ends" in machine.controller.reason
+        assert "the node ends" in machine.controller.reason.text
     if leads and state not in ("idle", "paused"):
         assert_within_limits(heights)
         # A brake is soon over.
@@ -135,14 +136,14 @@ def test_a_broken_planner_ends_the_machine_at_the_end_of_the_held_plan(state, mo
     heights = drive_to_the_end(machine) if leads else []
     assert controller.failure is failure
     assert controller.state is (FAULT if leads else before)
-    assert controller.reason == str(failure)
-    assert "BrokenPlannerError: somewhere" in controller.reason
+    assert controller.reason == Reason(Cause.PROGRAM_ERROR, str(failure))
+    assert "BrokenPlannerError: somewhere" in controller.reason.text
     if leads:
         assert heights[-1] == pytest.approx(end, abs=1e-12)
     if state in IN_MOTION:
         assert_within_limits(heights)
     if goal is not None:
-        assert goal.outcome == (GoalCode.FAULT, controller.reason)
+        assert goal.outcome == (GoalCode.FAULT, controller.reason.text)
     with pytest.raises(BrokenError):
         controller.enable(machine.now)
 

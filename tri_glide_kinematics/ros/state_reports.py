@@ -88,7 +88,8 @@ class StateReports:
 
     def wait_until_read(self) -> None:
         """Wait for those who listen to have the last state, as the node ends after this."""
-        self._publisher.wait_for_all_acked(Duration(seconds=FAREWELL))
+        for publisher in (self._machine_states, self._publisher):
+            publisher.wait_for_all_acked(Duration(seconds=FAREWELL))
 
     def end_of_second(self) -> None:
         """Log how many states were left out in the last second."""
