@@ -50,6 +50,7 @@ class Scenario:
     Attributes:
         kind: of moves.
         dt: of each step [s].
+        irregular: whether the steps are between a hundredth of ``dt`` and ``dt`` long, at random.
         geometry: of the machine.
         workspace: limits of the place.
         limits: of the sliders, before they are changed.
@@ -62,11 +63,17 @@ class Scenario:
     workspace: WorkspaceLimits = WIDE
     limits: SliderLimits = LIMITS
     in_pieces: bool = False
+    irregular: bool = False
 
     def __str__(self) -> str:
         """Return what tells it from the others."""
-        number = SCENARIOS.index(self)
-        return f"{number}-{self.kind.value}-{self.dt}{'-in pieces' if self.in_pieces else ''}"
+        number = (SCENARIOS + COARSE).index(self)
+        marks = "-irregular" * self.irregular + "-in pieces" * self.in_pieces
+        return f"{number}-{self.kind.value}-{self.dt}{marks}"
+
+    def step(self, rng: np.random.Generator) -> float:
+        """Return how long the next step is [s]."""
+        return self.dt * 10.0 ** rng.uniform(-2.0, 0.0) if self.irregular else self.dt
 
 
 UNEQUAL_LIMITS = SliderLimits((1.0, 0.6, 0.8), (10.0, 12.0, 6.0), (200.0, 150.0, 300.0))
@@ -79,6 +86,14 @@ WITHIN_COMMANDS = (
     Scenario(MotionKind.LINEAR, 0.002, UNEQUAL, WIDE, UNEQUAL_LIMITS),
 )
 SCENARIOS = (*WITHIN_COMMANDS, *(replace(each, in_pieces=True) for each in WITHIN_COMMANDS))
+
+# Steps in which whole plans begin and end, as no controller has them: an engine may be stepped so.
+STIFF = SliderLimits.uniform(1.0, 10.0, 5000.0)
+COARSE = (
+    Scenario(MotionKind.SLIDER, 0.02, limits=STIFF),
+    Scenario(MotionKind.LINEAR, 0.05, irregular=True),
+    Scenario(MotionKind.SLIDER, 0.05, limits=STIFF, irregular=True, in_pieces=True),
+)
 
 
 @dataclass
@@ -150,10 +165,17 @@ class Judge:
         self._machine = TriGlide(scenario.geometry)
         self._findings = findings
         self._heights = np.empty((0, 3))
+        self._periods = np.empty(0)
         self._bounds = np.empty((0, 3, 3))
         self._streak = np.empty(0, dtype=np.int64)
 
-    def add(self, heights: FloatArray, bounds: FloatArray, streak: NDArray[np.int64]) -> None:
+    def add(
+        self,
+        heights: FloatArray,
+        bounds: FloatArray,
+        streak: NDArray[np.int64],
+        periods: FloatArray | None = None,
+    ) -> None:
         """Check setpoints that follow those added before.
 
         Args:
@@ -162,12 +184,16 @@ class Judge:
                 Shape (n, 3, 3).
             streak: number of steps since the last start, 0 for the setpoint of the start itself.
                 Shape (n,).
+            periods: of the step that led to each [s]; that of the scenario without. Shape (n,).
         """
+        if periods is None:
+            periods = np.full(len(heights), self._scenario.dt)
         fresh = len(self._heights)
         heights = np.concatenate((self._heights, heights))
+        periods = np.concatenate((self._periods, periods))
         bounds = np.concatenate((self._bounds, bounds))
         streak = np.concatenate((self._streak, streak))
-        stream = CommandStream.from_heights(heights, self._scenario.dt)
+        stream = CommandStream.from_heights(heights, periods)
         use = LimitUse.of(stream, bounds, streak == 0).part(fresh, len(heights))
         self._findings.peaks = np.maximum(self._findings.peaks, use.largest)
         for violation in use.violations(self._findings.steps):
@@ -176,7 +202,8 @@ class Judge:
             self._check_places(heights[fresh:])
         self._findings.steps += len(heights) - fresh
         self._findings.still += int((np.diff(heights[fresh:], axis=0) == 0.0).all(axis=1).sum())
-        self._heights, self._bounds, self._streak = heights[-3:], bounds[-3:], streak[-3:]
+        self._heights, self._periods = heights[-3:], periods[-3:]
+        self._bounds, self._streak = bounds[-3:], streak[-3:]
 
     def _check_places(self, heights: FloatArray) -> None:
         limits, geometry = self._scenario.workspace, self._scenario.geometry

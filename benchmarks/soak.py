@@ -55,15 +55,22 @@ def random_place(rng: np.random.Generator, workspace: Workspace) -> tuple[float,
         return x, y, z
 
 
-def random_pauses(rng: np.random.Generator, count: int) -> list[int]:
-    """Return numbers of steps between commands: calm, busy, and now and then a flood."""
+def random_pauses(rng: np.random.Generator, count: int, step: float = 0.002) -> list[int]:
+    """Return numbers of steps between commands: calm, busy, and now and then a flood.
+
+    Args:
+        rng: source of chance.
+        count: of all steps.
+        step: how long they are [s]; of long ones there are fewer between two commands.
+    """
+    often = max(1.0, step / 0.002)
     pauses: list[int] = []
     while sum(pauses) <= count:
         mood = rng.random()
         if mood < 0.5:
-            pauses += rng.geometric(1.0 / 300.0, size=5).tolist()
+            pauses += rng.geometric(min(often / 300.0, 1.0), size=5).tolist()
         elif mood < 0.9:
-            pauses += rng.geometric(1.0 / 30.0, size=15).tolist()
+            pauses += rng.geometric(min(often / 30.0, 1.0), size=15).tolist()
         else:
             pauses += [1] * int(rng.integers(5, 40))
     return [*pauses, count]
@@ -80,14 +87,16 @@ def soak_all(
     what: str,
     default_steps: int,
     arguments: Sequence[str] | None,
+    scenarios: Sequence[Scenario] = SCENARIOS,
 ) -> Findings:
-    """Soak all scenarios, and print what was accepted and refused.
+    """Soak all ``scenarios``, and print what was accepted and refused.
 
     Args:
         soak: takes a scenario, its number of steps, the seed, and what is found.
         what: is soaked, for the help.
         default_steps: in all.
         arguments: of the command line.
+        scenarios: which share the steps.
     """
     parser = argparse.ArgumentParser(description=what)
     parser.add_argument(
@@ -97,8 +106,8 @@ def soak_all(
     options = parser.parse_args(arguments)
     findings = Findings()
     began = time.monotonic()
-    for number, scenario in enumerate(SCENARIOS):
-        steps = options.steps // len(SCENARIOS) + (number < options.steps % len(SCENARIOS))
+    for number, scenario in enumerate(scenarios):
+        steps = options.steps // len(scenarios) + (number < options.steps % len(scenarios))
         soak(scenario, steps, options.seed * 1000 + number, findings)
         print(
             f"{findings.steps:>9} steps, {sum(findings.commands.values())} commands, "

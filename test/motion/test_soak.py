@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.judge import SCENARIOS, Findings, Judge
+from benchmarks.judge import COARSE, SCENARIOS, Findings, Judge
 from benchmarks.soak_motion import soak
 
 STEPS = 9_000
+# Of coarse steps: whole plans are made in each.
+COARSE_STEPS = 1_500
 
 
 @pytest.mark.slow
@@ -22,6 +24,16 @@ def test_no_sequence_of_commands_breaks_a_limit(scenario):
     assert len(findings.commands) >= 9
     assert findings.still < 0.6 * STEPS
     assert findings.peaks.max() == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", COARSE, ids=str)
+def test_no_length_of_the_steps_breaks_a_limit(scenario):
+    findings = Findings()
+    soak(scenario, COARSE_STEPS, seed=42, findings=findings)
+    assert findings.violations == []
+    assert findings.still < 0.5 * COARSE_STEPS
+    assert findings.peaks[:2].max() == pytest.approx(1.0, abs=0.01)
 
 
 def test_judge_compares_batches_without_a_gap():

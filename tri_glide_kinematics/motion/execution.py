@@ -142,15 +142,19 @@ class PlanExecution(PlanHolder):
         lead_time = self._goal_lead_time if isinstance(goal, Follow) else self._lead_time
         pieces = URGENT_PIECES if urgent else 0
         lead = 0.0 if urgent or not self._in_pieces else lead_time.after(self._last_step)
-        self._begin(Preparation(making, goal, self._holding(), self._time, lead, lead_time), pieces)
+        start = self._time + lead
+        self._begin(
+            Preparation(making, goal, self._holding(), self._time, start, lead_time), pieces
+        )
 
     def _prepare_next_part(self) -> None:
         """Make the next part of the path that is followed."""
         held = self._holding()
         lead = self._path_lead_time.after(self._last_step) if self._in_pieces else 0.0
-        lead = max(lead, held.goes_on_at - self._time)
+        # Exactly there, so that the motion is the same whatever the steps are.
+        start = max(self._time + lead, held.goes_on_at)
         making = self._replanning.continued
-        preparation = Preparation(making, None, held, self._time, lead, self._path_lead_time)
+        preparation = Preparation(making, None, held, self._time, start, self._path_lead_time)
         self._begin(preparation)
 
     def _begin(self, preparation: Preparation, pieces: int = 0) -> None:
@@ -195,21 +199,34 @@ class PlanExecution(PlanHolder):
         self._replace(held, refusal, preparation.elapsed(self._time))
 
     def _on_event(self, dt: float) -> None:
-        """Do what is due before a step of ``dt`` [s]."""
+        """Do what is due before a step of ``dt`` [s].
+
+        A plan that begins inside the step is held from before the step on, with a negative time in
+        it, so nothing of the earlier plan is seen beyond the place and time where both agree.
+        Several parts of a path may begin and end inside one step.
+        """
         self._last_step = dt
         preparation = self._preparation
         if self._tracks and (preparation is None or preparation.goal is None):
             if self._take_step(dt):
                 return
-        if preparation is not None:
-            if not preparation.is_due(self._time, dt):
-                return
+        held = None
+        while held is not self._held:
+            held = self._held
+            if self._preparation is None:
+                self._prepare_what_is_due()
+            preparation = self._preparation
+            if preparation is None or not preparation.is_due(self._time, dt):
+                continue
             if preparation.ready is not None:
                 self._take(preparation)
             elif not preparation.begins_at_rest:
                 preparation.begin_anew(self._time, dt)
                 self._look_ahead()
-        elif self._time >= self._retry_at and not self._tracks:
+
+    def _prepare_what_is_due(self) -> None:
+        """Try again what had to wait, or make the next part of a path."""
+        if self._time >= self._retry_at and not self._tracks:
             self._prepare(self._replanning.tried_again)
         elif math.isinf(self._retry_at) and math.isfinite(self._holding().goes_on_at):
             self._prepare_next_part()

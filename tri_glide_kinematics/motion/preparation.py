@@ -69,7 +69,7 @@ class Preparation:
         goal: Command | None,
         held: HeldMotion,
         time: float,
-        lead: float,
+        start: float,
         lead_time: LeadTime,
     ) -> None:
         """Begin with it.
@@ -79,7 +79,7 @@ class Preparation:
             goal: that it leads to; None if it is not made for a new one.
             held: what is held.
             time: now, in the held plan [s].
-            lead: how far ahead it begins [s].
+            start: when it begins, not before now [s].
             lead_time: is told how long it takes.
         """
         self.goal = goal
@@ -87,9 +87,9 @@ class Preparation:
         self._making = making
         self.held = held
         self._begun = time
-        self._lead = lead
+        self._lead = start - time
         self.ready: Replanned | None = None
-        self._begin_at(time + lead)
+        self._begin_at(start)
 
     def _begin_at(self, start: float) -> None:
         # At the end of the held plan the sliders rest, and go on resting for as long as it takes.
