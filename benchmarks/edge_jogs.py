@@ -87,7 +87,7 @@ def measure(count: int, seed: int) -> Jogs:
         except NoRoomError:
             continue
         found.done += 1
-        heights = engine.sample_plan(np.linspace(0.0, engine.remaining, SAMPLES)).heights
+        heights = engine.sample_plan(np.linspace(0.0, engine.time_to_rest, SAMPLES)).heights
         found.overrun = max(found.overrun, overrun(heights))
         offsets = MACHINE.forward_batch(heights) - begin
         along = offsets @ unit

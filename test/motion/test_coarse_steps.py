@@ -107,7 +107,7 @@ def test_a_path_in_pieces_keeps_the_limits_whatever_the_steps_are(step, pieces):
 
 @pytest.mark.parametrize("velocity", [0.8, 0.9, 0.97])
 def test_what_is_tried_again_in_a_step_begins_there(velocity):
-    """New limits that wait are tried again in a step; the plan is ready after it, and is too late."""
+    """New limits that wait are tried again in a step; the plan is ready only after it."""
     moving = engine(limits=STIFF, heights=MACHINE.inverse((0.0, 0.0, 0.1)), in_pieces=True)
     moving.move_to((0.0, 0.0, 0.45))
     moving.work(lambda: True)

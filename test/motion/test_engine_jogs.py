@@ -125,11 +125,11 @@ def test_stop_is_a_ramp_that_is_soon_over(kind):
         moving = engine(kind)
         moving.move_to((0.12, -0.05, 0.45))
         before = run(moving, float(time))
-        held = moving.remaining
+        held = moving.time_to_rest
         moving.stop()
         assert moving.phase in (MotionPhase.STOPPING, MotionPhase.IDLE)
         assert moving.target is None
-        assert moving.remaining <= held
+        assert moving.time_to_rest <= held
         after = run_to_rest(moving)
         assert within(np.concatenate((before, after[1:])))
         assert len(after) * DT < 0.3

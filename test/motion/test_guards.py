@@ -246,9 +246,9 @@ def turns_at_the_side_of_the_box() -> float:
     for part in np.linspace(0.3, 0.9, 13).tolist():
         moving.start(MACHINE.inverse(start))
         moving.move_to(side)
-        moving.step(part * moving.remaining)
+        moving.step(part * moving.time_to_rest)
         moving.move_to(target)
-        rows = moving.sample_plan(np.linspace(0.0, moving.remaining, 200)).heights
+        rows = moving.sample_plan(np.linspace(0.0, moving.time_to_rest, 200)).heights
         farthest = max(farthest, box_overrun(rows))
     return farthest
 

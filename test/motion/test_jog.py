@@ -60,10 +60,10 @@ def test_jogs_in_mid_motion_turn_into_their_direction_and_stop_inside(kind):
             continue
         if moving.phase is not MotionPhase.JOGGING:
             continue
-        sampled = moving.sample_plan(np.linspace(0.0, moving.remaining, 100))
+        sampled = moving.sample_plan(np.linspace(0.0, moving.time_to_rest, 100))
         assert_inside(sampled.heights)
-        ramp = moving.remaining if moving.remaining < RAMP else RAMP
-        late = moving.sample_plan(np.linspace(ramp, moving.remaining, 20)[:-1])
+        ramp = moving.time_to_rest if moving.time_to_rest < RAMP else RAMP
+        late = moving.sample_plan(np.linspace(ramp, moving.time_to_rest, 20)[:-1])
         for heights, rates in zip(late.heights, late.velocities):
             _, velocity = MACHINE.forward_velocity(heights.tolist(), rates.tolist())
             speed = np.linalg.norm(velocity)

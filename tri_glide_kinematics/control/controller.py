@@ -206,7 +206,7 @@ class MotionController(GoalCommands):
 
     @property
     def remaining(self) -> float:
-        """Time until the setpoints are at rest [s]."""
+        """Time to the end of what was asked for; inf where it is not known [s]."""
         return self._engine.remaining
 
     def stop(self) -> str:

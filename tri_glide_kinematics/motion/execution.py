@@ -73,6 +73,22 @@ class PlanExecution(PlanHolder):
         return self._preparation is not None
 
     @property
+    def remaining(self) -> float:
+        """Time to the end of what was asked for; inf where it is not known [s].
+
+        It is 0 if, and only if, nothing is left to do: what was asked for has ended at rest, was
+        refused, or was stopped. It is not known while a new goal is planned or waits for limits; of
+        a path, until its end is planned, and while it is paused; of a moving target, and of a jog
+        in motion, which have no end. A stop may be over sooner.
+        """
+        held = self._held
+        if held is None:
+            return 0.0
+        if self._preparation is not None and self._preparation.goal is not None:
+            return math.inf
+        return held.remaining(self._time)
+
+    @property
     def tracks(self) -> bool:
         """Whether something is tracked, so that a new velocity or target needs no plan."""
         return self._tracks

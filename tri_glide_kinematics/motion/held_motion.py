@@ -30,6 +30,7 @@ from enum import Enum
 from tri_glide_kinematics.motion.commands import Command, DriveLimits, Follow, Jog, Track
 from tri_glide_kinematics.motion.paths.path_plan import PathPlan
 from tri_glide_kinematics.motion.plans import Plan
+from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 
@@ -127,6 +128,24 @@ class HeldMotion:
         if plan is not None:
             return plan.place(time)
         return self.goal.place if isinstance(self.goal, Follow) else math.nan
+
+    def remaining(self, time: float) -> float:
+        """Return the time to the end of what was asked for; inf where it is not known [s].
+
+        It is known where the plan leads there, and of a stop, which may be over sooner.
+        """
+        if self.phase(time) is MotionPhase.IDLE:
+            return 0.0
+        goal = self.goal
+        is_known = goal is None or self.role is PlanRole.LEADS_TO_GOAL
+        if isinstance(goal, Follow):
+            is_known = is_known and self.ends_path and not goal.is_paused
+        elif isinstance(goal, Jog):
+            # A tracked step is followed by the next one.
+            is_known = is_known and not isinstance(self.plan, TrackedStep)
+        elif isinstance(goal, Track):
+            is_known = False
+        return self.plan.duration - time if is_known and self.pending is None else math.inf
 
     def waits(self, time: float) -> bool:
         """Return whether something is to be tried again, ``time`` seconds after the start."""

@@ -57,8 +57,12 @@ class PlanHolder:
         return self._held.phase(self._time) if self._held else MotionPhase.IDLE
 
     @property
-    def remaining(self) -> float:
-        """Time until the held plan is at rest [s]."""
+    def time_to_rest(self) -> float:
+        """Time until the held plan is at rest, at its goal or before [s].
+
+        The held plan of a path leads to rest somewhere on it, and the next one takes its place
+        before. ``remaining`` is the time to the end of what was asked for.
+        """
         return max(self._held.plan.duration - self._time, 0.0) if self._held else 0.0
 
     @property
@@ -108,7 +112,7 @@ class PlanHolder:
         """Return the setpoints of the held plan at ``times`` from now on.
 
         Args:
-            times: Shape (n,) [s]; after ``remaining`` the sliders rest.
+            times: Shape (n,) [s]; after ``time_to_rest`` the sliders rest.
 
         Raises:
             NotStartedError: before the start.

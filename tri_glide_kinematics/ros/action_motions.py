@@ -210,11 +210,13 @@ class MotionActions:
         feedback = MoveTo.Feedback()
         if isinstance(goal.command, TargetPosition):
             feedback.way_remaining = math.dist(position, goal.command.position)
+            remaining = self._controller.remaining
+            feedback.time_remaining = remaining if math.isfinite(remaining) else math.nan
         elif (progress := self._controller.path_progress) is not None:
             feedback.way_remaining = max(progress.way_remaining, 0.0)
+            feedback.time_remaining = progress.time_remaining
         else:
             return None
-        feedback.time_remaining = self._controller.remaining
         _write(position, feedback.position)
         return feedback
 

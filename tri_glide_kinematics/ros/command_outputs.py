@@ -89,7 +89,7 @@ class CommandOutputs:
             self._arrays.publish(self._array)
         if self._trajectories is not None:
             number, self._plan_number = self._plan_number, engine.plan_number
-            if number != self._plan_number and engine.remaining > 0.0:
+            if number != self._plan_number and engine.time_to_rest > 0.0:
                 # Its stamp is 0, which tells the receiver to begin at once: no clock is shared.
                 points = plan_points(engine, self._trajectory_step)
                 points = points._replace(heights=points.heights - np.array(self._offsets))
@@ -104,7 +104,7 @@ def plan_points(engine: MotionEngine, step: float) -> SampledPlan:
         engine: in motion.
         step: time between two points; the last one may be shorter [s].
     """
-    steps = max(1, math.ceil((engine.remaining - SHORTEST_STEP) / step))
+    steps = max(1, math.ceil((engine.time_to_rest - SHORTEST_STEP) / step))
     times: FloatArray = step * np.arange(1.0, steps + 1.0)
-    times[-1] = engine.remaining
+    times[-1] = engine.time_to_rest
     return engine.sample_plan(times)
