@@ -49,6 +49,17 @@ def after(
     )
 
 
+def first_of(phases: Phases, until: float) -> Phases:
+    """Return the phases up to a time [s]."""
+    first = []
+    for duration, jerk in phases:
+        first.append((min(duration, until), jerk))
+        until -= duration
+        if until <= 0.0:
+            break
+    return first
+
+
 def total_duration(phases: Phases) -> float:
     """Return how long all ``phases`` take [s]."""
     return sum(duration for duration, _ in phases)

@@ -15,9 +15,9 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import verification
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.lines.line_builders import LineBuilder, LineToEdge, LineToPosition
+from tri_glide_kinematics.motion.lines.line_builders import LineToEdge, LineToPosition
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
-from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion
+from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion, WayOnto
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.plans import CubicPlan, Plan, SequencePlan, SliderState
 from tri_glide_kinematics.motion.sliders.slider_motion import SliderMotion
@@ -84,13 +84,16 @@ class MotionPlanner:
         """
         if not moving:
             return (yield from self._move_from_rest(state, position, limits, region))
+        ways: list[WayOnto] = []
+        if self._kind is MotionKind.LINEAR:
+            builder = LineToPosition(region, position)
+            ways = yield from self._lines.ways_onto(state, builder, limits)
 
         def candidates() -> Iterator[Candidate]:
             if self._kind is MotionKind.SLIDER:
                 yield partial(self._slider_move, state, position, limits, region)
             else:
-                builder = LineToPosition(region, position)
-                yield from self._line_moves(state, builder, limits, region)
+                yield from self._line_moves(ways, limits, region)
             for braking in self.stopping.candidates(state, limits, region):
                 yield partial(self._then_move, braking, position, limits)
             if held is not None:
@@ -211,16 +214,11 @@ class MotionPlanner:
         return plan
 
     def _line_moves(
-        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, region: Workspace
+        self, ways: list[WayOnto], limits: SliderLimits, region: Workspace
     ) -> Iterator[Candidate]:
-        """Yield plans that go over to a line without a stop, the smoothest first."""
-        small, large = (
-            partial(self._lines.in_motion, state, builder, limits, fraction)
-            for fraction in BLEND_FRACTIONS
-        )
-        overlapping = partial(self._lines.delayed, state, builder, limits)
-        for candidate in (small, overlapping, large):
-            yield partial(self._blended, candidate, limits, region)
+        """Yield plans that go over to a line without a stop, the soonest first."""
+        while ways:
+            yield partial(self._blended, partial(self._lines.soonest, ways), limits, region)
 
     def _blended(
         self,

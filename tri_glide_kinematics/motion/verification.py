@@ -19,6 +19,7 @@ from tri_glide_kinematics.motion.errors import (
 from tri_glide_kinematics.motion.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.lines.derivative_bounds import (
     NO_BACKWARD_SPEED,
+    DerivativeBounds,
     check_bounds,
     derivative_bounds,
 )
@@ -105,9 +106,24 @@ def check_line_limits(plan: LinePlan, limits: SliderLimits, since: float = 0.0) 
     scaling = plan.scaling.since(since)
     with np.errstate(invalid="ignore"):
         bounds = derivative_bounds(plan.line, scaling, plan.blend)
+    check_line_bounds(bounds, scaling.times, limits)
+
+
+def check_line_bounds(bounds: DerivativeBounds, times: FloatArray, limits: SliderLimits) -> None:
+    """Compare ``bounds`` in the pieces of a plan on a line with the limits.
+
+    Args:
+        bounds: of each piece.
+        times: at which they begin, and the end. Shape (k + 1,) [s].
+        limits: of the sliders.
+
+    Raises:
+        SliderLimitError: if a limit may be exceeded.
+        PlanningError: if the platform would go back along the line.
+    """
     if not bounds.backwards <= NO_BACKWARD_SPEED:
         raise PlanningError("the platform cannot stop before the end of the line")
-    check_bounds(bounds[:3], scaling.times, limits)
+    check_bounds(bounds[:3], times, limits)
 
 
 def height_extremes(plan: CubicPlan, since: float = 0.0) -> tuple[FloatArray, FloatArray]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from functools import partial
 
 import numpy as np
 import pytest
@@ -208,12 +208,9 @@ def test_new_target_in_mid_motion_blends_without_a_step():
         state, rng = moving_state(seed)
         target = tuple(rng.uniform((-0.08, -0.08, 0.1), (0.08, 0.08, 0.42)).tolist())
         builder = LineToPosition(WORKSPACE, target)
-        for way in (
-            partial(motion.in_motion, state, builder, LIMITS, 0.3),
-            partial(motion.delayed, state, builder, LIMITS),
-        ):
+        for way in at_once(motion.ways_onto(state, builder, LIMITS)):
             try:
-                plan = at_once(way())
+                plan = at_once(way.plan())
             except KinematicsError:
                 continue
             blended += 1
@@ -227,6 +224,33 @@ def test_new_target_in_mid_motion_blends_without_a_step():
             beside = np.cross(offsets, np.array(plan.line.direction))
             assert np.abs(beside).max() < 1e-7
     assert blended
+
+
+def test_of_the_ways_onto_a_line_the_soonest_is_taken_first():
+    motion = LinearMotion(MACHINE)
+    taken = 0
+    for seed in range(20):
+        state, rng = moving_state(seed)
+        target = tuple(rng.uniform((-0.08, -0.08, 0.1), (0.08, 0.08, 0.42)).tolist())
+        ways = at_once(motion.ways_onto(state, LineToPosition(WORKSPACE, target), LIMITS))
+        assert [way.expected for way in ways] == sorted(way.expected for way in ways)
+        durations = {}
+        for way in ways:
+            with contextlib.suppress(KinematicsError):
+                durations[way.plan] = at_once(way.plan()).duration
+        left = list(ways)
+        while any(way.plan in durations for way in left):
+            plan = at_once(motion.soonest(left))
+            check_line_limits(plan, LIMITS)
+            taken += 1
+            # None is left for later that was expected to be over before, and is.
+            for way in left:
+                if way.expected < plan.duration:
+                    assert durations.get(way.plan, math.inf) >= plan.duration
+        with pytest.raises(KinematicsError):
+            at_once(motion.soonest(left))
+        assert left == []
+    assert taken
 
 
 def test_same_target_in_mid_motion_stays_on_the_line():

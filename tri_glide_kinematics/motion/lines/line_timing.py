@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.constant_jerk import evaluate, rest_to_rest
+from tri_glide_kinematics.motion.constant_jerk import (
+    Phases,
+    evaluate,
+    first_of,
+    rest_to_rest,
+    total_duration,
+)
 from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.hard_braking import hardest_braking
 from tri_glide_kinematics.motion.knots import (
@@ -36,11 +44,22 @@ JERK_OF_BENDS = 0.5
 # Speed against the direction of the line, as a fraction of the largest speed, that is rounding.
 NO_WAY_BACK = 1e-9
 
-# Fraction of acceleration and jerk that is used in mid-motion.
-MOVING_FRACTION = 0.9
-
 # Number of quintics in a time scaling.
 PIECES = 48
+
+
+class MovingFactors(NamedTuple):
+    """How much of the limits a motion along a line uses that goes on from another one.
+
+    Attributes:
+        begin: part of acceleration and jerk while the blend lasts.
+        after: how much faster than the limits of the coordinate ask for it is after that: of the
+            rate this part is used, of the acceleration its square, of the jerk its cube.
+    """
+
+    begin: float
+    after: float
+    begin_rate: float = 1.0
 
 
 class LineTiming:
@@ -89,41 +108,66 @@ class LineTiming:
         self,
         entry: Entry,
         parametrisation: PathParametrisation,
-        fraction: float,
-        speed_factor: float,
+        factors: MovingFactors,
     ) -> TimeScaling:
         """Return the time scaling that continues ``entry`` to rest at the end of its line.
 
         Args:
             entry: line, speed and acceleration at its start, and blend.
             parametrisation: of the line, with ``NORM``.
-            fraction: of acceleration and jerk that may be used.
-            speed_factor: by which the whole motion is planned slower, at most 1.
+            factors: how much of the limits is used.
 
         Raises:
             PlanningError: if ruckig finds none.
         """
         initial = parametrisation.start(entry.speed, entry.acceleration)
-        target = float(parametrisation.coordinates[-1])
-        acceleration = (
-            fraction
-            * MOVING_FRACTION
-            * speed_factor**2
-            * float(parametrisation.accelerations.min())
+        phases = self.phases(entry, parametrisation, factors)
+        shortest = shortest_piece(
+            float(parametrisation.coordinates[-1]), float(parametrisation.accelerations.min())
         )
-        jerk = fraction * MOVING_FRACTION * speed_factor**3 * float(parametrisation.jerks.min())
-        (phases,) = self._ruckig.to_rest_at(
-            [target],
-            [initial[0]],
-            [initial[1]],
-            [initial[2]],
-            ([speed_factor], [acceleration], [jerk]),
-        )
-        shortest = shortest_piece(target, acceleration)
-        phases = lasting(phases, entry.blend)
         times = knots_with_blend(phases, PIECES, shortest, entry.blend)
         scaling = parametrisation.time_scaling(evaluate(phases, initial, times))
         return scaling.with_ends((0.0, entry.speed, entry.acceleration), entry.line.length)
+
+    def phases(
+        self, entry: Entry, parametrisation: PathParametrisation, factors: MovingFactors
+    ) -> Phases:
+        """Return the phases of the coordinate; the arguments are those of ``in_motion``.
+
+        While the blend lasts it has its part of the limits; after it the line has all of them.
+        """
+        state = parametrisation.start(entry.speed, entry.acceleration)
+        phases: Phases = []
+        if entry.blend is not None:
+            until = entry.blend.duration
+            phases = self._to_end(parametrisation, state, factors.begin_rate, factors.begin)
+            if total_duration(phases) <= until:
+                return lasting(phases, entry.blend)
+            phases = first_of(phases, until)
+            value, rate, acceleration = evaluate(phases, state, np.array([until]))[1:]
+            state = float(value[0]), float(rate[0]), float(acceleration[0])
+        speed = factors.after
+        return [*phases, *self._to_end(parametrisation, state, speed, speed * speed, speed)]
+
+    def _to_end(
+        self,
+        parametrisation: PathParametrisation,
+        state: tuple[float, float, float],
+        rate: float,
+        fraction: float,
+        of_jerk: float = 1.0,
+    ) -> Phases:
+        """Return the phases from a ``state`` of the coordinate to rest at the end of the line."""
+        acceleration = fraction * float(parametrisation.accelerations.min())
+        jerk = of_jerk * fraction * float(parametrisation.jerks.min())
+        (phases,) = self._ruckig.to_rest_at(
+            [float(parametrisation.coordinates[-1])],
+            [state[0]],
+            [state[1]],
+            [state[2]],
+            ([rate], [acceleration], [jerk]),
+        )
+        return phases
 
     def braking(
         self, entry: Entry, limits: SliderLimits, fraction: float, longest: float

@@ -1,0 +1,255 @@
+"""How long linear moves take that begin in mid-motion: against random ways, and a bent one.
+
+The platform is under way along a line when a new target comes, at a random time. Its new motion is
+compared with
+
+- the best of many random ways to join a line to that target, which are free in how fast the blend
+  decays, how far it leads, how much of the limits the line has while it lasts and after it, and
+  when the line begins; each is verified as plans are.
+- ruckig's way between the two states, on which the platform follows no line, and which may leave
+  the workspace.
+
+Run it as ``python -m benchmarks.moves_in_motion --moves 200``; it exits with 1 if a requirement of
+the measurement is not met.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from ruckig import Synchronization
+
+from benchmarks.judge import LIMITS, WIDE
+from benchmarks.linear_moves import random_moves
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion import verification
+from tri_glide_kinematics.motion.constant_jerk import Phases, evaluate, first_of, total_duration
+from tri_glide_kinematics.motion.knots import knots_with_blend, lasting, shortest_piece
+from tri_glide_kinematics.motion.lines.line_entry import Entry, _divided
+from tri_glide_kinematics.motion.lines.line_plan import LinePlan
+from tri_glide_kinematics.motion.lines.line_timing import NORM
+from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion
+from tri_glide_kinematics.motion.lines.path_parametrisation import parametrise
+from tri_glide_kinematics.motion.lines.straight_line import StraightLine
+from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.planner import MotionKind, MotionPlanner
+from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState
+from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
+WORKSPACE = Workspace(MACHINE, WIDE)
+
+# Of the best of 1,000 random ways.
+LARGEST_MEDIAN = 1.1
+LARGEST_MOST = 1.3
+
+ONE, THREE = RuckigPlanner(1), RuckigPlanner(3)
+PIECES = 48
+
+
+class Turn(NamedTuple):
+    """A motion that is under way, and where it is to lead now.
+
+    Attributes:
+        state: of the sliders.
+        target: of the platform [m].
+        along: whether the platform goes on in its direction.
+    """
+
+    state: SliderState
+    target: Vector3
+    along: bool
+
+
+def random_turns(count: int, seed: int, along: float = 0.25) -> Iterator[Turn]:
+    """Yield motions that turn, and a part of them that go on ``along`` their line."""
+    rng = np.random.default_rng(seed)
+    motion = LinearMotion(MACHINE)
+    moves = random_moves(10 * count, seed)
+    while count:
+        start, end = next(moves)
+        line = StraightLine.between(MACHINE.geometry, start.tolist(), end.tolist())
+        plan = at_once(motion.from_rest(line, LIMITS))
+        state = plan.state(float(rng.uniform(0.05, 0.95)) * plan.duration)
+        is_along = bool(rng.random() < along)
+        here = np.array(MACHINE.forward(state.heights))
+        if is_along:
+            target = here + rng.uniform(0.3, 1.5) * (end - here)
+        else:
+            target = next(moves)[1]
+        try:
+            WORKSPACE.check_segment(here, target)
+            planned(Turn(state, tuple(target.tolist()), is_along))
+        except KinematicsError:
+            continue
+        count -= 1
+        yield Turn(state, tuple(target.tolist()), is_along)
+
+
+def planned(turn: Turn) -> float:
+    """Return how long the planner's motion takes [s]."""
+    planner = MotionPlanner(WORKSPACE, MotionKind.LINEAR)
+    move = planner.move(turn.state, turn.target, LIMITS, WORKSPACE, moving=True)
+    return at_once(move).duration
+
+
+def bent(turn: Turn) -> float:
+    """Return how long ruckig's way takes, which is not straight [s]."""
+    velocity, acceleration, jerk = LIMITS.table.tolist()
+    limits = velocity, acceleration, jerk
+    phases = THREE.to_rest_at(MACHINE.inverse(turn.target), *turn.state, limits)
+    return max(map(total_duration, phases))
+
+
+def random_way(turn: Turn, rng: np.random.Generator, shortest: float) -> float:
+    """Return how long a random way takes that joins a line to the target [s].
+
+    Raises:
+        KinematicsError: if it breaks a limit or leaves the workspace, or is not the ``shortest``.
+    """
+    state, geometry = turn.state, MACHINE.geometry
+    part = rng.uniform(0.1, 1.0)
+    of_jerk = min(part * rng.uniform(0.7, 1.4), 1.0)
+    velocity, acceleration, jerk = LIMITS.table
+    reduced = velocity.tolist(), (part * acceleration).tolist(), (of_jerk * jerk).tolist()
+    heights = state.heights
+    begin = MACHINE.forward(heights)
+    # All of the speed along the line, some of it, or none, as where the platform turns back.
+    kept = rng.choice((1.0, rng.uniform(0.0, 1.1), 0.0), p=(0.6, 0.2, 0.2))
+    farther = rng.choice((1.0, rng.normal(1.0, 0.3)))
+    for _ in range(3):
+        line = StraightLine.between(geometry, begin, turn.target)
+        speed, acceleration_along, residual = _divided(state, line, LIMITS)
+        if residual is None:
+            break
+        speed, acceleration_along = kept * speed, kept * acceleration_along
+        slopes, bends = np.array(line.start_slopes), np.array(line.start_bends)
+        rates = np.array(state.velocities) - speed * slopes
+        changes = np.array(state.accelerations) - acceleration_along * slopes - speed**2 * bends
+        residual = SliderState(AT_REST, tuple(rates.tolist()), tuple(changes.tolist()))
+        phases = THREE.to_rest(residual.velocities, residual.accelerations, reduced)
+        decay = CubicPlan(residual, phases)
+        offset = farther * np.array(decay.state(decay.duration).heights)
+        begin = MACHINE.forward((np.array(heights) + offset).tolist())
+    at_once(WORKSPACE.segment_check(line.start, turn.target))
+    blend = None
+    if residual is not None:
+        offsets = tuple((np.array(heights) - line.start_heights).tolist())
+        phases = THREE.to_rest_at(
+            AT_REST,
+            offsets,
+            residual.velocities,
+            residual.accelerations,
+            reduced,
+            Synchronization.No,
+        )
+        blend = CubicPlan(SliderState(offsets, *residual[1:]), phases)
+    entry = Entry(line, speed, acceleration_along, blend)
+    plan = LinePlan(line, _random_scaling(entry, 1.0 - part, rng), blend)
+    if not plan.duration < shortest:
+        raise KinematicsError("another one is shorter")
+    verification.check_line_limits(plan, LIMITS)
+    at_once(verification.check_blend(plan, LIMITS, WIDE, WORKSPACE))
+    return plan.duration
+
+
+def _random_scaling(entry: Entry, left: float, rng: np.random.Generator) -> TimeScaling:
+    """Return a time scaling with random parts of the limits while the blend lasts, and after it."""
+    parametrisation = parametrise(entry.line, LIMITS, NORM)
+    accelerations = float(parametrisation.accelerations.min())
+    jerks = float(parametrisation.jerks.min())
+    target = float(parametrisation.coordinates[-1])
+    initial = parametrisation.start(entry.speed, entry.acceleration)
+    until = entry.blend.duration * rng.uniform(0.5, 1.0) if entry.blend is not None else 0.0
+    phases: Phases = []
+    state = initial
+    if until > 0.0:
+        wait = until * rng.uniform() if entry.speed == 0.0 else 0.0
+        first = _onwards(
+            state, target, rng.uniform(0.5, 1.3) * left + 0.02, accelerations, jerks, rng
+        )
+        phases = first_of([(wait, 0.0), *first] if wait else first, until)
+        ends = evaluate(phases, initial, np.array([total_duration(phases)]))
+        state = float(ends.values[0]), float(ends.rates[0]), float(ends.accelerations[0])
+    last = _onwards(state, target, rng.uniform(0.85, 1.02), accelerations, jerks, rng)
+    phases = lasting([*phases, *last], entry.blend)
+    shortest = shortest_piece(target, accelerations)
+    times = knots_with_blend(phases, PIECES, shortest, entry.blend)
+    scaling = parametrisation.time_scaling(evaluate(phases, initial, times))
+    return scaling.with_ends((0.0, entry.speed, entry.acceleration), entry.line.length)
+
+
+def _onwards(
+    state: Sequence[float],
+    target: float,
+    part: float,
+    acceleration: float,
+    jerk: float,
+    rng: np.random.Generator,
+) -> Phases:
+    """Return phases that lead to rest at a ``target`` with about a ``part`` of the limits."""
+    limits = (
+        [float(rng.uniform(0.9, 1.01))],
+        [part * acceleration],
+        [part * rng.uniform(0.7, 1.1) * jerk],
+    )
+    value, rate, change = state
+    (phases,) = ONE.to_rest_at([target], [value], [rate], [change], limits)
+    return phases
+
+
+def best_of_random_ways(turn: Turn, count: int, rng: np.random.Generator) -> float:
+    """Return the least time that any of so many random ways takes [s]."""
+    best = math.inf
+    for _ in range(count):
+        try:
+            best = random_way(turn, rng, best)
+        except (KinematicsError, ValueError):
+            continue
+    return best
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Measure, and print what was found."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--moves", type=int, default=200)
+    parser.add_argument("--ways", type=int, default=1_000, help="random ways for each")
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args(arguments)
+    rng = np.random.default_rng(options.seed)
+    turns = list(random_turns(options.moves, options.seed))
+    begin = time.process_time()
+    durations = np.array([planned(turn) for turn in turns])
+    cost = (time.process_time() - begin) / len(turns)
+    along = np.array([turn.along for turn in turns])
+    shares = durations / np.array([bent(turn) for turn in turns])
+    quantiles = (0.5, 0.9, 0.99, 1.0)
+    print(f"{1e3 * cost:.2f} ms of processor time for a plan in mid-motion")
+    print(
+        "of ruckig's bent way: median, 90 %, 99 %, most:", np.quantile(shares, quantiles).round(3)
+    )
+    print(f"more than 1.3 of it: {(shares > 1.3).mean():.1%}")
+    if not options.ways:
+        return 0
+    best = np.array([best_of_random_ways(turn, options.ways, rng) for turn in turns])
+    ratios = durations / best
+    for name, chosen in (("along the line", along), ("elsewhere", ~along)):
+        found = np.quantile(ratios[chosen], quantiles).round(3)
+        print(f"of the best of {options.ways} random ways, {name}: median, ...:", found)
+    median, most = np.quantile(ratios, (0.5, 0.99))
+    return 0 if median <= LARGEST_MEDIAN and most <= LARGEST_MOST else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
