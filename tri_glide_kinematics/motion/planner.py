@@ -16,8 +16,9 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import verification
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.line_builders import LineToEdge, LineToPosition
+from tri_glide_kinematics.motion.lines.line_joining import LineJoining, WayOnto
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
-from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion, WayOnto
+from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.plans import CubicPlan, Plan, SequencePlan, SliderState
 from tri_glide_kinematics.motion.sliders.slider_motion import SliderMotion
@@ -58,6 +59,7 @@ class MotionPlanner:
         self._kind = kind
         self._sliders = SliderMotion()
         self._lines = LinearMotion(workspace.machine)
+        self._joining = LineJoining(workspace.machine)
         self.stopping = Stopping(self._lines)
 
     def move(
@@ -87,7 +89,7 @@ class MotionPlanner:
         ways: list[WayOnto] = []
         if self._kind is MotionKind.LINEAR:
             builder = LineToPosition(region, position)
-            ways = yield from self._lines.ways_onto(state, builder, limits)
+            ways = yield from self._joining.ways(state, builder, limits)
 
         def candidates() -> Iterator[Candidate]:
             if self._kind is MotionKind.SLIDER:
@@ -218,7 +220,7 @@ class MotionPlanner:
     ) -> Iterator[Candidate]:
         """Yield plans that go over to a line without a stop, the soonest first."""
         while ways:
-            yield partial(self._blended, partial(self._lines.soonest, ways), limits, region)
+            yield partial(self._blended, partial(self._joining.soonest, ways), limits, region)
 
     def _blended(
         self,

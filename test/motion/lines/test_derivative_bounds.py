@@ -12,6 +12,7 @@ from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.derivative_bounds import derivative_bounds, slowdown
 from tri_glide_kinematics.motion.lines.line_builders import LineToPosition
+from tri_glide_kinematics.motion.lines.line_joining import LineJoining
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
 from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
@@ -24,6 +25,7 @@ from tri_glide_kinematics.workspace.workspace import Workspace
 LIMITS = SliderLimits((1.0, 0.8, 0.9), (10.0, 9.0, 8.0), (200.0, 250.0, 180.0))
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 WORKSPACE = Workspace(MACHINE, DEFAULT_LIMITS)
+JOINING = LineJoining(MACHINE)
 SAMPLES = 100
 
 # Of velocity, acceleration and jerk. The last is a difference over as little as 0.3 us here.
@@ -57,7 +59,7 @@ def plans(count: int, seed: int, blended: bool):
             if blended:
                 state = plan.state(float(rng.random()) * plan.duration)
                 plan = at_once(
-                    motion.in_motion(state, LineToPosition(WORKSPACE, tuple(end)), LIMITS, 0.3)
+                    JOINING.in_motion(state, LineToPosition(WORKSPACE, tuple(end)), LIMITS, 0.3)
                 )
         except KinematicsError:
             continue

@@ -26,6 +26,7 @@ from tri_glide_kinematics.motion.limit_use import are_within
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.derivative_bounds import derivative_bounds, slowdown
 from tri_glide_kinematics.motion.lines.line_builders import LineToEdge, LineToPosition
+from tri_glide_kinematics.motion.lines.line_joining import LineJoining
 from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.plans import AT_REST, SliderState
@@ -38,6 +39,7 @@ LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 UNEQUAL_LIMITS = SliderLimits((1.0, 0.5, 0.8), (10.0, 12.0, 6.0), (200.0, 90.0, 300.0))
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 WORKSPACE = Workspace(MACHINE, DEFAULT_LIMITS)
+JOINING = LineJoining(MACHINE)
 MOVES = 2000
 
 
@@ -202,13 +204,12 @@ def assert_continues(plan, state: SliderState, jerk: float = 200.0) -> None:
 
 
 def test_new_target_in_mid_motion_blends_without_a_step():
-    motion = LinearMotion(MACHINE)
     blended = 0
     for seed in range(60):
         state, rng = moving_state(seed)
         target = tuple(rng.uniform((-0.08, -0.08, 0.1), (0.08, 0.08, 0.42)).tolist())
         builder = LineToPosition(WORKSPACE, target)
-        for way in at_once(motion.ways_onto(state, builder, LIMITS)):
+        for way in at_once(JOINING.ways(state, builder, LIMITS)):
             try:
                 plan = at_once(way.plan())
             except KinematicsError:
@@ -227,12 +228,11 @@ def test_new_target_in_mid_motion_blends_without_a_step():
 
 
 def test_of_the_ways_onto_a_line_the_soonest_is_taken_first():
-    motion = LinearMotion(MACHINE)
     taken = 0
     for seed in range(20):
         state, rng = moving_state(seed)
         target = tuple(rng.uniform((-0.08, -0.08, 0.1), (0.08, 0.08, 0.42)).tolist())
-        ways = at_once(motion.ways_onto(state, LineToPosition(WORKSPACE, target), LIMITS))
+        ways = at_once(JOINING.ways(state, LineToPosition(WORKSPACE, target), LIMITS))
         assert [way.expected for way in ways] == sorted(way.expected for way in ways)
         durations = {}
         for way in ways:
@@ -240,7 +240,7 @@ def test_of_the_ways_onto_a_line_the_soonest_is_taken_first():
                 durations[way.plan] = at_once(way.plan()).duration
         left = list(ways)
         while any(way.plan in durations for way in left):
-            plan = at_once(motion.soonest(left))
+            plan = at_once(JOINING.soonest(left))
             check_line_limits(plan, LIMITS)
             taken += 1
             # None is left for later that was expected to be over before, and is.
@@ -248,7 +248,7 @@ def test_of_the_ways_onto_a_line_the_soonest_is_taken_first():
                 if way.expected < plan.duration:
                     assert durations.get(way.plan, math.inf) >= plan.duration
         with pytest.raises(KinematicsError):
-            at_once(motion.soonest(left))
+            at_once(JOINING.soonest(left))
         assert left == []
     assert taken
 
@@ -261,7 +261,7 @@ def test_same_target_in_mid_motion_stays_on_the_line():
     for part in np.linspace(0.05, 0.9, 18):
         time = float(part) * plan.duration
         looser = SliderLimits.uniform(1.2, 12.0, 250.0)
-        again = at_once(motion.in_motion(plan.state(time), builder, looser, 0.1))
+        again = at_once(JOINING.in_motion(plan.state(time), builder, looser, 0.1))
         assert again.blend is None
         assert_continues(again, plan.state(time), 250.0)
         assert np.allclose(again.line.direction, line.direction, rtol=0.0, atol=1e-9)
@@ -302,7 +302,7 @@ def test_target_too_near_to_stop_at_is_refused():
     u, v, w = line.direction
     builder = LineToPosition(WORKSPACE, (x + 0.003 * u, y + 0.003 * v, z + 0.003 * w))
     with pytest.raises(PlanningError, match="cannot stop"):
-        at_once(motion.in_motion(state, builder, LIMITS, 0.3))
+        at_once(JOINING.in_motion(state, builder, LIMITS, 0.3))
 
 
 def test_line_to_the_edge_ends_short_of_the_edge_and_needs_room():

@@ -1,4 +1,4 @@
-"""Plans on straight platform lines: from rest, in mid-motion, and to a stop.
+"""Plans on straight platform lines: from rest, of jogs, and to a stop.
 
 However a plan was found, it is compared with the limits as a whole before it is handed out. Whether
 it stays inside the workspace is for the caller to check.
@@ -7,76 +7,31 @@ it stays inside the workspace is for the caller to check.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from operator import attrgetter
-from typing import NamedTuple
 
-import numpy as np
-
-from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import verification
-from tri_glide_kinematics.motion.constant_jerk import total_duration
-from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
-from tri_glide_kinematics.motion.knots import shortest_piece, with_knots_of
+from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.lines.derivative_bounds import derivative_bounds, slowdown
 from tri_glide_kinematics.motion.lines.jog_timing import NORM as JOG_NORM
 from tri_glide_kinematics.motion.lines.jog_timing import JogFactors, JogTiming
 from tri_glide_kinematics.motion.lines.line_builders import LineBuilder, LineToStop
-from tri_glide_kinematics.motion.lines.line_entry import Entry, LineEntry
+from tri_glide_kinematics.motion.lines.line_entry import LineEntry
+from tri_glide_kinematics.motion.lines.line_joining import check_length
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
-from tri_glide_kinematics.motion.lines.line_timing import NORM, LineTiming, MovingFactors
+from tri_glide_kinematics.motion.lines.line_timing import LineTiming
 from tri_glide_kinematics.motion.lines.path_parametrisation import (
-    PathParametrisation,
     parametrise,
 )
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
-from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
-from tri_glide_kinematics.motion.plans import CubicPlan, SliderState
+from tri_glide_kinematics.motion.plans import SliderState
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
-# In mid-motion a time scaling cannot be stretched, as its first speed is given. It is made again,
-# slower or faster: this many times at most, by more than the limits ask for. These are the factors
-# of time while the blend lasts and after it; each further attempt has them several times.
-ATTEMPTS = 5
-MARGIN = 1.02
-AFTER_MARGIN = 1.003
-
-# It is not made faster if it uses this part of the limits after the blend, and given up if it has
-# less than this part of them while the blend lasts.
-WELL_USED = 0.98
-LEAST_BEGIN = 0.1
-
-# Fractions of acceleration and jerk that blends of moves use; the line has what is left.
-BLEND_FRACTIONS = (0.2, 0.4, 0.6)
-
-# A blend may take this many times as long as a stop; less in a jog, which is to follow the hand.
-LONGEST_BLEND = 4.0
+# A blend may take this many times as long as a stop, as a jog is to follow the hand.
 LONGEST_JOG_BLEND = 2.0
 
 # A jog has more to adapt: two ramps and the speed in between.
 JOG_ATTEMPTS = 4
-
-# Fractions of a braking that are over when a new line begins.
-DELAYS = (0.3, 0.5, 0.75)
-
-# The wait before is divided into so many pieces, as bounds of long ones are wide.
-WAITING_PIECES = 12
-
-
-class WayOnto(NamedTuple):
-    """A way to go over from a motion to a line.
-
-    Attributes:
-        entry: how the line takes the motion over.
-        expected: how long its plan will take, about [s].
-        plan: makes the plan, which keeps the limits, or raises a KinematicsError.
-    """
-
-    entry: Entry
-    expected: float
-    plan: Callable[[], Interruptible[LinePlan]]
 
 
 class LinearMotion:
@@ -102,150 +57,6 @@ class LinearMotion:
         scaling = yield from self._timing.from_rest(line, limits)
         return LinePlan(line, scaling)
 
-    def ways_onto(
-        self, state: SliderState, builder: LineBuilder, limits: SliderLimits
-    ) -> Interruptible[list[WayOnto]]:
-        """Return the ways to go over from ``state`` to a line without stopping.
-
-        Args:
-            state: of the sliders.
-            builder: makes the line.
-            limits: of the sliders.
-
-        Returns:
-            Those that are expected to be over first come first; there may be none.
-        """
-        ways: list[WayOnto] = []
-        for fraction in BLEND_FRACTIONS:
-            try:
-                ways.append((yield from self._blending(state, builder, limits, fraction)))
-            except KinematicsError:
-                continue
-            yield
-            if ways[-1].entry.blend is None:
-                # The others are the same.
-                return ways
-        try:
-            entry = yield from self._entry.resting(state, builder, limits)
-            undelayed = yield from self._timing.from_rest(entry.line, limits)
-        except KinematicsError:
-            pass
-        else:
-            ways += [_delayed(entry, undelayed, delay, limits) for delay in DELAYS]
-        return sorted(ways, key=attrgetter("expected"))
-
-    def soonest(self, ways: list[WayOnto]) -> Interruptible[LinePlan]:
-        """Return the plan that is over first, of all ``ways`` that may be so.
-
-        Its way is taken off the list, and so are those that have no plan.
-
-        Raises:
-            KinematicsError: if none keeps the limits.
-        """
-        best: tuple[LinePlan, WayOnto] | None = None
-        refusal: KinematicsError = PlanningError("no line is joined without a stop")
-        for way in list(ways):
-            if best is not None and best[0].duration <= way.expected:
-                break
-            yield
-            try:
-                plan = yield from way.plan()
-            except KinematicsError as error:
-                ways.remove(way)
-                refusal = error
-            else:
-                if best is None or plan.duration < best[0].duration:
-                    best = plan, way
-        if best is None:
-            raise refusal
-        ways.remove(best[1])
-        return best[0]
-
-    def in_motion(
-        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
-    ) -> Interruptible[LinePlan]:
-        """Return a plan that goes over from ``state`` to a line without stopping.
-
-        Args:
-            state: of the sliders.
-            builder: makes the line.
-            limits: of the sliders.
-            fraction: of acceleration and jerk for the blend; the line gets what is left.
-
-        Raises:
-            KinematicsError: if it does not keep the limits, or there is none.
-        """
-        way = yield from self._blending(state, builder, limits, fraction)
-        return (yield from way.plan())
-
-    def _blending(
-        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
-    ) -> Interruptible[WayOnto]:
-        """Return the way with a blend that gets a ``fraction`` of acceleration and jerk."""
-        entry = yield from self._entry.moving(state, builder, limits, fraction)
-        _check_length(entry.blend, state, limits, LONGEST_BLEND)
-        yield
-        parametrisation = parametrise(entry.line, limits, NORM)
-        factors = MovingFactors(1.0 - fraction, 1.0)
-        phases = self._timing.phases(entry, parametrisation, factors)
-
-        def plan() -> Interruptible[LinePlan]:
-            return (yield from self._adapted(entry, parametrisation, factors, limits))
-
-        return WayOnto(entry, total_duration(phases), plan)
-
-    def _adapted(
-        self,
-        entry: Entry,
-        parametrisation: PathParametrisation,
-        factors: MovingFactors,
-        limits: SliderLimits,
-    ) -> Interruptible[LinePlan]:
-        """Return a plan that uses the limits nearly in full, while the blend lasts and after it.
-
-        Raises:
-            KinematicsError: if none keeps the limits.
-        """
-        blend = entry.blend
-        best: LinePlan | None = None
-        refusal: SliderLimitError | None = None
-        for attempt in range(ATTEMPTS):
-            yield
-            scaling = self._timing.in_motion(entry, parametrisation, factors)
-            plan = LinePlan(entry.line, scaling, blend)
-            bounds = derivative_bounds(entry.line, scaling, blend)
-            slower = slowdown(bounds, limits)
-            begins = scaling.times[:-1] < (blend.duration if blend is not None else 0.0)
-            begin = float(slower[begins].max(initial=0.0))
-            after = float(slower[~begins].max(initial=0.0))
-            try:
-                verification.check_line_bounds(bounds, scaling.times, limits)
-            except SliderLimitError as error:
-                if best is None and attempt == ATTEMPTS - 1:
-                    raise
-                refusal = error
-            else:
-                if best is None or plan.duration < best.duration:
-                    best = plan
-                if after > WELL_USED:
-                    break
-            fast = float((bounds.velocity[:, begins] / limits.table[0, :, None]).max(initial=0.0))
-            rate = min(factors.begin_rate, 1.0) / (MARGIN * fast) if fast > 1.0 else None
-            factors = MovingFactors(
-                factors.begin / (MARGIN * begin) ** (3 + 3 * attempt)
-                if begin > 1.0
-                else factors.begin,
-                factors.after / (AFTER_MARGIN ** (1 + 2 * attempt) * after)
-                if after > 0.0
-                else factors.after,
-                rate or factors.begin_rate,
-            )
-            if factors.begin < LEAST_BEGIN:
-                break
-        if best is None:
-            raise refusal or PlanningError("no way")
-        return best
-
     def jog(
         self,
         state: SliderState,
@@ -267,7 +78,7 @@ class LinearMotion:
             KinematicsError: if it does not keep the limits, or there is none.
         """
         entry = yield from self._entry.moving(state, builder, limits, fraction)
-        _check_length(entry.blend, state, limits, LONGEST_JOG_BLEND)
+        check_length(entry.blend, state, limits, LONGEST_JOG_BLEND)
         yield
         parametrisation = parametrise(entry.line, limits, JOG_NORM, platform_speed)
         factors = JogFactors(begin=1.0 - fraction)
@@ -320,50 +131,6 @@ class LinearMotion:
         scaling = self._timing.braking(entry, limits, fraction, longest)
         yield
         return _checked(LinePlan(entry.line, scaling, entry.blend), limits)
-
-
-def _delayed(entry: Entry, undelayed: TimeScaling, delay: float, limits: SliderLimits) -> WayOnto:
-    """Return the way that brakes, and begins with the line when a part of that is over.
-
-    Args:
-        entry: at rest.
-        undelayed: time scaling of its line.
-        delay: this part of the braking.
-        limits: of the sliders.
-    """
-    blend = entry.blend
-    assert blend is not None
-    shortest = shortest_piece(entry.line.length, max(limits.acceleration))
-    expected = max(float(undelayed.times[-1]) + delay * blend.duration, blend.duration)
-
-    def plan() -> Interruptible[LinePlan]:
-        yield
-        wait = delay * blend.duration
-        scaling = undelayed.delayed(wait)
-        waiting = np.linspace(0.0, wait, WAITING_PIECES, endpoint=False)
-        times = [*waiting.tolist(), *scaling.times[1:].tolist()]
-        if blend.duration > times[-1]:
-            times.append(blend.duration)
-        scaling = scaling.with_knots(np.array(with_knots_of(times, blend, shortest)))
-        return _checked(LinePlan(entry.line, scaling, blend), limits)
-
-    return WayOnto(entry, expected, plan)
-
-
-def _check_length(
-    blend: CubicPlan | None, state: SliderState, limits: SliderLimits, longest: float
-) -> None:
-    """Raise a PlanningError if a blend takes so long that to stop before would be better."""
-    if blend is None:
-        return
-    stop = max(
-        (abs(v) + 0.5 * abs(a) * abs(a) / j) / largest + largest / j + abs(a) / j
-        for v, a, largest, j in zip(
-            state.velocities, state.accelerations, limits.acceleration, limits.jerk
-        )
-    )
-    if blend.duration > longest * stop:
-        raise PlanningError("the motion before would go on for too long")
 
 
 def _checked(plan: LinePlan, limits: SliderLimits) -> LinePlan:
