@@ -36,7 +36,8 @@ soak: env ## millions of steps, thousands of paths and goals, nodes that die, at
 	@$(IN_ENV) python -m benchmarks.soak_motion --steps 5000000 \
 		&& python -m benchmarks.soak_controller --steps 1000000 \
 		&& python -m benchmarks.soak_paths --count 10000 && python -m benchmarks.soak_goals \
-		&& python -m benchmarks.soak_ends && python -m benchmarks.soak_bytes && python -m benchmarks.soak_page \
+		&& python -m benchmarks.soak_mechanisms --count 100 && python -m benchmarks.soak_ends \
+		&& python -m benchmarks.soak_bytes && python -m benchmarks.soak_page \
 		&& exec python -m benchmarks.soak_nodes
 
 bench: env ## ratios to references measured in the same run; see docs/performance.md

@@ -133,3 +133,33 @@ def bifurcating_mechanism(rng):
             arms[2] *= ratio
             mechanism = mechanism_through(pins, joints, pose, abs(arms), np.angle(arms), turn < 0.0)
             return mechanism, float(np.angle(arms[0])), pose
+
+
+def large_platform(ratio, scale=1.0):
+    """Rods of about 1, and base and platform larger by ``ratio``; up to six positions."""
+    base = ratio * np.array([[0.0, 0.0], [1.0, 0.0], [0.4, 0.8]])
+    platform = base + np.array([[0.0, 0.0], [0.2, 0.1], [0.0, 0.3]])
+    return FMechanism(
+        scale * base,
+        scale * np.array([0.3, 0.4, 0.5]),
+        scale * np.array([1.0, 1.2, 1.1]),
+        scale * platform,
+        0.5,
+        -0.7,
+    )
+
+
+def random_large_platform(rng, ratio):
+    """Rods of about 1, base and platform larger by ``ratio``, and nearly congruent if they are."""
+    base = ratio * rng.uniform(-1.0, 1.0, (3, 2))
+    turn = rng.uniform(-math.pi, math.pi)
+    cosine, sine = math.cos(turn), math.sin(turn)
+    shape = base + rng.uniform(-1.0, 1.0, (3, 2)) if ratio > 3.0 else rng.uniform(-1.0, 1.0, (3, 2))
+    return FMechanism(
+        base,
+        rng.uniform(0.1, 0.8, 3),
+        rng.uniform(0.5, 2.0, 3),
+        shape @ np.array([[cosine, sine], [-sine, cosine]]),
+        *rng.uniform(-math.pi, math.pi, 2),
+        counter_rotating=bool(rng.integers(2)),
+    )

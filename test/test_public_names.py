@@ -21,7 +21,7 @@ PACKAGES = sorted(
 )
 PROMISED = (
     "TriGlide TriGlideGeometry Workspace WorkspaceLimits SliderLimits MotionEngine MotionKind "
-    "MotionPhase FourBar FMechanism LandingGear KinematicsError NoPoseError NoRoomError"
+    "MotionPhase FourBar Branch FMechanism LandingGear KinematicsError NoPoseError NoRoomError"
 )
 
 

@@ -26,6 +26,7 @@ from motion_machine import (
 
 from tri_glide_kinematics.errors import (
     KinematicsError,
+    NotAChoiceError,
     NotFiniteError,
     OutOfBoundsError,
     WrongShapeError,
@@ -39,6 +40,12 @@ from tri_glide_kinematics.motion import (
 )
 from tri_glide_kinematics.tri_glide.errors import ArmTooShortError, NoPoseError
 from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
+
+
+@pytest.mark.parametrize("kind", ["slider", "linear", 0, None])
+def test_what_is_no_kind_of_motion_is_refused(kind):
+    with pytest.raises(NotAChoiceError, match=r"MotionKind\.SLIDER or MotionKind\.LINEAR$"):
+        MotionEngine(WORKSPACE, LIMITS, kind=kind)
 
 
 def test_every_command_needs_a_start():

@@ -7,9 +7,14 @@ from hypothesis import strategies as st
 from scipy.optimize import fsolve
 from strategies import nudged
 
-from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
+from tri_glide_kinematics.errors import (
+    NotAChoiceError,
+    NotFiniteError,
+    OutOfBoundsError,
+    WrongShapeError,
+)
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError, NotAssemblableError
-from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar, LinkLengths
+from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar, LinkLengths
 from tri_glide_kinematics.mechanisms.four_bar.loop import close_loop
 from tri_glide_kinematics.mechanisms.four_bar.loop_constants import LoopConstants
 
@@ -574,3 +579,22 @@ def test_huge_numbers_are_refused(name, make):
         OutOfBoundsError, match=name + r" = 1e\+300( m)? must be at most 1e\+(30|152)"
     ):
         make()
+
+
+@pytest.mark.parametrize("branch", ["open", "crossed", "OPEN", 0, 1, True, None])
+def test_what_is_no_branch_is_refused_by_what_there_is(branch):
+    sweep = TEXTBOOK.sweep([0.5, 1.0])
+    for ask in (
+        lambda: TEXTBOOK.pose(1.0, branch),
+        lambda: sweep.branch(branch),
+        lambda: AssembledFourBar(2.0, 7.0, 9.0, 6.0, assembled_branch=branch or "open"),
+    ):
+        with pytest.raises(NotAChoiceError, match=r"Branch\.OPEN or Branch\.CROSSED$") as caught:
+            ask()
+        assert caught.value.choices == ("Branch.OPEN", "Branch.CROSSED")
+
+
+def test_a_branch_is_what_was_asked_for():
+    for branch in Branch:
+        assert TEXTBOOK.pose(1.0, branch).branch is branch
+        assert TEXTBOOK.sweep([1.0]).branch(branch).branch is branch

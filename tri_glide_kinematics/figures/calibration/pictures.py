@@ -56,7 +56,7 @@ def draw_maps(
         titles: of the maps; the largest value is added to each.
     """
     x, y = (1e3 * region.places[:, axis] for axis in (0, 1))
-    known = np.isfinite(values).all(axis=0).tolist()
+    known = [bool(np.isfinite(column).all()) for column in values.T]
     shown = values[:, known]
     largest = float(shown.max(initial=0.0))
     unit, scale = ("µm", 1e6) if largest < 1e-3 else ("mm", 1e3)

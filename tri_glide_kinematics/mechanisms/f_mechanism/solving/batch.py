@@ -74,7 +74,7 @@ def _solve_chunk(linkage: Linkage, angles: Array, result: FMechanismPoses, first
     pins = pins_at(linkage, linkage.crank_angles(angles))
     condition = closure(linkage, pins)
     tolerance = ROUNDING * condition.scale
-    special: Mask = special_pins(linkage, pins, condition)
+    special: Mask = special_pins(linkage, pins, condition) | condition.noisy
     roots = simple_roots(condition.polynomial, tolerance, special)
 
     row = roots.row

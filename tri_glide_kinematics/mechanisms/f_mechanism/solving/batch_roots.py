@@ -71,7 +71,7 @@ class Roots(NamedTuple):
 
 
 def simple_roots(polynomial: Cubic, tolerance: Array, special: Mask) -> Roots:
-    """Roots of the ordinary rows, by row and angle; rows with a double root become ``special``."""
+    """Roots of the rows that are not ``special``; rows with a double root become it."""
     brackets = _isolate(polynomial, tolerance, special)
     row = np.concatenate([part.row for part in brackets])
     merged = _Brackets(row, *(np.concatenate(parts) for parts in list(zip(*brackets))[1:]))
@@ -113,7 +113,8 @@ def _rows(polynomial: Cubic, row: Index) -> Cubic:
 def _isolate(polynomial: Cubic, tolerance: Array, special: Mask) -> list[_Brackets]:
     """Brackets of all roots; rows that need a closer look become ``special``."""
     samples = sample(polynomial)
-    row, cell = np.nonzero(possible_cells(polynomial, samples, tolerance))
+    possible = possible_cells(polynomial, samples, tolerance) & ~special[:, np.newaxis]
+    row, cell = np.nonzero(possible)
     start, end = (Ends(*(part[row, cell + k] for part in samples)) for k in (0, 1))
     spans = _Spans(row, NODES[cell], start, end)
     width = CELL_WIDTH

@@ -22,11 +22,16 @@ from tri_glide_kinematics.mechanisms.f_mechanism.solving.polynomial import Cubic
 ROUNDING = 8.0 * float(np.finfo(np.float64).eps)
 
 
+# Where rounding of F is above this part of the terms that F has in positions, it is noise there.
+_NOISE = 3e-6
+
+
 class Closure(NamedTuple):
     """The closure condition at one crank angle, or at many, of lengths times ``Linkage.unit``.
 
     Attributes:
         polynomial: F, whose real roots are the platform angles.
+        noisy: whether rounding leaves too little of F where positions may be.
         scale: size to which rounding errors of F refer: they are below ROUNDING * scale.
         product_b: m_b = (l_b^2 - l_a^2 - |w_b|^2) / 2, the scalar product v . w_b.
         product_c: m_c, likewise.
@@ -35,6 +40,7 @@ class Closure(NamedTuple):
 
     polynomial: Cubic
     scale: Number
+    noisy: Number
     product_b: Linear
     product_c: Linear
     determinant: Linear
@@ -91,4 +97,8 @@ def closure(linkage: Linkage, pins: CrankPins) -> Closure:
         + reach_b * reach_c
         + square_a * reach_d
     )
-    return Closure(polynomial, scale, Linear(b0, b1), Linear(c0, c1), Linear(d0, d1))
+    # In positions |m_k| <= l_a |w_k| and |w_k| <= l_a + l_k.
+    rod_a, rod_b, rod_c = (unit * rod for rod in linkage.rods)
+    terms = (rod_a * (rod_a + rod_b) * (rod_a + rod_c)) ** 2
+    noisy = ROUNDING * scale > _NOISE * terms
+    return Closure(polynomial, scale, noisy, Linear(b0, b1), Linear(c0, c1), Linear(d0, d1))

@@ -1,0 +1,135 @@
+"""Platforms large against the rods, and folds: all positions by another count, all of them closed.
+
+The other count is by Sturm's theorem in fractions, without rounding.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from f_mechanism_samples import example_2, large_platform, random_large_platform, random_mechanism
+
+from benchmarks.references.f_mechanism_count import count_positions
+from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.exact import exact_positions
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import pins_at
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import positions
+
+RATIOS = (1.0, 5.0, 12.0, 20.0, 40.0, 100.0, 300.0, 1000.0)
+CLOSED = 1e-12  # largest residual, relative to the size
+
+
+def assert_all_positions(mechanism, crank_angles):
+    """All positions are there, close, and are the same in a batch."""
+    batch = mechanism.poses_batch(crank_angles)
+    for row, crank_angle in enumerate(crank_angles):
+        poses = mechanism.poses(crank_angle)
+        assert len(poses) == count_positions(mechanism.linkage, crank_angle) == batch.counts[row]
+        for slot, pose in enumerate(poses):
+            assert pose.residual <= CLOSED * mechanism.size
+            assert batch.residual[row, slot] <= CLOSED * mechanism.size
+            assert batch.angle[row, slot] == pytest.approx(pose.angle, abs=1e-9)
+            place = np.array(pose.position) / mechanism.size
+            assert batch.position[row, slot] / mechanism.size == pytest.approx(place, abs=1e-9)
+
+
+def test_a_platform_seventy_times_the_rods():
+    mechanism = FMechanism(
+        [[0.0, 0.0], [70.0, 0.0], [28.0, 56.0]],
+        (0.3, 0.4, 0.5),
+        (1.0, 1.2, 1.1),
+        [[0.0, 0.0], [70.2, 0.1], [28.0, 56.3]],
+        0.5,
+        -0.7,
+    )
+    assert len(mechanism.poses(2.0)) == 4
+    assert_all_positions(mechanism, [2.0, *np.linspace(0.0, math.tau, 40)])
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_no_position_is_lost_or_wrong_at_any_ratio(ratio):
+    rng = np.random.default_rng(int(ratio))
+    assert_all_positions(large_platform(ratio), rng.uniform(0.0, math.tau, 20))
+    for _ in range(3):
+        assert_all_positions(random_large_platform(rng, ratio), rng.uniform(0.0, math.tau, 4))
+
+
+@pytest.mark.parametrize("scale", [1e-60, 1e-12, 1e25])
+@pytest.mark.parametrize("ratio", [1.0, 40.0, 1000.0])
+def test_the_scale_changes_nothing(scale, ratio):
+    crank_angles = np.linspace(0.0, 6.0, 8)
+    plain, scaled = (
+        large_platform(ratio, factor).poses_batch(crank_angles) for factor in (1.0, scale)
+    )
+    assert plain.counts.tolist() == scaled.counts.tolist()
+    assert scaled.angle == pytest.approx(plain.angle, abs=1e-10, nan_ok=True)
+    mechanism = large_platform(ratio, scale)
+    assert [len(mechanism.poses(angle)) for angle in crank_angles] == plain.counts.tolist()
+    assert np.nanmax(scaled.residual) <= CLOSED * mechanism.size
+
+
+def test_what_is_too_small_for_floating_point_numbers_is_refused():
+    with pytest.raises(OutOfBoundsError, match=r"largest length = .*e-75 m must be at least 1e-70"):
+        large_platform(1.0, 1e-75)
+
+
+def fold_of(mechanism, crank_angles):
+    """The last crank angle before one at which the number of positions changes; None if none is."""
+    linkage = mechanism.linkage
+    counts = [count_positions(linkage, angle) for angle in crank_angles]
+    for low, high, before, after in zip(crank_angles, crank_angles[1:], counts, counts[1:]):
+        if before != after:
+            while low < (middle := 0.5 * (low + high)) < high:
+                if count_positions(linkage, middle) == before:
+                    low = middle
+                else:
+                    high = middle
+            return low
+    return None
+
+
+@pytest.mark.parametrize("ratio", [1.0, 40.0, 1000.0])
+def test_a_fold_is_one_double_position_and_beside_it_are_two_or_none(ratio):
+    rng = np.random.default_rng(int(ratio))
+    found = 0
+    while found < 2:
+        mechanism = random_large_platform(rng, ratio)
+        fold = fold_of(mechanism, np.linspace(0.0, math.tau, 6).tolist())
+        if fold is None:
+            continue
+        found += 1
+        beside = fold + np.array([-1e-6, -1e-7, -1e-9, 1e-9, 1e-7, 1e-6])
+        assert_all_positions(mechanism, beside)
+        assert not any(pose.double for angle in beside for pose in mechanism.poses(angle))
+        poses = mechanism.poses(fold)
+        assert sum(pose.double for pose in poses) == 1
+        assert max(pose.residual for pose in poses) <= CLOSED * mechanism.size
+
+
+@pytest.mark.parametrize("ratio", [1.0, 12.0, 40.0, 100.0])
+def test_a_followed_branch_passes_positions(ratio):
+    mechanism = large_platform(ratio)
+    trace = mechanism.trace(2.0, mechanism.poses(2.0)[0], steps=30)
+    batch = mechanism.poses_batch(trace.crank_angle)
+    assert len(trace.angle) == 31
+    assert np.max(trace.residual) <= CLOSED * mechanism.size
+    turn = np.remainder(batch.angle - trace.angle[:, np.newaxis] + math.pi, math.tau) - math.pi
+    shift = np.max(abs(batch.position - trace.position[:, np.newaxis]), axis=-1) / mechanism.size
+    assert np.max(np.nanmin(abs(turn) + shift, axis=1)) < 1e-11
+
+
+def test_whole_numbers_and_floating_point_numbers_find_the_same():
+    rng = np.random.default_rng(5)
+    for mechanism in (example_2(), *(random_mechanism(rng) for _ in range(20))):
+        linkage = mechanism.linkage
+        for crank_angle in rng.uniform(0.0, math.tau, 5):
+            pins = pins_at(linkage, linkage.crank_angles(crank_angle))
+            single = positions(linkage, pins, crank_angle)
+            whole = exact_positions(linkage, pins)
+            assert len(single) == len(whole)
+            for position in single:
+                assert min(abs(position.z - other.z) for other in whole) < 1e-11
+                assert min(abs(position.v - other.v) for other in whole) < 1e-10 * mechanism.size
