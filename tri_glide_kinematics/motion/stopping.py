@@ -42,6 +42,10 @@ NEARLY = 1.05
 LINE_BRAKINGS = ((1.0, 0.1), (0.9, 0.3))
 GENTLE_LINE_BRAKING = (0.9, 0.5)
 
+# A braking along a line that is not found in so many pieces is not waited for: the sliders' own
+# stop is at hand.
+ALONG_PIECES = 10
+
 # A stop may be traced at this many places; more would take too long for a control cycle.
 TRACE_SAMPLES = 140
 
@@ -103,7 +107,7 @@ class Stopping:
         longest = LONGEST_ON_LINE * own.duration
         if along is not None:
             try:
-                return (yield from along(min(longest, left)))
+                return (yield from _at_hand(along(min(longest, left))))
             except KinematicsError:
                 yield
             if left <= longest:
@@ -191,6 +195,23 @@ class Stopping:
         if certified is None:
             raise PlanningError("the sliders' stop leads out of the limits")
         return CubicPlan(state, certified.ways)
+
+
+def _at_hand(making: Interruptible[Plan]) -> Interruptible[Plan]:
+    """Return what a ``making`` comes to, unless that takes too many pieces.
+
+    Raises:
+        PlanningError: if it does.
+        KinematicsError: if there is none.
+    """
+    for _ in range(ALONG_PIECES):
+        try:
+            next(making)
+        except StopIteration as end:
+            plan: Plan = end.value
+            return plan
+        yield
+    raise PlanningError("the braking along the line takes too long to find")
 
 
 def _under_way(state: SliderState) -> list[SliderWay]:
