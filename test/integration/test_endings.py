@@ -10,6 +10,7 @@ from nav_msgs.msg import Path
 
 from testing.commands import KINEMATICS, assert_within_limits
 from testing.machine import PATIENCE
+from tri_glide_kinematics.control.reason import Cause
 
 FAR = (0.08, 0.03, 0.35)
 NEAR = (0.0, 0.0, 0.25)
@@ -40,6 +41,7 @@ def test_a_signal_ends_it_after_a_ramp(machine, number):
     machine.ik.process.send_signal(number)
     machine.ik.process.send_signal(number)
     assert ended_at_rest(machine) == "disabled"
+    assert machine.cause is Cause.NODE_ENDS
     assert machine.reason == "at rest: the node ends"
     assert machine.ik.process.returncode == 0
     assert machine.heights() != pytest.approx(KINEMATICS.inverse(FAR), abs=1e-3)
@@ -61,6 +63,7 @@ def test_a_broken_planner_ends_it_with_an_error_at_the_end_of_the_held_plan(
         send = {"pose": partial(client.send_pose, NEAR), "twist": partial(client.send_twist, NEAR)}
         send[command]()
     assert ended_at_rest(machine) == "fault"
+    assert machine.cause is Cause.PROGRAM_ERROR
     assert "RuntimeError: the planner is broken" in machine.reason
     assert machine.ik.process.returncode == 1
     assert "RuntimeError: the planner is broken" in machine.ik.output

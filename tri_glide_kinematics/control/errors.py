@@ -20,6 +20,8 @@ class CommandRefusedError(KinematicsError):
 class BrokenError(KinematicsError):
     """Something in the program is wrong, so that it cannot go on."""
 
+    refusal = Refusal.FAULT
+
     def __init__(self, cause: Exception) -> None:
         """Tell the ``cause``, and where it was raised."""
         places = traceback.extract_tb(cause.__traceback__)
