@@ -105,8 +105,8 @@ def test_the_next_plan_begins_so_far_ahead_as_the_last_ones_took():
             waits[-1] += 1
         assert moving.plan_number == number + 1
         go(moving, 20)
-    # The first one is begun again and again, each time with twice the time.
-    assert np.median(waits[1:]) < 0.7 * waits[0]
+    # The first one is begun again and again, each time with twice the time; the others once.
+    assert max(waits[1:]) < 0.8 * waits[0]
 
 
 @each_kind

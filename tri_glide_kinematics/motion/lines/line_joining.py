@@ -184,7 +184,8 @@ class LineJoining:
         best: LinePlan | None = None
         refusal: SliderLimitError | None = None
         for attempt in range(ATTEMPTS):
-            yield
+            if attempt:
+                yield
             scaling = self._timing.in_motion(entry, parametrisation, factors)
             plan = LinePlan(entry.line, scaling, blend)
             bounds = derivative_bounds(entry.line, scaling, blend)
