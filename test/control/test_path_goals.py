@@ -68,14 +68,15 @@ def test_it_succeeds_at_the_end_of_the_path(rig):
     assert rig.controller.state is IDLE
 
 
-def test_a_cancelled_path_rests_on_it(rig):
+def test_a_cancelled_path_rests_on_it_or_beside_it(rig):
     goal = under_way(rig)
     rig.controller.cancel(goal)
     assert ended(rig, goal).code is GoalCode.CANCELED
     # On one of the first three sides of the square.
     x, y, z = place(rig)
     assert min(abs(y), abs(x - 0.02), abs(y - 0.02)) <= 0.001
-    assert z == pytest.approx(0.25, abs=1e-9)
+    # Beside it where a stop along the path would take much longer than the sliders' own stop.
+    assert z == pytest.approx(0.25, abs=1e-3)
     assert place(rig) != pytest.approx(SQUARE[-1], abs=1e-3)
 
 
