@@ -17,7 +17,7 @@ def break_planner(*_: object) -> None:
     from tri_glide_kinematics.motion.pursuit import Pursuit
     from tri_glide_kinematics.motion.replanning import Replanning
 
-    def fail(*_: object) -> NoReturn:
+    def fail(*_: object, **__: object) -> NoReturn:
         raise RuntimeError("the planner is broken")
 
     for name in ("with_goal", "braked", "tried_again", "continued"):

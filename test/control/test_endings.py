@@ -37,7 +37,7 @@ class BrokenPlannerError(Exception):
 def break_planner(monkeypatch):
     """Let all planning fail from now on."""
 
-    def fail(*_):
+    def fail(*_, **__):
         raise BrokenPlannerError("no plan")
 
     for name in ("with_goal", "braked", "tried_again", "continued", "_planned"):

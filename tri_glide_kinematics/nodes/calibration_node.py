@@ -217,11 +217,13 @@ class CalibrationNode(Node):
         from tri_glide_kinematics.calibrating.report import contradiction, report
         from tri_glide_kinematics.calibrating.solving import solved
 
+        named = request.parameter_file
+        file = file_in(self._folder, named) if named else None
         calibration = solved(self._content())
-        if request.parameter_file:
+        if file is not None:
             if calibration.is_contradicted:
                 raise SavingError(f"no parameter file: {contradiction(calibration)}")
-            save_parameters(file_in(self._folder, request.parameter_file), calibration.machine)
+            save_parameters(file, calibration.machine)
         numbers = calibration.machine.vector.tolist()
         response.anchors = numbers[0:6]
         response.arm_lengths = numbers[6:9]
