@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo panel calibration-demo test test-processors lint soak bench clean
+.PHONY: help env demo panel calibration-demo test test-no-nodes test-jazzy test-processors lint soak bench clean
 
 IN_ENV := source ./env.sh &&
 
@@ -21,10 +21,15 @@ calibration-demo: env ## probe, measure and calibrate a simulated machine that i
 panel: env ## a simulated tri-glide, and the page in the browser that shows and drives it; Ctrl-C ends it
 	@$(IN_ENV) mkdir -p out && exec install/tri_glide_kinematics/lib/tri_glide_kinematics/panel --points out/taught_points.yaml
 
-test: env ## all tests: mathematics and motion on all cores, nodes as real processes, then what is timed
+test: test-no-nodes ## all tests: mathematics and motion on all cores, nodes as real processes, then what is timed
 	@scripts/find_browser.sh >/dev/null || echo "test: no browser is installed: the panel's tests in a browser are left out"
-	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && python -m pytest -n auto -m "not nodes and not alone" \
-		&& python -m pytest -n 2 --dist worksteal -m "nodes and not alone" && exec python -m pytest -m alone
+	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && python -m pytest -n 2 --dist worksteal -m "nodes and not alone" && exec python -m pytest -m alone
+
+test-no-nodes: env ## all tests that start no nodes
+	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n auto -m "not nodes and not alone"
+
+test-jazzy: ## all tests with the versions of an Ubuntu 24.04 with Jazzy, in an environment of their own
+	@scripts/test_jazzy.sh test
 
 test-processors: env ## all tests without nodes, as they run on five kinds of processors
 	@$(IN_ENV) exec scripts/test_processors.sh
@@ -45,4 +50,4 @@ bench: env ## ratios to references measured in the same run; see docs/performanc
 		&& exec python -m benchmarks
 
 clean: ## remove everything that the other targets made
-	rm -rf .venv build install log out .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	rm -rf .venv .jazzy build install log out .pytest_cache .hypothesis .mypy_cache .ruff_cache

@@ -46,10 +46,13 @@ import re, sys, sysconfig
 from pathlib import Path
 
 site = sysconfig.get_path("purelib")
+# The wheels were made beside numpy 2; numpy 1 has its include folder elsewhere.
+numpy = Path(site, "numpy", "_core" if Path(site, "numpy", "_core", "include").exists() else "core")
 for path in Path(sys.prefix, "share").rglob("*.cmake"):
     text = path.read_text(encoding="utf-8")
     changed = re.sub(r"/opt/python/[^/;\"]+/include/python3\.\d+", sysconfig.get_path("include"), text)
     changed = re.sub(r"/opt/python/[^/;\"]+/lib/python3\.\d+/site-packages", site, changed)
+    changed = changed.replace(f"{site}/numpy/_core/include", str(numpy / "include"))
     if changed != text:
         path.write_text(changed, encoding="utf-8")
 PYTHON
