@@ -22,7 +22,7 @@ def break_planner(*_: object) -> None:
 
     for name in ("with_goal", "braked", "tried_again", "continued"):
         setattr(Replanning, name, fail)
-    Pursuit.next = fail  # type: ignore[assignment]
+    Pursuit.next = fail  # type: ignore[method-assign]
 
 
 if __name__ == "__main__":
