@@ -18,9 +18,9 @@ INTERVAL = 0.01  # s between two commands
 HEIGHT = 0.25  # m
 ROUND = 600  # setpoints
 LATE = 1.5  # periods
-# So many late cycles more than without commands are allowed; the fault of old had one in five.
 # A busy computer gets so many rounds.
 ROUNDS = 6
+# So many late cycles more than without commands are allowed; the fault of old had one in five.
 MORE_LATE = 0.08
 RATE = 500.0  # 1/s
 
