@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from math import inf
 
 import numpy as np
@@ -62,8 +62,7 @@ def coordinate_of(name: str, value: float) -> float:
 
 def place_of(name: str, values: Iterable[float]) -> Vector3:
     """Return ``values`` as three plain numbers that are finite and not too large [m]."""
-    numbers: Sequence[float] = tuple(values)
-    x, y, z = finite_vector(name, numbers, 3)
+    x, y, z = finite_vector(name, values, 3)
     if not max(abs(x), abs(y), abs(z)) <= LARGEST_PLACE:
         for index, value in enumerate((x, y, z)):
             coordinate_of(f"{name}[{index}]", value)
