@@ -21,6 +21,7 @@ from motion_machine import (
     platform_velocity,
     run,
     run_to_rest,
+    skip_if_too_long_for_ruckig,
     within,
 )
 
@@ -283,6 +284,8 @@ def test_first_pose_out_of_reach_of_an_arm_names_it():
 @pytest.mark.parametrize("speed", [1e-2, 1e-4, 1e-6])
 def test_however_slow_the_drives_a_way_that_is_inside_is_found_to_be(kind, speed):
     start, first, second = (-0.06, -0.05, 0.22), (0.06, 0.05, 0.28), (-0.06, 0.05, 0.22)
+    if kind is MotionKind.SLIDER:
+        skip_if_too_long_for_ruckig(0.1 / speed)
     limits = SliderLimits.uniform(speed, 10.0, 200.0)
     moving = engine(kind, limits, heights=MACHINE.inverse(start))
     moving.move_to(first)

@@ -4,17 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ruckig import (
-    ControlInterface,
-    InputParameter,
-    Ruckig,
-    RuckigError,
-    Synchronization,
-    Trajectory,
-)
-
 from tri_glide_kinematics.motion.constant_jerk import Phases
 from tri_glide_kinematics.motion.errors import PlanningError
+
+# The ROS index has ruckig 0.9.2, whose own Python module shows no phases: see tri_glide_ruckig/.
+try:
+    from ruckig import (
+        ControlInterface,
+        InputParameter,
+        Ruckig,
+        RuckigError,
+        Synchronization,
+        Trajectory,
+    )
+except ImportError as missing:
+    try:
+        from tri_glide_ruckig import (
+            ControlInterface,
+            InputParameter,
+            Ruckig,
+            RuckigError,
+            Synchronization,
+            Trajectory,
+        )
+    except ImportError:
+        raise missing from None
+
+__all__ = ["RuckigPlanner", "Synchronization"]
 
 # Ruckig fails on round numbers where two kinds of profile meet: 0.05 m from rest to rest at
 # 10 m/s^2 and 200 m/s^3 is such a case. A jerk that is smaller by this leads past it.

@@ -10,14 +10,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ruckig import Synchronization
-
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.line_builders import LineBuilder
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState
-from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner, Synchronization
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
