@@ -13,6 +13,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.limit_use import LimitUse
 from tri_glide_kinematics.motion.limits import SliderLimits
@@ -123,6 +125,18 @@ class Findings:
     violations: list[str] = field(default_factory=list)
     plans: int = 0
 
+    def refused(self, error: KinematicsError) -> None:
+        """Note that a command was refused."""
+        self.refusals[type(error).__name__] += 1
+
+    def drove(self, heights: FloatArray) -> None:
+        """Note setpoints [m]. Shape (n, 3)."""
+        self.steps += len(heights)
+        self.still += int((np.diff(heights, axis=0) == 0.0).all(axis=1).sum())
+
+    def told(self, status: ControllerStatus) -> None:
+        """Note what a controller has told."""
+
     def violated(self, text: str) -> None:
         """Note a violation."""
         if len(self.violations) < 20:
@@ -200,8 +214,7 @@ class Judge:
             self._findings.violated(f"{violation} of {self._scenario}")
         if self._starts_inside:
             self._check_places(heights[fresh:])
-        self._findings.steps += len(heights) - fresh
-        self._findings.still += int((np.diff(heights[fresh:], axis=0) == 0.0).all(axis=1).sum())
+        self._findings.drove(heights[fresh:])
         self._heights, self._periods = heights[-3:], periods[-3:]
         self._bounds, self._streak = bounds[-3:], streak[-3:]
 

@@ -38,7 +38,7 @@ class RandomActions:
         try:
             action()
         except KinematicsError as error:
-            self._findings.refusals[type(error).__name__] += 1
+            self._findings.refused(error)
         else:
             self._findings.commands[action.__name__.strip("_")] += 1
 

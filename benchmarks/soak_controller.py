@@ -82,7 +82,7 @@ class Adversary:
             in_position_bounds=InPositionBounds(0.0005, 0.01, 0.1, 0.005),
             start_disabled=False,
             travel=(limits.lower_heights, limits.upper_heights),
-            on_change=self._statuses.append,
+            on_change=self._note_status,
             on_refusal=self._count_refusal,
         )
         self._now = 1000.0
@@ -155,7 +155,7 @@ class Adversary:
             try:
                 controller.measured((h1 + self._offset, h2, h3), self._now)
             except KinematicsError as error:
-                self._findings.refusals[type(error).__name__] += 1
+                self._findings.refused(error)
         self._offset *= 0.9
         return self._heights, goes_on
 
@@ -212,6 +212,10 @@ class Adversary:
 
     def _violated(self, text: str) -> None:
         self._findings.violated(f"{text} at {self._now:.4f} s of {self._name}")
+
+    def _note_status(self, status: ControllerStatus) -> None:
+        self._statuses.append(status)
+        self._findings.told(status)
 
     def _count_refusal(self, _text: str, _refusal: Refusal) -> None:
         self._findings.refusals["when it was its turn"] += 1
