@@ -32,7 +32,7 @@ PIP_NAMES = {"PIL": "pillow", "mpl_toolkits": "matplotlib", "yaml": "pyyaml"}
 # These come with viser, which is needed for the panel alone.
 WITH_VISER = {"msgspec", "websockets", "zstandard"}
 # There is no rosdep key for these; numba makes things faster where it is found.
-WITHOUT_KEY = {"ruckig", "viser", "numba", "msgspec", "zstandard"}
+WITHOUT_KEY = {"ruckig", "viser", "numba", "msgspec", "zstandard", "tri_glide_ruckig"}
 
 
 def imported(*folders: str) -> set[str]:
@@ -93,7 +93,7 @@ def test_the_python_package_names_what_it_imports_without_ros(monkeypatch: pytes
         assert sorted(declared) == sorted(needed)
 
 
-@pytest.mark.parametrize("folder", [ROOT, ROOT / "tri_glide_interfaces"])
+@pytest.mark.parametrize("folder", [ROOT, ROOT / "tri_glide_interfaces", ROOT / "tri_glide_ruckig"])
 def test_manifests_are_valid_and_promise_no_mailbox(folder: Path):
     warnings: list[str] = []
     manifest = parse_package(str(folder), warnings=warnings)
