@@ -23,10 +23,10 @@ from testing.jerk_on_paths import chatter, circle, polyline, square
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.errors import MotionError
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.lines.time_scaling import PathScaling, PathStart, TimeScaling
 from tri_glide_kinematics.motion.paths.path_bounds import path_bounds
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
-from tri_glide_kinematics.motion.paths.path_timing import PathScaling, PathStart, plan_window
+from tri_glide_kinematics.motion.paths.path_timing import plan_window
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide

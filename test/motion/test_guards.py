@@ -29,13 +29,13 @@ from tri_glide_kinematics.motion import (
     SliderState,
     verification,
 )
-from tri_glide_kinematics.motion.lines.line_builders import EDGE_CLEARANCE
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
 from tri_glide_kinematics.motion.planner import MotionPlanner
 from tri_glide_kinematics.motion.plans import AT_REST
 from tri_glide_kinematics.motion.sliders.slider_motion import SliderMotion
+from tri_glide_kinematics.motion.verification import EDGE_CLEARANCE
 from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
 
 

@@ -12,10 +12,8 @@ from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.motion.plans import SliderState
+from tri_glide_kinematics.motion.tracking.velocity_tracking import SLOWEST_JOG
 from tri_glide_kinematics.vectors import Vector3
-
-# A jog that is slower than this is none [m/s].
-SLOWEST_JOG = 1e-7
 
 # Jogs are the same if their directions differ by less than this [rad], and their speeds by less
 # than this fraction.

@@ -17,6 +17,9 @@ QUANTITIES = (("velocity", "m/s"), ("acceleration", "m/s^2"), ("jerk", "m/s^3"))
 # A bound may be exceeded by this fraction of it: rounding.
 RELATIVE_ROUNDING = 1e-8
 
+# A slider may pass an end of its travel by this: rounding [m].
+TRAVEL_ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class SliderLimits:

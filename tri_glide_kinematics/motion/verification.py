@@ -16,7 +16,12 @@ from tri_glide_kinematics.motion.errors import (
     SliderLimitError,
     SliderTravelError,
 )
-from tri_glide_kinematics.motion.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
+from tri_glide_kinematics.motion.limits import (
+    QUANTITIES,
+    RELATIVE_ROUNDING,
+    TRAVEL_ROUNDING,
+    SliderLimits,
+)
 from tri_glide_kinematics.motion.lines.derivative_bounds import (
     NO_BACKWARD_SPEED,
     DerivativeBounds,
@@ -33,8 +38,8 @@ from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 from tri_glide_kinematics.workspace.workspace import Workspace
 
-# A slider may pass an end of its travel by this: rounding [m].
-TRAVEL_ROUNDING = 1e-9
+# A motion ends this far from the edge of the workspace, and needs as much room to begin [m].
+EDGE_CLEARANCE = 1e-6
 
 
 def keeps_limits(plan: Plan, limits: SliderLimits, since: float) -> bool:

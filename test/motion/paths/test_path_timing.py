@@ -9,9 +9,10 @@ from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.lines.line_timing import LineTiming
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
+from tri_glide_kinematics.motion.lines.time_scaling import PathStart
 from tri_glide_kinematics.motion.paths import path_timing, timing_grid
 from tri_glide_kinematics.motion.paths.path_bounds import check_path_limits
-from tri_glide_kinematics.motion.paths.path_timing import PathStart, plan_window
+from tri_glide_kinematics.motion.paths.path_timing import plan_window
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.motion.paths.timing_errors import PathTimingError
 from tri_glide_kinematics.motion.paths.timing_grid import MOST_PIECES

@@ -12,7 +12,6 @@ from strategies import DEFAULT_LIMITS
 from tracking_run import PLACE, TrackingRun, at_rest
 
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.lines.line_builders import EDGE_CLEARANCE
 from tri_glide_kinematics.motion.plans import CubicPlan, SliderState
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity
@@ -23,6 +22,7 @@ from tri_glide_kinematics.motion.tracking.way_ahead import (
     approach,
     way_to_rest,
 )
+from tri_glide_kinematics.motion.verification import EDGE_CLEARANCE
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace.workspace import Workspace
 

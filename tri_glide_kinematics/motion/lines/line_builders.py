@@ -8,12 +8,10 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.errors import NoRoomError
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
+from tri_glide_kinematics.motion.verification import EDGE_CLEARANCE
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
-
-# A jog ends this far from the edge of the workspace, and needs as much room to begin [m].
-EDGE_CLEARANCE = 1e-6
 
 # Ruckig plans no more than two hours; a jog that is so slow ends after this time [s].
 LONGEST_JOG = 1000.0

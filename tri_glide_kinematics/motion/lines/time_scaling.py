@@ -1,4 +1,4 @@
-"""Time scaling of a line: the way along it over time."""
+"""Time scaling: the way along a line or a path over time."""
 
 from __future__ import annotations
 
@@ -83,3 +83,39 @@ class TimeScaling(NamedTuple):
             power *= dt
             row /= power
         return result
+
+
+class PathStart(NamedTuple):
+    """Where on a path a motion begins.
+
+    Attributes:
+        place: programmed way [m].
+        speed: of the place [m/s].
+        acceleration: of the place [m/s^2].
+    """
+
+    place: float
+    speed: float
+    acceleration: float
+
+
+class PathScaling(NamedTuple):
+    """A motion along a path up to rest, inside all limits.
+
+    Attributes:
+        scaling: place on the path over time.
+        continue_at: when a continuation is to begin, infinite if it ends at a stop [s].
+    """
+
+    scaling: TimeScaling
+    continue_at: float
+
+    @property
+    def ends_at(self) -> float:
+        """Place at which it comes to rest [m]."""
+        return float(self.scaling.ways[-1])
+
+    def start_at(self, time: float) -> PathStart:
+        """Return from where it goes on at a ``time`` [s]."""
+        way, speed, acceleration = self.scaling.evaluate(np.array([time]))
+        return PathStart(float(way[0]), float(speed[0]), float(acceleration[0]))

@@ -9,10 +9,10 @@ from tri_glide_kinematics.motion.constant_jerk import evaluate, total_duration
 from tri_glide_kinematics.motion.errors import MotionError, PlanningError
 from tri_glide_kinematics.motion.hard_braking import hardest_braking
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.lines.time_scaling import PathScaling, PathStart, TimeScaling
 from tri_glide_kinematics.motion.paths.path_bounds import check_path_limits
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
-from tri_glide_kinematics.motion.paths.path_timing import PathScaling, PathStart, plan_window
+from tri_glide_kinematics.motion.paths.path_timing import plan_window
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
 
 # Where a hard braking begins at the speed that the path asks for, its few pieces bound the speed no

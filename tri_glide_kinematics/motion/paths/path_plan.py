@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from bisect import bisect_right
 
+from tri_glide_kinematics.motion.lines.time_scaling import PathScaling, PathStart
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
-from tri_glide_kinematics.motion.paths.path_timing import PathScaling, PathStart
 from tri_glide_kinematics.motion.plans import SampledPlan, SliderState
 from tri_glide_kinematics.vectors import FloatArray
 

@@ -7,10 +7,10 @@ from math import inf
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.commands import DriveLimits
+from tri_glide_kinematics.motion.lines.time_scaling import PathStart
 from tri_glide_kinematics.motion.paths import path_braking, path_timing
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.path_plan import PathPlan
-from tri_glide_kinematics.motion.paths.path_timing import PathStart
 from tri_glide_kinematics.motion.paths.place_check import check_place
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.motion.sound import SOUND

@@ -10,14 +10,13 @@ stretched away.
 from __future__ import annotations
 
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.lines.time_scaling import PathScaling, PathStart, TimeScaling
 from tri_glide_kinematics.motion.paths.path_bounds import bounds_in_pieces
 from tri_glide_kinematics.motion.paths.path_heights import PathHeights
 from tri_glide_kinematics.motion.paths.timing_errors import PathTimingError
@@ -28,7 +27,6 @@ from tri_glide_kinematics.motion.paths.timing_grid import (
     timing_grid,
 )
 from tri_glide_kinematics.motion.paths.timing_search import COMMITTED, TimingSearch, slowdown
-from tri_glide_kinematics.motion.paths.timing_search import PathStart as PathStart
 from tri_glide_kinematics.vectors import FloatArray
 
 # A plan from rest is stretched to keep the limits if that costs less than this part of its time.
@@ -42,28 +40,6 @@ _ROUNDS = 9
 
 # Number of cells at the begin of a window that are those of the held motion.
 _SAME_CELLS = 40
-
-
-class PathScaling(NamedTuple):
-    """A motion along a path up to rest, inside all limits.
-
-    Attributes:
-        scaling: place on the path over time.
-        continue_at: when a continuation is to begin, infinite if it ends at a stop [s].
-    """
-
-    scaling: TimeScaling
-    continue_at: float
-
-    @property
-    def ends_at(self) -> float:
-        """Place at which it comes to rest [m]."""
-        return float(self.scaling.ways[-1])
-
-    def start_at(self, time: float) -> PathStart:
-        """Return from where it goes on at a ``time`` [s]."""
-        way, speed, acceleration = self.scaling.evaluate(np.array([time]))
-        return PathStart(float(way[0]), float(speed[0]), float(acceleration[0]))
 
 
 def plan_window(

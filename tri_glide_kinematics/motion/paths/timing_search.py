@@ -8,14 +8,13 @@ is made a little less, and the problem is solved again from there.
 from __future__ import annotations
 
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.derivative_bounds import NO_BACKWARD_SPEED
-from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.lines.time_scaling import PathStart, TimeScaling
 from tri_glide_kinematics.motion.paths.first_guess import first_guess
 from tri_glide_kinematics.motion.paths.interior_point import solve
 from tri_glide_kinematics.motion.paths.path_bounds import bounds_in_pieces
@@ -50,20 +49,6 @@ _BEYOND = np.array(((5e-4,), (2e-3,), (1e-2,)))
 
 # A window that is cut is continued between these parts of its cells.
 COMMITTED = (0.4, 0.65)
-
-
-class PathStart(NamedTuple):
-    """Where on a path a motion begins.
-
-    Attributes:
-        place: programmed way [m].
-        speed: of the place [m/s].
-        acceleration: of the place [m/s^2].
-    """
-
-    place: float
-    speed: float
-    acceleration: float
 
 
 class TimingSearch:

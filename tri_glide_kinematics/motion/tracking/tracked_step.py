@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from tri_glide_kinematics.motion.constant_jerk import Phases
 from tri_glide_kinematics.motion.plans import CubicPlan, SampledPlan, SliderState
-from tri_glide_kinematics.motion.tracking.velocity_phases import Phase
 from tri_glide_kinematics.vectors import FloatArray
 
 
@@ -29,7 +29,7 @@ class TrackedStep:
         start: SliderState,
         after: SliderState,
         period: float,
-        ways: Sequence[Sequence[Phase]],
+        ways: Sequence[Phases],
         duration: float,
     ) -> None:
         """Store what was certified.

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from math import hypot
 
-from tri_glide_kinematics.motion.commands import SLOWEST_JOG
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import AT_REST, SliderState
 from tri_glide_kinematics.motion.tracking.slider_way import (
@@ -27,6 +26,9 @@ from tri_glide_kinematics.motion.tracking.wanted_motion import WantedMotion, wan
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
+
+# A jog that is slower than this is none [m/s].
+SLOWEST_JOG = 1e-7
 
 
 class VelocityTracking:
