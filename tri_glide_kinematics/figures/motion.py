@@ -13,11 +13,9 @@ from mpl_toolkits.mplot3d import Axes3D, proj3d
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.figures.labels import label_centres
+from tri_glide_kinematics.figures.style import LIMIT_STYLE, MILLIMETRES
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.limits import SliderLimits
-
-LIMIT_STYLE: dict[str, Any] = {"color": "0.35", "linestyle": "--", "linewidth": 0.9}
-MILLIMETRES = 1000.0
 
 
 class Mark(NamedTuple):

@@ -35,7 +35,7 @@ from tri_glide_kinematics.figures.mechanisms.f_mechanism_branches import (
     evenly,
     skeleton_points,
 )
-from tri_glide_kinematics.figures.motion import LIMIT_STYLE
+from tri_glide_kinematics.figures.style import LIMIT_STYLE
 from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism, FMechanismOverview
 from tri_glide_kinematics.rounding import within_turn, wrapped
 from tri_glide_kinematics.vectors import FloatArray

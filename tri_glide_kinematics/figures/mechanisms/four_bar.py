@@ -26,7 +26,7 @@ from tri_glide_kinematics.figures.mechanisms.drawing import (
     plane_figure,
     wraps,
 )
-from tri_glide_kinematics.figures.motion import LIMIT_STYLE
+from tri_glide_kinematics.figures.style import LIMIT_STYLE
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.four_bar import (
     AssembledFourBar,
