@@ -25,7 +25,7 @@ from tri_glide_kinematics.figures.mechanisms.f_mechanism_branches import (
     FEWEST_SAMPLES,
     BranchCurve,
     branch_through,
-    default_crank_angle,
+    angle_that_is_drawn,
     describe,
     detailed_overview,
     evenly,
@@ -225,7 +225,7 @@ def test_the_positions_figure_shows_the_printed_positions(overview):
 @pytest.mark.parametrize("mechanism", [EXAMPLE, TURNED, ISLAND])
 def test_by_default_the_positions_figure_shows_as_many_positions_as_there_can_be(mechanism):
     overview = detailed_overview(mechanism)
-    crank_angle = default_crank_angle(overview)
+    crank_angle = angle_that_is_drawn(overview)
     count = len(mechanism.poses(crank_angle))
     assert count == overview.counts.max()
     assert len(positions_figure(mechanism, overview, crank_angle).axes) == count

@@ -174,7 +174,7 @@ def branch_through(overview: FMechanismOverview, pose: FMechanismPose) -> int:
     return next(i for i, found in enumerate(distances) if found <= min(distances) + SAME_PLACE)
 
 
-def default_crank_angle(overview: FMechanismOverview) -> float:
+def angle_that_is_drawn(overview: FMechanismOverview) -> float:
     """Return the middle of the first range of crank angles with the most positions [rad]."""
     most = overview.counts == overview.counts.max()
     first = int(np.argmax(most))

@@ -132,7 +132,7 @@ def _of_f_mechanism(mechanism: FMechanism, choice: Choice) -> Pictures:
     number = _checked_branch(chosen, len(overview.branches))
     crank_angle = choice.crank_angle
     if crank_angle is None:
-        crank_angle = f_mechanism_branches.default_crank_angle(overview)
+        crank_angle = f_mechanism_branches.angle_that_is_drawn(overview)
     elif not mechanism.poses(crank_angle):
         raise DrawingError(
             f"the F-mechanism has no position at crank angle {math.degrees(crank_angle):.9g} deg"
