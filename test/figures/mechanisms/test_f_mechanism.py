@@ -24,8 +24,8 @@ from tri_glide_kinematics.figures.mechanisms.f_mechanism import (
 from tri_glide_kinematics.figures.mechanisms.f_mechanism_branches import (
     FEWEST_SAMPLES,
     BranchCurve,
-    branch_through,
     angle_that_is_drawn,
+    branch_through,
     describe,
     detailed_overview,
     evenly,
