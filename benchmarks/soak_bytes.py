@@ -12,7 +12,7 @@ from importlib.util import find_spec
 
 from rcl_interfaces.srv import ListParameters
 
-from benchmarks.soak_nodes import context_in_own_domain, say, session
+from benchmarks.soak_nodes import context_in_own_domain, resident, say, session
 from testing.byte_fuzzing import Fuzzer
 from testing.machine import Machine
 from testing.scenarios import assert_normal_target_is_reached
@@ -54,7 +54,12 @@ def main() -> int:
             ended = [
                 node.name for node in (*nodes.started, *launcher.started) if not node.is_running
             ]
-            say(f"{sent} inputs, ended: {ended}, other setpoints: {len(moved)}")
+            sizes = " ".join(
+                f"{node.name} {resident(node):.0f}"
+                for node in (*nodes.started, *launcher.started)
+                if node.is_running
+            )
+            say(f"{sent} inputs, ended: {ended}, other setpoints: {len(moved)}, MB: {sizes}")
             passed = not moved and not ended
             del machine.commands[:-1], machine.measured[:-1], machine.states[:-1]
         for _, fuzzer in fuzzers:

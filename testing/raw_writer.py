@@ -15,6 +15,16 @@ from rclpy.type_support import check_for_type_support
 KEEP_LAST, RELIABLE, VOLATILE, AUTOMATIC = 1, 1, 2, 1
 
 
+def requests(service: str) -> str:
+    """Return the topic of DDS on which the requests of a ``service`` come in, by its full name."""
+    return f"rq{service}Request"
+
+
+def answers(service: str) -> str:
+    """Return the topic of DDS on which the answers of a ``service`` go out, by its full name."""
+    return f"rr{service}Reply"
+
+
 class _Time(ctypes.Structure):
     _fields_ = (("seconds", ctypes.c_uint64), ("nanoseconds", ctypes.c_uint64))
 
@@ -59,15 +69,15 @@ class _PublisherStart(ctypes.Structure):
 
 
 class RawWriter:
-    """Writes to the topic of DDS on which the requests of a service come in."""
+    """Writes to a topic of DDS, whatever its name."""
 
-    def __init__(self, node: Node, kind: Any, service: str) -> None:
+    def __init__(self, node: Node, kind: Any, topic: str) -> None:
         """Write as a part of ``node``.
 
         Args:
             node: whose participant writes.
-            kind: of the requests.
-            service: full name.
+            kind: of message that is expected there.
+            topic: its name in DDS, as of ``requests`` or ``answers``.
         """
         check_for_type_support(kind)
         get = ctypes.pythonapi.PyCapsule_GetPointer
@@ -98,12 +108,12 @@ class RawWriter:
         self._publisher = create(
             self._node,
             support,
-            f"rq{service}Request".encode(),
+            topic.encode(),
             ctypes.byref(quality),
             ctypes.byref(_Options()),
         )
         if not self._publisher:
-            raise RuntimeError(f"no writer of the requests of {service}")
+            raise RuntimeError(f"no writer of {topic}")
         self._publish = self._rmw.rmw_publish_serialized_message
         self._publish.argtypes = (ctypes.c_void_p, ctypes.POINTER(_Bytes), ctypes.c_void_p)
         self._count = self._rmw.rmw_publisher_count_matched_subscriptions
@@ -116,7 +126,7 @@ class RawWriter:
             raise RuntimeError(f"{len(data)} bytes were not written")
 
     def get_subscription_count(self) -> int:
-        """Return how many servers read."""
+        """Return how many read."""
         count = ctypes.c_size_t()
         self._count(self._publisher, ctypes.byref(count))
         return count.value

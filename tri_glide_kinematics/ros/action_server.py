@@ -26,6 +26,7 @@ from tri_glide_kinematics.ros.error_log import ErrorLog
 from tri_glide_kinematics.ros.messages import set_stamp
 from tri_glide_kinematics.ros.old_results import OldResults
 from tri_glide_kinematics.ros.patient_services import CALLS, PatientServices
+from tri_glide_kinematics.ros.request_bytes import read_kinds_within_bytes
 
 # How long the state of a goal that has ended is told with those of the others [s]. It is told when
 # it ends, and for this time again with each change of another, as a message may be lost. All of
@@ -134,6 +135,7 @@ class ActionServer:
                 self._on_result_wanted,
             ),
         )
+        read_kinds_within_bytes(request for _, request, _ in self._takers)
         # When there was last no request of each kind [s of time.monotonic].
         self._none_at = [0.0 for _ in self._takers]
 

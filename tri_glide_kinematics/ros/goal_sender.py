@@ -11,6 +11,7 @@ from rclpy.node import Node
 
 from tri_glide_interfaces.action import FollowPath, MoveTo
 from tri_glide_kinematics.motion.paths.flat_path import FlatPath
+from tri_glide_kinematics.ros.request_bytes import read_kinds_within_bytes
 from tri_glide_kinematics.vectors import Vector3
 
 
@@ -68,6 +69,9 @@ class GoalSender:
     def __init__(self, node: Node) -> None:
         """Look for the actions as a part of ``node``."""
         self.server = node.get_namespace().rstrip("/") + "/ik_node"
+        for made_of in (MoveTo.Impl, FollowPath.Impl):
+            services = made_of.SendGoalService, made_of.CancelGoalService, made_of.GetResultService
+            read_kinds_within_bytes(service.Response for service in services)
         self._move_to = ActionClient(node, MoveTo, "ik_node/move_to")
         self._follow_path = ActionClient(node, FollowPath, "ik_node/follow_path")
 

@@ -62,6 +62,7 @@ def run(module: str, class_name: str) -> int:
     from tri_glide_kinematics.ros.end_signals import EndSignals
     from tri_glide_kinematics.ros.parameter_sources import sources_of
     from tri_glide_kinematics.ros.parameters import NODES
+    from tri_glide_kinematics.ros.request_bytes import read_within_bytes
     from tri_glide_kinematics.ros.transport import choose_transport
 
     name = module.rpartition(".")[2]
@@ -87,6 +88,7 @@ def run(module: str, class_name: str) -> int:
         if isinstance(error, (KinematicsError, ParameterException)):
             return _fail(f"{name}: {error}")
         raise
+    read_within_bytes(instance)
     if transport.can_stall:
         instance.get_logger().warning(transport.text)
     else:
