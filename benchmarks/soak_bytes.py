@@ -61,6 +61,8 @@ def main() -> int:
             )
             say(f"{sent} inputs, ended: {ended}, other setpoints: {len(moved)}, MB: {sizes}")
             passed = not moved and not ended
+            if moved:
+                say(f"states: {[state.reason for state in machine.states][-20:]}")
             del machine.commands[:-1], machine.measured[:-1], machine.states[:-1]
         for _, fuzzer in fuzzers:
             fuzzer.close()

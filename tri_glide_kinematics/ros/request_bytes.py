@@ -75,12 +75,10 @@ _replaced: dict[Any, tuple[Any, ...]] = {}
 
 def read_within_bytes(node: Node) -> None:
     """Read requests to the services of ``node`` within their bytes, and what its clients get."""
-    read_kinds_within_bytes(
-        (
-            *(service.srv_type.Request for service in node.services),
-            *(client.srv_type.Response for client in node.clients),
-        )
-    )
+    services: list[Any] = [service.srv_type for service in node.services]
+    clients: list[Any] = [client.srv_type for client in node.clients]
+    read_kinds_within_bytes(kind.Request for kind in services)
+    read_kinds_within_bytes(kind.Response for kind in clients)
 
 
 def read_kinds_within_bytes(kinds: Iterable[Any]) -> None:
