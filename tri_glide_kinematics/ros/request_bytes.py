@@ -138,10 +138,10 @@ def _replace(kind: Any, look: Callable[[int, int], object]) -> tuple[Any, ...]:
         if ctypes.string_at(begin, min(length, 2)) not in PLAIN:
             return False
         data = _Bytes(buffer=begin, length=length, capacity=length)
+        # An error that is left there is written to the standard error beside the next one.
+        reset_error()
         is_read = decode(ctypes.byref(data), ctypes.byref(own), message) == 0
-        if not is_read:
-            # Left there, it would be written to the standard error beside the next one.
-            reset_error()
+        reset_error()
         return is_read
 
     call = _Read(read)
