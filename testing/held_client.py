@@ -1,24 +1,28 @@
 """A client that sends targets until it is killed: run as a process by tests.
 
-Arguments: kind of target (as in ``testing.flood``, or ``path``), then two places [m] or velocities
-[m/s] of three numbers each. SIGUSR1 has it send the one and the other in turn, SIGUSR2 has it
-cease, which it confirms.
+Arguments: kind of target (as in ``testing.flood``, ``path`` or ``tour``), then two places [m] or
+velocities [m/s] of three numbers each. SIGUSR1 has it send the one and the other in turn, SIGUSR2
+has it cease, which it confirms.
 """
 
 from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Sequence
 from itertools import cycle
+from typing import Any
 
 import rclpy
-from geometry_msgs.msg import Point, PoseStamped, TwistStamped
+from geometry_msgs.msg import Point, Pose, PoseStamped, TwistStamped
 from nav_msgs.msg import Path
 from rclpy.signals import SignalHandlerOptions
 
 from testing.flood import KINDS
 
 READY, CEASED = "somebody listens", "ceased"
+PATHS = {kind: ("target_path", Path) for kind in ("path", "tour")}
+ROUNDS = 2  # of a tour between the two places
 PERIOD = 0.02  # s
 # What is sent again and again; a place or a path is sent once.
 RENEWED = ("twist", "state")
@@ -33,10 +37,13 @@ def main() -> None:
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     kind, *numbers = sys.argv[1], *map(float, sys.argv[2:8])
     node = rclpy.create_node("held_client")
-    topic, message_type = {**KINDS, "path": ("target_path", Path)}[kind]
+    topic, message_type = {**KINDS, **PATHS}[kind]
     publisher = node.create_publisher(message_type, topic, 10)
+    places = Point(**dict(zip("xyz", numbers))), Point(**dict(zip("xyz", numbers[3:])))
+    rounds = ROUNDS if kind == "tour" else 0
     messages = cycle(
-        [_message(message_type(), *numbers[:3]), _message(message_type(), *numbers[3:])]
+        _message(message_type(), [place, *(other, place) * rounds])
+        for place, other in (places, places[::-1])
     )
     while not publisher.get_subscription_count():
         rclpy.spin_once(node, timeout_sec=PERIOD)
@@ -54,20 +61,18 @@ def main() -> None:
             held = held if kind in RENEWED else None
 
 
-def _message(message: object, x: float, y: float, z: float) -> object:
-    """Fill in a target."""
+def _message(message: Any, places: Sequence[Point]) -> Any:
+    """Fill in a target, which is the first of some places, or a path along all of them."""
+    first = places[0]
     if isinstance(message, TwistStamped):
         linear = message.twist.linear
-        linear.x, linear.y, linear.z = x, y, z
-        return message
-    pose = PoseStamped()
-    pose.pose.position = Point(x=x, y=y, z=z)
-    if isinstance(message, Path):
-        message.poses = [pose]
+        linear.x, linear.y, linear.z = first.x, first.y, first.z
+    elif isinstance(message, Path):
+        message.poses = [PoseStamped(pose=Pose(position=place)) for place in places]
     elif isinstance(message, PoseStamped):
-        message.pose = pose.pose
+        message.pose.position = first
     else:
-        message.pose.pose = pose.pose
+        message.pose.pose.position = first
     return message
 
 

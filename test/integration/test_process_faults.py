@@ -27,13 +27,14 @@ CLIENTS = {
     "jogging": ("twist", SLOWLY, SLOWLY),
     "tracking": ("state", HOME, HOME),
     "path": ("path", FAR, HOME),
-    "paused": ("pose", FAR, HOME),
+    "paused": ("tour", FAR, HOME),
 }
 STATES = ("waiting", "idle", *CLIENTS, "fault", "disabled")
 NOT_LED = ("waiting", "fault", "disabled")
 # None of them can be read as a request of any kind, not even as one that holds nothing.
 UNREADABLE = (b"\0", b"\0\1\0\0", b"\0\7\0\0", b"\0\3\0\0\0", b"\xff" * 5)
 SOME = 50  # commands
+NOTHING = "-"  # there is nobody to kill, or nothing new in it
 
 
 class Campaign:
@@ -67,6 +68,8 @@ class Campaign:
         machine = self.machine
         if state == "disabled":
             assert self.client.enable(False).success
+        if state == "fault":
+            self.kill_simulator()
         if state in CLIENTS:
             self.clients[state].process.send_signal(signal.SIGUSR1)
             machine.wait_for_state("moving" if state in ("paused", "path") else state)
@@ -180,11 +183,16 @@ FAULTS = {
 }
 
 
+LEFT_OUT = {("fault", "kill_simulator")} | {
+    (state, "kill_client") for state in STATES if state not in CLIENTS
+}
+
+
 def table(cells):
     """Return the lines of the table in the documents."""
     lines = ["| state | " + " | ".join(FAULTS) + " |", "|---" * (len(FAULTS) + 1) + "|"]
     for state in STATES:
-        row = " | ".join(cells.get((state, fault), "") for fault in FAULTS)
+        row = " | ".join(cells.get((state, fault), NOTHING) for fault in FAULTS)
         lines.append(f"| {state} | {row} |")
     return "\n".join(lines)
 
@@ -204,18 +212,11 @@ def test_every_fault_of_processes_in_every_state(client, nodes, tmp_path):
     )
     for state in STATES[1:]:
         for fault, name in FAULTS.items():
-            if name == "kill_client" and state not in CLIENTS:
+            if (state, name) in LEFT_OUT:
                 continue
-            if state == "fault":
-                if name == "kill_simulator":
-                    continue
-                if name == "send_bytes":
-                    campaign.kill_simulator()
-            else:
-                campaign.enter(state)
+            campaign.enter(state)
             campaign.record(state, fault, getattr(campaign, name))
-            if state != "fault" or name == "fill_disk":
-                campaign.rest(state)
+            campaign.rest(state)
     # Nothing is lost: there is room again.
     answer = campaign.saved("room.yaml")
     assert answer.success, answer.message
