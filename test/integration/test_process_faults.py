@@ -34,6 +34,7 @@ NOT_LED = ("waiting", "fault", "disabled")
 # None of them can be read as a request of any kind, not even as one that holds nothing.
 UNREADABLE = (b"\0", b"\0\1\0\0", b"\0\7\0\0", b"\0\3\0\0\0", b"\xff" * 5)
 SOME = 50  # commands
+SILENCE = 0.3  # s, of a client that has let go
 NOTHING = "-"  # there is nobody to kill, or nothing new in it
 
 
@@ -57,7 +58,8 @@ class Campaign:
             self.clients[state] = self.nodes.start_module(
                 "testing.held_client", (kind, *numbers), "held_client"
             )
-        self.machine.start_ik({"speed_scale": 0.1, "measured_timeout": 0.5})
+        silences = {"twist_timeout": SILENCE, "target_timeout": SILENCE}
+        self.machine.start_ik({"speed_scale": 0.1, "measured_timeout": 0.5, **silences})
         self.files = self.nodes.start("calibration_node", {"folder": str(self.folder)})
         self.machine.wait_for_state("waiting")
         for each in self.clients.values():
@@ -155,13 +157,16 @@ class Campaign:
             each.forget_output()
             each.process.send_signal(signal.SIGUSR2)
             self.client.wait_for(lambda: CEASED in each.output, CEASED)
+        let_go = self.client.now() + 2e9 * SILENCE
         if not machine.simulator.is_running:
             machine.start_simulator()
         self.client.wait_for(lambda: self.client.enable().success, "the machine to be enabled")
-        # After a stop, a client has to cease for longer before it is heard again.
         if machine.state == "paused":
             self.call("stop")
         machine.wait_for_state("idle")
+        if state in ("jogging", "tracking"):
+            # After a fault it is heard again when it has let go.
+            self.client.wait_for(lambda: self.client.now() > let_go, "a client to let go")
 
 
 @contextmanager
