@@ -28,6 +28,11 @@ from tri_glide_kinematics.ros.stamped_triples import PLAIN
 MIDDLEWARE = "rmw_fastrtps_cpp"
 GENERATED = b"rosidl_typesupport_fastrtps_c"
 
+UNKNOWN = (
+    "this is not the middleware of ROS 2 Jazzy: requests that claim to be longer than they are may "
+    "take all memory"
+)
+
 # Of a fastcdr::Cdr, as a row of pointers: where its bytes begin, and where they end.
 BEGIN, END = 22, 23
 
@@ -74,23 +79,25 @@ _replaced: dict[Any, tuple[Any, ...]] = {}
 
 
 def read_within_bytes(node: Node) -> None:
-    """Read requests to the services of ``node`` within their bytes, and what its clients get."""
+    """Read requests to the services of ``node`` within their bytes, and what its clients get.
+
+    With another middleware than that of Jazzy nothing is changed, and the node says so.
+    """
     services: list[Any] = [service.srv_type for service in node.services]
     clients: list[Any] = [client.srv_type for client in node.clients]
-    read_kinds_within_bytes(kind.Request for kind in services)
-    read_kinds_within_bytes(kind.Response for kind in clients)
+    kinds = (*(kind.Request for kind in services), *(kind.Response for kind in clients))
+    if not read_kinds_within_bytes(kinds):
+        node.get_logger().warning(UNKNOWN)
 
 
-def read_kinds_within_bytes(kinds: Iterable[Any]) -> None:
-    """Read these kinds of requests and answers within their bytes.
-
-    With another middleware than that of Jazzy nothing is changed.
-    """
+def read_kinds_within_bytes(kinds: Iterable[Any]) -> bool:
+    """Read these kinds of requests and answers within their bytes, and return whether it works."""
     if get_rmw_implementation_identifier() != MIDDLEWARE or not _is_as_expected():
-        return
+        return False
     for kind in kinds:
         if kind not in _replaced:
             _replaced[kind] = _replace(kind, lambda address, length: None)
+    return True
 
 
 def _is_as_expected() -> bool:
