@@ -1,7 +1,7 @@
 """Soak of the inputs: bytes of any kind on every topic, service and action of all nodes.
 
-Run it as ``python -m benchmarks.soak_bytes --count 1000000``; it exits with 1 if a node ended or
-answers no more, or if the machine moved, or does not move afterwards when it is told to.
+Run it as ``python -m benchmarks.soak_bytes --count 1000000``; it exits with 1 if a node ended, has
+grown or answers no more, or if the machine moved, or does not move afterwards when it is told to.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from testing.machine import Machine
 from testing.scenarios import assert_normal_target_is_reached
 
 BATCH = 10_000
+# A node that makes what one request claims grows by 900 MB.
+MOST_GROWTH = 30.0  # MB
 
 
 def main() -> int:
@@ -43,6 +45,8 @@ def main() -> int:
         fuzzers = [(one, Fuzzer(one, names, but)) for one, names, but in pairs]
         machine.catch_up()
         resting = machine.heights()
+        everyone = (*nodes.started, *launcher.started)
+        sizes: list[dict[int, float]] = []
         sent = 0
         while sent < count and passed:
             for one, fuzzer in fuzzers:
@@ -51,16 +55,15 @@ def main() -> int:
             client.wait_for(lambda: client.enable().success, "the machine to be enabled")
             machine.catch_up()
             moved = {machine.heights(message) for message in machine.commands} - {resting}
-            ended = [
-                node.name for node in (*nodes.started, *launcher.started) if not node.is_running
-            ]
-            sizes = " ".join(
-                f"{node.name} {resident(node):.0f}"
-                for node in (*nodes.started, *launcher.started)
-                if node.is_running
+            ended = [node.name for node in everyone if not node.is_running]
+            running = [node for node in everyone if node.is_running]
+            sizes.append({node.pid: resident(node) for node in running})
+            grown = max(size - sizes[0].get(pid, size) for pid, size in sizes[-1].items())
+            say(
+                f"{sent} inputs, ended: {ended}, other setpoints: {len(moved)}, "
+                f"the largest growth of a node: {grown:.0f} MB"
             )
-            say(f"{sent} inputs, ended: {ended}, other setpoints: {len(moved)}, MB: {sizes}")
-            passed = not moved and not ended
+            passed = not moved and not ended and grown < MOST_GROWTH
             if moved:
                 say(f"states: {[state.reason for state in machine.states][-20:]}")
             del machine.commands[:-1], machine.measured[:-1], machine.states[:-1]
