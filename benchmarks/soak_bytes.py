@@ -9,6 +9,8 @@ from __future__ import annotations
 import argparse
 import sys
 from importlib.util import find_spec
+from tempfile import TemporaryDirectory
+from typing import Any
 
 from rcl_interfaces.srv import ListParameters
 
@@ -29,6 +31,7 @@ def main() -> int:
     count = parser.parse_args().count
     passed = True
     with (
+        TemporaryDirectory() as folder,
         context_in_own_domain() as context,
         session(context, "bytes_led") as (client, nodes),
         session(context, "bytes_alone") as (other, launcher),
@@ -39,8 +42,13 @@ def main() -> int:
         # Whoever sends setpoints is a fault, so others that listen to these have no ik_node.
         alone = ["simulator_node", "calibration_node", "mechanism_node"]
         alone += ["panel_node"] if find_spec("viser") else []
+        # Requests to save are valid, whatever the name.
+        own: dict[str, dict[str, Any]] = {
+            "panel_node": {"port": 0},
+            "calibration_node": {"folder": folder},
+        }
         for name in alone:
-            launcher.start(name, {"port": 0} if name == "panel_node" else None)
+            launcher.start(name, own.get(name))
         pairs = ((client, led, ("joint_commands",)), (other, tuple(alone), ()))
         fuzzers = [(one, Fuzzer(one, names, but)) for one, names, but in pairs]
         machine.catch_up()
