@@ -142,7 +142,9 @@ if [ "$(cat "$BUILD_STAMP" 2>/dev/null)" != "$built_from" ]; then
     mkdir -p install # env.sh takes what is there
     # Without byte code each start of a node compiles all modules; Python has to be allowed to write it.
     # shellcheck source=/dev/null
-    if ! (set +eu; . ./env.sh && unset PYTHONDONTWRITEBYTECODE && colcon build) >.venv/build.log 2>&1; then
+    # Without MAKEFLAGS colcon compiles one file after the other on a computer that is busy.
+    if ! (set +eu; . ./env.sh && unset PYTHONDONTWRITEBYTECODE && MAKEFLAGS="-j$(nproc)" colcon build) \
+        >.venv/build.log 2>&1; then
         tail -n 25 .venv/build.log >&2
         fail "colcon build failed (the whole log is .venv/build.log)"
     fi
