@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics import interruptible
-from tri_glide_kinematics.interruptible import Interruptible, at_once, concatenated, picked, sorting
+from tri_glide_kinematics.interruptible import (
+    Interruptible,
+    accumulated,
+    any_of,
+    at_once,
+    columns_of,
+    concatenated,
+    indices_of,
+    picked,
+    sorting,
+)
 
 
 def summing(numbers) -> Interruptible[int]:
@@ -33,6 +43,7 @@ def test_at_once_raises_its_errors():
 @pytest.mark.parametrize("kinds", [3, 1000])
 def test_arrays_in_pieces_are_those_of_numpy(monkeypatch, count, kinds):
     monkeypatch.setattr(interruptible, "ROWS", 100)
+    monkeypatch.setattr(interruptible, "WORKED_ROWS", 100)
     source = np.random.default_rng(count)
     values = source.integers(0, kinds, count).astype(float)
     rows, indices = source.random((count, 3)), source.integers(0, max(count, 1), count)
@@ -43,3 +54,31 @@ def test_arrays_in_pieces_are_those_of_numpy(monkeypatch, count, kinds):
         found = at_once(sorting(values, bounds))
         np.testing.assert_array_equal(found, np.argsort(values, kind="stable"))
     assert sum(1 for _ in concatenated([rows])) == count // 100
+    signs = rows[:, 0] - 0.5
+    np.testing.assert_array_equal(at_once(accumulated(np.add, signs)), np.cumsum(signs))
+    backwards = at_once(accumulated(np.minimum, signs[::-1]))
+    np.testing.assert_array_equal(backwards, np.minimum.accumulate(signs[::-1]))
+    for bound in (-1.0, 0.0, 0.499, 1.0):
+        above = signs > bound
+        np.testing.assert_array_equal(at_once(indices_of(above)), np.flatnonzero(above))
+        assert at_once(any_of(np.logical_and, above, above)) == above.any()
+
+
+@pytest.mark.parametrize("count", [0, 1, 99, 100, 101, 1234])
+def test_columns_made_block_by_block_are_those_made_at_once(monkeypatch, count):
+    monkeypatch.setattr(interruptible, "WORKED_ROWS", 100)
+    values = np.random.default_rng(count).random((count, 3))
+
+    def around(some):
+        """Return what depends on two rows behind, then zeros, then what begins with zeros."""
+        rows = values[some]
+        late = np.where(np.arange(count)[some] < 250, 0.0, rows[:, 0])
+        return np.append(rows[2:], rows[-2:], axis=0), np.zeros(len(rows)), late
+
+    expected = around(slice(0, count))
+    for spare_zeros in (False, True):
+        found = at_once(columns_of(count, around, margin=2, spare_zeros=spare_zeros))
+        for column, whole in zip(found, expected):
+            np.testing.assert_array_equal(column, whole)
+            assert column.dtype == whole.dtype
+        assert found[1].flags.writeable != (spare_zeros and count > 0)

@@ -8,7 +8,7 @@ whoever has no cycle to keep has it done ``at_once``.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 
 # So many rows of an array are copied between two breaks.
 ROWS = 10_000
+
+# So many rows of arrays are worked on between two breaks: some 20 operations take 0.2 ms.
+WORKED_ROWS = 4_000
 
 Result = TypeVar("Result")
 
@@ -30,6 +33,91 @@ def at_once(computation: Interruptible[Result]) -> Result:
         except StopIteration as end:
             result: Result = end.value
             return result
+
+
+def blocks(count: int) -> Iterator[slice]:
+    """Yield which of ``count`` rows are worked on together, one block after the other."""
+    for first in range(0, count, WORKED_ROWS):
+        yield slice(first, min(first + WORKED_ROWS, count))
+
+
+def columns_of(
+    count: int,
+    work: Callable[[slice], Sequence[NDArray[Any]]],
+    margin: int = 0,
+    spare_zeros: bool = False,
+) -> Interruptible[list[NDArray[Any]]]:
+    """Return columns of ``count`` rows each, worked out block by block.
+
+    Args:
+        count: number of rows.
+        work: returns these rows of each column.
+        margin: how many rows to both sides the result depends on; so many more are worked out with
+            each block, and left out.
+        spare_zeros: whether a column of zeros alone is to take no memory; it can then not be
+            written to.
+    """
+    if not count:
+        return list(work(slice(0, 0)))
+    made: dict[int, NDArray[Any]] = {}
+    for some in blocks(count):
+        begin = max(some.start - margin, 0)
+        parts = work(slice(begin, min(some.stop + margin, count)))
+        inner = slice(some.start - begin, some.stop - begin)
+        yield
+        # One after the other: the system takes 0.3 ms to give 2 MB of fresh memory.
+        for number, part in enumerate(parts):
+            if number not in made:
+                if spare_zeros and not part[inner].any():
+                    continue
+                made[number] = np.empty((count, *part.shape[1:]), part.dtype)
+                for before in blocks(some.start):
+                    made[number][before] = 0
+                    yield
+            made[number][some] = part[inner]
+            yield
+    zeros = (np.broadcast_to(part.dtype.type(0), (count, *part.shape[1:])) for part in parts)
+    return [made.get(number, column) for number, column in enumerate(zeros)]
+
+
+def column_of(
+    count: int, work: Callable[[slice], NDArray[Any]], margin: int = 0
+) -> Interruptible[NDArray[Any]]:
+    """Return one column, as ``columns_of`` does."""
+    return (yield from columns_of(count, lambda some: (work(some),), margin))[0]
+
+
+def any_of(work: Callable[..., NDArray[np.bool_]], *arrays: NDArray[Any]) -> Interruptible[bool]:
+    """Return whether ``work`` finds a true row in ``arrays`` of one length, block by block."""
+    for some in blocks(len(arrays[0])):
+        if work(*(array[some] for array in arrays)).any():
+            return True
+        yield
+    return False
+
+
+def accumulated(operation: np.ufunc, values: NDArray[Any]) -> Interruptible[NDArray[Any]]:
+    """Return ``operation.accumulate(values)``. Shape (n,)."""
+    made = np.empty_like(values)
+    for some in blocks(len(values)):
+        part = values[some]
+        if some.start:
+            part = part.copy()
+            part[0] = operation(made[some.start - 1], part[0])
+        operation.accumulate(part, out=made[some])
+        yield
+    return made
+
+
+def indices_of(mask: NDArray[Any]) -> Interruptible[NDArray[np.intp]]:
+    """Return the indices at which a ``mask`` is true or not 0, ascending. Shape (n,)."""
+    made, count = np.empty(len(mask), dtype=np.intp), 0
+    for some in blocks(len(mask)):
+        found = np.flatnonzero(mask[some])
+        made[count : count + len(found)] = found + some.start
+        count += len(found)
+        yield
+    return made[:count]
 
 
 def concatenated(arrays: Sequence[NDArray[Any]]) -> Interruptible[NDArray[Any]]:
@@ -50,11 +138,7 @@ def concatenated(arrays: Sequence[NDArray[Any]]) -> Interruptible[NDArray[Any]]:
 
 def picked(array: NDArray[Any], indices: NDArray[np.intp]) -> Interruptible[NDArray[Any]]:
     """Return the rows of an ``array`` with these ``indices``. Shape of them and of a row."""
-    made = np.empty((len(indices), *array.shape[1:]), array.dtype)
-    for first in range(0, len(indices), ROWS):
-        made[first : first + ROWS] = array[indices[first : first + ROWS]]
-        yield
-    return made
+    return (yield from column_of(len(indices), lambda some: array[indices[some]]))
 
 
 def sorting(values: NDArray[Any], bounds: NDArray[Any]) -> Interruptible[NDArray[np.intp]]:

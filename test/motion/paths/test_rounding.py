@@ -53,7 +53,7 @@ def test_the_bound_at_joints_is_that_of_the_sum():
         joints, _ = at_once(joints_of(path.segments))
         if not len(joints.ways):
             continue
-        widths = enveloped(joints.ways, rng.uniform(0.001, 0.05, len(joints.ways)))
+        widths = at_once(enveloped(joints.ways, rng.uniform(0.001, 0.05, len(joints.ways))))
         weights = Weights(joints.turns, CONVEX_BEND * joints.bends)
         found = at_once(deviation_bounds(joints.ways, weights, widths))
         for way, value in zip(joints.ways, found):
@@ -67,7 +67,7 @@ def test_two_widths_differ_by_no_more_than_the_ways():
     for _ in range(50):
         ways = np.sort(rng.uniform(0.0, 1.0, 200))
         wanted = 10.0 ** rng.uniform(-4.0, 0.0, 200)
-        widths = enveloped(ways, wanted)
+        widths = at_once(enveloped(ways, wanted))
         apart = np.abs(ways[:, np.newaxis] - ways)
         assert widths == pytest.approx((wanted + apart).min(axis=1), abs=1e-15)
 

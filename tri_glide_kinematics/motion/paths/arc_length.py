@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import Interruptible, accumulated, column_of, indices_of
 from tri_glide_kinematics.vectors import FloatArray
 
 Indices = NDArray[np.intp]
@@ -34,14 +34,15 @@ class ArcLength:
     def __init__(
         self,
         breaks: FloatArray,
-        changes: FloatArray,
+        totals: FloatArray,
+        kinds: NDArray[np.int8],
         rates: Callable[[Indices, FloatArray], FloatArray],
     ) -> None:
-        """Prepare, without the totals; use ``measured``."""
+        """Use ``measured``."""
         self.breaks = breaks
-        self._kinds = np.searchsorted([change for change, _ in NODES[:-1]], changes)
+        self._kinds = kinds
         self._rates = rates
-        self.totals = np.zeros(len(breaks))
+        self.totals = totals
 
     @classmethod
     def measured(
@@ -58,14 +59,21 @@ class ArcLength:
                 the parameter is the arc length. Shape (k,) [m].
             rates: returns the arc length per parameter, on pieces, at parameters. Shape (n,).
         """
-        made = cls(breaks, changes, rates)
-        lengths = np.diff(breaks)
-        bent = np.flatnonzero(changes > 0.0)
+        limits = [change for change, _ in NODES[:-1]]
+        kinds = yield from column_of(
+            len(changes), lambda some: np.searchsorted(limits, changes[some]).astype(np.int8)
+        )
+        # The length of the piece before each break, and of the whole before the first.
+        lengths = yield from column_of(
+            len(breaks), lambda some: np.diff(breaks[some], prepend=breaks[some][:1]), margin=1
+        )
+        made = cls(breaks, lengths, kinds, rates)
+        bent = yield from indices_of(changes)
         for first in range(0, len(bent), AT_A_TIME):
             yield
             some = bent[first : first + AT_A_TIME]
-            lengths[some] = made._integrals(some, breaks[some + 1])
-        np.cumsum(lengths, out=made.totals[1:])
+            lengths[some + 1] = made._integrals(some, breaks[some + 1])
+        made.totals = yield from accumulated(np.add, lengths)
         return made
 
     @property

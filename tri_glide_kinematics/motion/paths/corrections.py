@@ -7,14 +7,14 @@ break, where one of its coefficients jumps as a rounding begins, ends or passes 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.paths.joints import Indices, RoundedJoints, any_bend
+from tri_glide_kinematics.interruptible import Interruptible, blocks, columns_of
+from tri_glide_kinematics.motion.paths.joints import Indices, RoundedJoints
 from tri_glide_kinematics.motion.paths.layers import Breaks, Layer, breaks_of, layers_of
 from tri_glide_kinematics.motion.paths.widths import Widths
 from tri_glide_kinematics.vectors import FloatArray
@@ -51,40 +51,71 @@ def corrections_of(
         powers of the way from the break: four, or five if the curvature jumps at a joint or a
         rounding tapers off. Shape (k, 4 or 5, 3).
     """
-    layers = layers_of(joints, widths)
-    yield
+    layers = yield from layers_of(joints, widths)
     breaks = yield from breaks_of(ways, layers)
     yield
-    table = yield from corrections_at(breaks[0], layers[0])
-    for at, layer in zip(breaks[1:], layers[1:]):
-        added = yield from corrections_at(at, layer)
-        # The first layer has terms of the highest degree, so that its table is the widest.
-        table[:, : added.shape[1]] += added
+    # The first layer has terms of the highest degree, so that the table is wide enough for all.
+    table = np.empty((0, 0, 3))
+    for at, layer in zip(breaks, layers):
+        sums = _Sums(at, layer, *(yield from columns_of(*_over_pieces(at))))
+        carries_on = yield from _are_many(sums)
+        if layer is layers[0]:
+            table = np.empty((sums.count, sums.size, 3))
+        for begin in range(0, sums.count, BLOCK * TOGETHER):
+            some = slice(begin, min(begin + BLOCK * TOGETHER, sums.count))
+            added = yield from _corrections_on(sums, some, carries_on)
+            if layer is layers[0]:
+                table[some] = added
+            else:
+                table[some, : sums.size] += added
+            yield
     return breaks[0].ways, table
 
 
-def corrections_at(breaks: Breaks, layer: Layer) -> Interruptible[FloatArray]:
-    """Return what a layer adds from each break to the next. Shape (k, 4 or 5, 3)."""
-    sums = _Sums(breaks, layer)
-    yield
-    counts = sums.ends - sums.begins
-    if counts.sum() <= max(FEW_TERMS, FEW_EACH * sums.count):
-        table = np.zeros((sums.count, sums.size, 3))
-        pieces = np.flatnonzero(counts)
+def _are_many(sums: _Sums) -> Interruptible[bool]:
+    """Return whether the sums have so many terms that not all of them are formed."""
+    terms = 0
+    for some in blocks(sums.count):
+        terms += int(sums.counts(some).sum())
+        yield
+    return terms > max(FEW_TERMS, FEW_EACH * sums.count)
+
+
+def _corrections_on(sums: _Sums, some: slice, carries_on: bool) -> Interruptible[FloatArray]:
+    """Return the coefficients on some pieces in succession. Shape (n, size, 3)."""
+    counts = sums.counts(some)
+    formed = counts > 0
+    if carries_on:
+        table, lossy = yield from _carried_on(sums, some)
+        table[~formed] = 0.0
+        formed &= np.repeat(lossy, BLOCK)[: len(formed)]
     else:
-        table, lossy = yield from _carried_on(sums, counts)
-        yield
-        table[counts == 0] = 0.0
-        yield
-        pieces = np.flatnonzero(np.repeat(lossy, BLOCK)[: sums.count] & (counts > 0))
-        yield
-    part = np.cumsum(counts[pieces]) // AT_A_TIME
+        table = np.zeros((len(counts), sums.size, 3))
+    places = np.flatnonzero(formed)
+    part = np.cumsum(counts[places]) // AT_A_TIME
     for number in range(int(part[-1]) + 1 if len(part) else 0):
-        some = pieces[slice(*np.searchsorted(part, (number, number + 1)))]
-        if len(some):
-            table[some] = sums.at(some)
+        these = places[slice(*np.searchsorted(part, (number, number + 1)))]
+        if len(these):
+            table[these] = sums.at(some.start + these)
             yield
     return table
+
+
+def _over_pieces(breaks: Breaks) -> tuple[int, Callable[[slice], list[Indices]]]:
+    """Return how many pieces there are, and what finds which roundings reach over some of them.
+
+    These are the index of the first one that does, and of the first one after these that does not.
+    """
+
+    def found(some: slice) -> list[Indices]:
+        columns = []
+        for at in (breaks.ends, breaks.begins):
+            first, last = np.searchsorted(at, (some.start, some.stop))
+            here = np.bincount(at[first:last] - some.start, minlength=some.stop - some.start)
+            columns.append(first + np.cumsum(here))
+        return columns
+
+    return len(breaks.ways) - 1, found
 
 
 class _Sums:
@@ -97,18 +128,17 @@ class _Sums:
         ends: index of the first one after these that does not. Shape (k,).
     """
 
-    def __init__(self, breaks: Breaks, layer: Layer) -> None:
+    def __init__(self, breaks: Breaks, layer: Layer, begins: Indices, ends: Indices) -> None:
         self.breaks = breaks
         self.layer = layer
-        self.joints = layer.joints
-        self.bent = any_bend(layer.joints)
-        self.tapering = bool(layer.fourths.any())
         self.count = len(breaks.ways) - 1
-        self.size = 5 if self.bent or self.tapering else 4
-        over = np.bincount(breaks.ends, minlength=self.count + 1)
-        under = np.bincount(breaks.begins, minlength=self.count + 1)
-        self.begins = np.cumsum(over)[:-1]
-        self.ends = np.cumsum(under)[:-1]
+        self.size = 4 if layer.curvature_jumps is None and layer.fourths is None else 5
+        self.begins = begins
+        self.ends = ends
+
+    def counts(self, pieces: slice | Indices) -> Indices:
+        """Return how many roundings reach over each of some pieces. Shape (n,)."""
+        return np.asarray(self.ends[pieces] - self.begins[pieces])
 
     def near(self, begin: int, end: int) -> slice:
         """Return the roundings of which a break may be among those from ``begin`` to ``end``."""
@@ -118,34 +148,34 @@ class _Sums:
 
     def at(self, pieces: Indices) -> FloatArray:
         """Return the coefficients on pieces that a rounding reaches over. Shape (n, size, 3)."""
-        counts = self.ends[pieces] - self.begins[pieces]
+        counts = self.counts(pieces)
         heads = np.cumsum(counts) - counts
         joint = np.arange(int(counts.sum())) + np.repeat(self.begins[pieces] - heads, counts)
         piece = np.repeat(pieces, counts)
         width = self.layer.half_widths[joint]
         side = np.where(piece >= self.breaks.middles[joint], 1.0, -1.0)
-        x = self.breaks.ways[piece] - self.joints.ways[joint]
+        x = self.breaks.ways[piece] - self.layer.ways[joint]
         far = side * x
         rest = np.maximum(width - far, 0.0)
         unit = 1.0 / (6.0 * width * width)
         scale = self.layer.thirds[joint] * unit
         square = rest * rest
         slope = -side * scale
-        jump = self.joints.tangent_jumps[joint]
+        jump = self.layer.tangent_jumps[joint]
         factors = [scale * square * rest, 3.0 * slope * square, 3.0 * scale * rest, slope]
         result = np.zeros((len(pieces), self.size, 3))
         for power, factor in enumerate(factors):
             result[:, power] = np.add.reduceat(factor[:, np.newaxis] * jump, heads)
-        if self.tapering:
+        if self.layer.fourths is not None:
             scale = 0.75 * self.layer.fourths[joint] * unit / width
             cube = square * rest
             slope = -4.0 * side * scale
             factors = [scale * cube * rest, slope * cube, 6.0 * scale * square, slope * rest, scale]
             for power, factor in enumerate(factors):
                 result[:, power] += np.add.reduceat(factor[:, np.newaxis] * jump, heads)
-        if self.bent:
+        if self.layer.curvature_jumps is not None:
             scale = 0.5 * unit
-            jump = self.joints.curvature_jumps[joint]
+            jump = self.layer.curvature_jumps[joint]
             factors = [
                 scale * x * square * rest,
                 scale * square * (rest - 3.0 * far),
@@ -158,25 +188,21 @@ class _Sums:
         return result
 
 
-def _carried_on(
-    sums: _Sums, counts: Indices
-) -> Interruptible[tuple[FloatArray, NDArray[np.bool_]]]:
-    """Return the table, from a sum at the begin of each block, and which blocks lose digits."""
-    starts = np.arange(0, sums.count, BLOCK)
+def _carried_on(sums: _Sums, some: slice) -> Interruptible[tuple[FloatArray, NDArray[np.bool_]]]:
+    """Return the coefficients from a sum at the begin of each block, and which blocks lose digits.
+
+    ``some`` of the pieces begin with a block.
+    """
+    starts = np.arange(some.start, some.stop, BLOCK)
+    counts = sums.counts(starts)
     first = np.zeros((len(starts), sums.size, 3))
-    covered = np.flatnonzero(counts[starts])
-    for some in np.array_split(covered, 1 + int(counts[starts].sum()) // AT_A_TIME):
-        if len(some):
-            first[some] = sums.at(starts[some])
-            yield
-    table = np.empty((sums.count, sums.size, 3))
-    lossy = []
-    for begin in range(0, len(starts), TOGETHER):
-        filled, lost = yield from _blocks(sums, begin * BLOCK, first[begin : begin + TOGETHER])
-        table[begin * BLOCK : begin * BLOCK + len(filled)] = filled
-        lossy.append(lost)
+    covered = np.flatnonzero(counts)
+    each = 1 + AT_A_TIME * len(covered) // (1 + int(counts.sum()))
+    for head in range(0, len(covered), each):
+        these = covered[head : head + each]
+        first[these] = sums.at(starts[these])
         yield
-    return table, np.concatenate(lossy)
+    return (yield from _blocks(sums, some.start, first))
 
 
 def _blocks(
@@ -240,20 +266,21 @@ def _jumps(sums: _Sums, some: slice) -> Iterator[tuple[int, Indices, FloatArray]
     layer, width = sums.layer, sums.layer.half_widths[some]
     begins, middles = sums.breaks.begins[some], sums.breaks.middles[some]
     ends = sums.breaks.ends[some]
-    turn = np.ascontiguousarray(sums.joints.tangent_jumps[some].T)
-    fourths, thirds = layer.fourths[some], layer.thirds[some]
+    turn = np.ascontiguousarray(layer.tangent_jumps[some].T)
+    thirds = layer.thirds[some]
+    fourths = np.zeros_like(thirds) if layer.fourths is None else layer.fourths[some]
     yield 1, middles, -(thirds + fourths) * turn
     unit = turn / (6.0 * width * width)
     third = thirds * unit
     yield 3, begins, third
     yield 3, middles, -2.0 * third - 6.0 * fourths * unit
     yield 3, ends, third
-    if sums.tapering:
+    if layer.fourths is not None:
         fourth = 0.75 * fourths * unit / width
         yield 4, begins, fourth
         yield 4, ends, -fourth
-    if sums.bent:
-        bend = np.ascontiguousarray(sums.joints.curvature_jumps[some].T)
+    if layer.curvature_jumps is not None:
+        bend = np.ascontiguousarray(layer.curvature_jumps[some].T)
         yield 2, middles, -0.5 * bend
         third, fourth = bend / (12.0 * width), bend / (12.0 * width * width)
         yield 3, begins, -third

@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import (
+    Interruptible,
+    accumulated,
+    any_of,
+    column_of,
+    columns_of,
+    concatenated,
+)
 from tri_glide_kinematics.motion.paths.deviations import (
     CONVEX_BEND,
     SPARE,
     Weights,
+    is_too_far,
     pairs,
     width_alone,
 )
@@ -32,21 +40,27 @@ def shared_widths(
     joints: RoundedJoints, weights: Weights, alone: FloatArray
 ) -> Interruptible[FloatArray]:
     """Return the width with which all roundings around a joint together keep its tolerance."""
-    ways, allowed = joints.ways, SHARE * joints.tolerances
-    with np.errstate(divide="ignore"):
-        widths = np.minimum(alone, width_alone(joints, joints.turns, CONVEX_BEND))
-    if len(ways) > NEIGHBOURS:
-        yield
+    ways, total = joints.ways, len(joints.ways)
+
+    def at_most(some: slice) -> FloatArray:
+        part = joints.part(some)
+        with np.errstate(divide="ignore"):
+            return np.minimum(alone[some], width_alone(part, part.turns, CONVEX_BEND))
+
+    widths = yield from column_of(total, at_most)
+    if total > NEIGHBOURS:
         # What is far away must not matter.
-        widths = np.minimum(widths, _reaches(ways, FARTHEST))
+        widths = yield from column_of(
+            total,
+            lambda some: np.minimum(widths[some], _reaches(ways[some], FARTHEST)),
+            margin=FARTHEST,
+        )
         widths = yield from _roughly(joints, weights, widths)
-        yield
-        widths = np.minimum(widths, _most_neighbours(joints, widths))
-        yield
-    bent = bool(weights.bends.any())
+        most = yield from _most_neighbours(joints, widths)
+        widths = yield from column_of(total, lambda some: np.minimum(widths[some], most[some]))
+    bent = yield from any_of(np.asarray, weights.bends)
     for _ in range(4):
-        cubic, linear = weights.turns * widths**3, weights.bends * widths
-        yield
+        cubic, linear = yield from _own_terms(weights, widths)
         for offset in range(1, len(ways)):
             reaches = False
             for some, after in pairs(len(ways), offset):
@@ -67,12 +81,45 @@ def shared_widths(
                 yield
             if not reaches:
                 break
-        excess = (cubic / (6.0 * widths * widths) + linear * widths) / allowed
-        yield
-        if not (excess > 1.0).any():
+        excess = yield from _excess(joints, widths, cubic, linear)
+        if not (yield from any_of(is_too_far, excess)):
             break
-        widths = np.where(excess > 1.0, widths / np.sqrt(np.maximum(excess, 1.0)), widths)
+        widths = yield from _lowered(widths, excess)
     return widths
+
+
+def _own_terms(
+    weights: Weights, widths: FloatArray
+) -> Interruptible[tuple[FloatArray, FloatArray]]:
+    """Return what each rounding adds at its own joint, as cubes and as squares of its width."""
+    cubic, linear = yield from columns_of(
+        len(widths),
+        lambda some: (weights.turns[some] * widths[some] ** 3, weights.bends[some] * widths[some]),
+    )
+    return cubic, linear
+
+
+def _excess(
+    joints: RoundedJoints, widths: FloatArray, cubic: FloatArray, linear: FloatArray
+) -> Interruptible[FloatArray]:
+    """Return what all roundings add at each joint, as part of what is allowed. Shape (m,)."""
+
+    def excess(some: slice) -> FloatArray:
+        width = widths[some]
+        added = cubic[some] / (6.0 * width * width) + linear[some] * width
+        return np.asarray(added / (SHARE * joints.tolerances[some]))
+
+    return (yield from column_of(len(widths), excess))
+
+
+def _lowered(widths: FloatArray, excess: FloatArray) -> Interruptible[FloatArray]:
+    """Return the ``widths``, smaller where too much is added. Shape (m,)."""
+
+    def lowered(some: slice) -> FloatArray:
+        less = widths[some] / np.sqrt(np.maximum(excess[some], 1.0))
+        return np.where(is_too_far(excess[some]), less, widths[some])
+
+    return (yield from column_of(len(widths), lowered))
 
 
 def _roughly(
@@ -83,25 +130,41 @@ def _roughly(
     Corners within a third of a width w count for 8/27 w/6 of their turn at least.
     """
     ways = joints.ways
-    turns = np.concatenate(((0.0,), np.cumsum(weights.turns)))
+    turns = yield from concatenated((np.zeros(1), weights.turns))
+    turns = yield from accumulated(np.add, turns)
+
+    def narrower(some: slice) -> FloatArray:
+        near = turns[np.searchsorted(ways, ways[some] + widths[some] / 3.0)]
+        near -= turns[np.searchsorted(ways, ways[some] - widths[some] / 3.0)]
+        fitting = (20.25 / np.maximum(near, SPARE)) * joints.tolerances[some]
+        return np.minimum(widths[some], np.sqrt(widths[some] * fitting))
+
     for _ in range(3):
-        yield
-        near = turns[np.searchsorted(ways, ways + widths / 3.0)]
-        yield
-        near -= turns[np.searchsorted(ways, ways - widths / 3.0)]
-        yield
-        fitting = (20.25 / np.maximum(near, SPARE)) * joints.tolerances
-        widths = np.minimum(widths, np.sqrt(widths * fitting))
+        widths = yield from column_of(len(ways), narrower)
     return widths
 
 
-def _most_neighbours(joints: RoundedJoints, widths: FloatArray) -> FloatArray:
+def _most_neighbours(joints: RoundedJoints, widths: FloatArray) -> Interruptible[FloatArray]:
     """Return widths that reach over no more than so many joints, except about large corners."""
-    ways = joints.ways
-    large = np.where(joints.turns > LARGE_TURN, widths, 0.0)
-    around = np.maximum.accumulate(large + ways) - ways
-    around = np.maximum(around, np.maximum.accumulate((large - ways)[::-1])[::-1] + ways)
-    return np.maximum(_reaches(ways, NEIGHBOURS), around)
+    ways, total = joints.ways, len(joints.ways)
+
+    def ends(some: slice) -> tuple[FloatArray, FloatArray]:
+        large = np.where(joints.turns[some] > LARGE_TURN, widths[some], 0.0)
+        return large + ways[some], large - ways[some]
+
+    after, before = yield from columns_of(total, ends)
+    after = yield from accumulated(np.maximum, after)
+    before = (yield from accumulated(np.maximum, before[::-1]))[::-1]
+    around = yield from column_of(
+        total, lambda some: np.maximum(after[some] - ways[some], before[some] + ways[some])
+    )
+    return (
+        yield from column_of(
+            total,
+            lambda some: np.maximum(_reaches(ways[some], NEIGHBOURS), around[some]),
+            margin=NEIGHBOURS,
+        )
+    )
 
 
 def _reaches(ways: FloatArray, count: int) -> FloatArray:

@@ -19,8 +19,9 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import ROWS, Interruptible
+from tri_glide_kinematics.interruptible import ROWS, Interruptible, any_of, columns_of
 from tri_glide_kinematics.motion.paths.joints import RoundedJoints
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -57,11 +58,14 @@ def deviation_bounds(
     Returns:
         Shape (m,) [m].
     """
-    cubic = weights.turns / (6.0 * half_widths * half_widths)
-    linear = weights.bends * half_widths
-    bent = bool(linear.any())
-    bounds = half_widths * (weights.turns / 6.0 + linear)
-    yield
+
+    def factors(some: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
+        widths, turns = half_widths[some], weights.turns[some]
+        linear = weights.bends[some] * widths
+        return turns / (6.0 * widths * widths), linear, widths * (turns / 6.0 + linear)
+
+    cubic, linear, bounds = yield from columns_of(len(ways), factors, spare_zeros=True)
+    bent = yield from any_of(np.asarray, linear)
     for offset in range(1, len(ways)):
         reaches = False
         for some, after in pairs(len(ways), offset):
@@ -83,6 +87,11 @@ def deviation_bounds(
         if not reaches:
             break
     return bounds
+
+
+def is_too_far(excess: FloatArray) -> NDArray[np.bool_]:
+    """Return where deviations are larger than the tolerance, as parts of which they are given."""
+    return np.asarray(excess > 1.0)
 
 
 def pairs(count: int, offset: int) -> Iterator[tuple[slice, slice]]:

@@ -37,5 +37,8 @@ def are_among(numbers: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
     Returns:
         Shape (n,).
     """
-    nearest = np.append(others, np.nan)[np.searchsorted(others, numbers)]
+    if not len(others):
+        return np.zeros(len(numbers), dtype=bool)
+    following = np.searchsorted(others, numbers)
+    nearest = others[np.minimum(following, len(others) - 1)]
     return np.asarray(nearest == numbers)

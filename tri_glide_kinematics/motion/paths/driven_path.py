@@ -11,9 +11,16 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from tri_glide_kinematics.interruptible import Interruptible, at_once, concatenated
+from tri_glide_kinematics.interruptible import (
+    Interruptible,
+    any_of,
+    at_once,
+    blocks,
+    column_of,
+    columns_of,
+)
 from tri_glide_kinematics.motion.paths.arc_length import ArcLength
 from tri_glide_kinematics.motion.paths.corrections import corrections_of
 from tri_glide_kinematics.motion.paths.extension import (
@@ -23,7 +30,7 @@ from tri_glide_kinematics.motion.paths.extension import (
     widths_kept,
 )
 from tri_glide_kinematics.motion.paths.joints import LEAST_RATE, RoundedJoints, joints_of
-from tri_glide_kinematics.motion.paths.pieces import Indices, PieceBounds, Pieces, segment_of_pieces
+from tri_glide_kinematics.motion.paths.pieces import Indices, Pieces, segment_of_pieces
 from tri_glide_kinematics.motion.paths.rounding import enveloped, least_widths, widths_of
 from tri_glide_kinematics.motion.paths.segments import Segments
 from tri_glide_kinematics.motion.paths.widths import Widths
@@ -51,7 +58,6 @@ class DrivenPath(Pieces):
         stops: ascending ways at which the platform has to stop, both ends included [m].
         rounded: joints that are rounded.
         widths: of their roundings.
-        bounds: in all pieces.
     """
 
     def __init__(
@@ -60,7 +66,6 @@ class DrivenPath(Pieces):
         stops: FloatArray,
         rounded: RoundedJoints,
         widths: Widths,
-        bounds: PieceBounds,
     ) -> None:
         """Use ``of`` or ``in_pieces``."""
         # What the pieces have is taken over, not worked out again.
@@ -68,7 +73,6 @@ class DrivenPath(Pieces):
         self.stops = stops
         self.rounded = rounded
         self.widths = widths
-        self.bounds = bounds
 
     @classmethod
     def of(cls, segments: Segments) -> DrivenPath:
@@ -104,9 +108,9 @@ class DrivenPath(Pieces):
         yield
         rounded, stops = yield from joints_of(segments, stops_kept(self.stops, place))
         yield
-        kept = widths_kept(self.rounded, self.widths, place)
+        kept = yield from widths_kept(self.rounded, self.widths, place)
         widths = yield from widths_behind(rounded, kept, place)
-        least = least_widths(rounded.ways, kept.half_widths)
+        least = yield from least_widths(rounded.ways, kept.half_widths)
         return (yield from self._rounded(segments, stops, rounded, widths, least))
 
     @classmethod
@@ -125,15 +129,14 @@ class DrivenPath(Pieces):
             segment = yield from segment_of_pieces(segments, breaks)
             yield from _add_programmed(segments, breaks, table, segment)
             pieces = Pieces(segments, breaks, table, segment)
-            bounds = yield from _bounded(pieces)
-            slow = yield from _slow_places(pieces, bounds)
+            slow = yield from _slow_places(pieces)
             if not len(slow):
                 break
-            smaller = _smaller(widths, rounded, slow, least)
-            if (smaller.reaches == widths.reaches).all():
+            smaller = yield from _smaller(widths, rounded, slow, least)
+            if not (yield from _differ(smaller, widths)):
                 break
             widths = smaller
-        return cls(pieces, stops, rounded, widths, bounds)
+        return cls(pieces, stops, rounded, widths)
 
     @property
     def tolerances(self) -> FloatArray:
@@ -177,8 +180,7 @@ class DrivenPath(Pieces):
         return self.arc_length
 
     def _measured(self) -> Interruptible[ArcLength]:
-        turns = self.bounds.turns
-        yield
+        turns = yield from column_of(len(self.segment), lambda some: self.bounds_on(some).turns)
         return (yield from ArcLength.measured(self.breaks, turns, self.rates))
 
     def ways(self, programmed: ArrayLike) -> FloatArray:
@@ -230,51 +232,62 @@ def _add_programmed(
         table[some, 0] += along
 
 
-def _bounded(path: Pieces) -> Interruptible[PieceBounds]:
-    """Return the bounds in all pieces."""
-    parts = []
-    for first in range(0, len(path.segment), AT_A_TIME):
-        yield
-        parts.append(path.bounds_on(slice(first, first + AT_A_TIME)))
-    columns = []
-    for column in zip(*parts):
-        columns.append((yield from concatenated(column)))
-    return PieceBounds(*columns)
-
-
-def _slow_places(path: Pieces, bounds: PieceBounds) -> Interruptible[FloatArray]:
+def _slow_places(path: Pieces) -> Interruptible[FloatArray]:
     """Return programmed ways at which the way driven is too short [m]."""
-    # Most pieces are too short for it, or too nearly straight.
-    near = np.flatnonzero(bounds.least_rates < LEAST_RATE)
     found = [np.zeros(0)]
-    for some in np.array_split(near, 1 + len(near) * SAMPLES // AT_A_TIME):
+    for part in blocks(len(path.segment)):
         yield
-        pieces = np.repeat(some, SAMPLES)
-        starts = path.breaks[pieces]
-        parts = np.tile(np.linspace(0.0, 1.0, SAMPLES), len(some))
-        ways = starts + parts * (path.breaks[pieces + 1] - starts)
-        # A corner that is just not too sharp to be rounded is not too sharp.
-        found.append(ways[path.rates(pieces, ways) < 0.99 * LEAST_RATE])
+        # Most pieces are too short for it, or too nearly straight.
+        near = part.start + np.flatnonzero(path.bounds_on(part).least_rates < LEAST_RATE)
+        for first in range(0, len(near), AT_A_TIME // SAMPLES):
+            some = near[first : first + AT_A_TIME // SAMPLES]
+            pieces = np.repeat(some, SAMPLES)
+            starts = path.breaks[pieces]
+            parts = np.tile(np.linspace(0.0, 1.0, SAMPLES), len(some))
+            ways = starts + parts * (path.breaks[pieces + 1] - starts)
+            # A corner that is just not too sharp to be rounded is not too sharp.
+            found.append(ways[path.rates(pieces, ways) < 0.99 * LEAST_RATE])
+            yield
     return np.concatenate(found)
+
+
+def _differ(some: Widths, others: Widths) -> Interruptible[bool]:
+    """Return whether roundings reach farther with some widths than with others."""
+    return (
+        yield from any_of(
+            lambda a, b, c, d: np.maximum(a, b) != np.maximum(c, d),
+            *(some.half_widths, some.swing_widths),
+            *(others.half_widths, others.swing_widths),
+        )
+    )
 
 
 def _smaller(
     widths: Widths, rounded: RoundedJoints, slow: FloatArray, least: FloatArray | None
-) -> Widths:
+) -> Interruptible[Widths]:
     """Return widths that are smaller where the roundings reach over the ways ``slow`` [m].
 
     None becomes smaller than ``least``, shape (m,) [m].
     """
     half_widths, ways = widths.half_widths, rounded.ways
     places = np.sort(slow)
-    first = np.searchsorted(places, ways - widths.reaches)
-    over = np.searchsorted(places, ways + widths.reaches, "right") > first
-    smaller = np.where(over, SMALLER * half_widths, half_widths)
-    stays = np.zeros(len(ways), dtype=bool)
-    if least is not None:
-        smaller = np.maximum(smaller, least)
-        stays = half_widths <= least
+
+    def lowered(some: slice) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        part, at = widths.part(some), ways[some]
+        first = np.searchsorted(places, at - part.reaches)
+        over = np.searchsorted(places, at + part.reaches, "right") > first
+        smaller = np.where(over, SMALLER * part.half_widths, part.half_widths)
+        stays = np.zeros(len(at), dtype=bool)
+        if least is not None:
+            smaller = np.maximum(smaller, least[some])
+            stays = part.half_widths <= least[some]
+        swings = np.where(over & ~stays, SMALLER, 1.0) * part.swing_widths
+        return smaller, swings, stays
+
+    smaller, swing_widths, stays = yield from columns_of(len(ways), lowered)
+    envelope = yield from enveloped(ways, smaller)
     # The envelope is exact but for rounding.
-    found = np.where(stays, half_widths, enveloped(ways, smaller))
-    swing_widths = np.where(over & ~stays, SMALLER, 1.0) * widths.swing_widths
+    found = yield from column_of(
+        len(ways), lambda some: np.where(stays[some], half_widths[some], envelope[some])
+    )
     return widths._replace(half_widths=found, swing_widths=swing_widths)

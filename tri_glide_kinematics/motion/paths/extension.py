@@ -7,7 +7,13 @@ from math import dist
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import (
+    Interruptible,
+    blocks,
+    column_of,
+    columns_of,
+    indices_of,
+)
 from tri_glide_kinematics.motion.paths.errors import ApartError
 from tri_glide_kinematics.motion.paths.inputs import check_count
 from tri_glide_kinematics.motion.paths.joints import RoundedJoints
@@ -40,10 +46,13 @@ def stops_kept(stops: FloatArray, place: float) -> FloatArray:
     return stops[1:] if stops[-1] - place < LEAST_ROOM else stops[1:-1]
 
 
-def widths_kept(joints: RoundedJoints, widths: Widths, place: float) -> Widths:
+def widths_kept(joints: RoundedJoints, widths: Widths, place: float) -> Interruptible[Widths]:
     """Return the widths of the first joints: those whose roundings begin before a ``place`` [m]."""
-    begun = np.flatnonzero(joints.ways - widths.reaches < place)
-    return widths.part(slice(int(begun[-1]) + 1 if len(begun) else 0))
+    begun = yield from column_of(
+        len(joints.ways), lambda some: joints.ways[some] - widths.part(some).reaches < place
+    )
+    indices = yield from indices_of(begun)
+    return widths.part(slice(int(indices[-1]) + 1 if len(indices) else 0))
 
 
 def widths_behind(joints: RoundedJoints, kept: Widths, place: float) -> Interruptible[Widths]:
@@ -54,14 +63,29 @@ def widths_behind(joints: RoundedJoints, kept: Widths, place: float) -> Interrup
     that swings out they do not overlap. What swings out itself may overlap both, as in any path
     (``swinging``).
     """
-    count = len(kept.half_widths)
-    ways = joints.ways[:count]
-    middles = ways + np.maximum(0.5 * kept.half_widths, kept.swing_widths)
-    begin = float(middles[kept.single].max(initial=place))
-    rooms = np.minimum(joints.rooms_before, np.maximum(joints.ways - begin, 0.0))
-    # What has ended before does not matter.
-    first = int(np.count_nonzero(ways + kept.reaches <= place))
-    near = replace(joints, rooms_before=rooms).part(slice(first, None))
-    swing_rooms = np.minimum(joints.rooms_before, np.maximum(joints.ways - place, 0.0))[first:]
-    widths = yield from widths_of(near, kept.part(slice(first, None)), swing_rooms)
-    return kept.part(slice(first)).followed_by(widths)
+    ways = joints.ways[: len(kept.half_widths)]
+    begin, first = place, 0
+    for some in blocks(len(ways)):
+        part = kept.part(some)
+        middles = ways[some] + np.maximum(0.5 * part.half_widths, part.swing_widths)
+        begin = max(begin, float(middles[part.single].max(initial=place)))
+        # What has ended before does not matter.
+        first += int(np.count_nonzero(ways[some] + part.reaches <= place))
+        yield
+    near = joints.part(slice(first, None))
+    rooms, swing_rooms = yield from columns_of(
+        len(near.ways),
+        lambda some: (
+            np.minimum(near.rooms_before[some], np.maximum(near.ways[some] - begin, 0.0)),
+            np.minimum(near.rooms_before[some], np.maximum(near.ways[some] - place, 0.0)),
+        ),
+    )
+    widths = yield from widths_of(
+        replace(near, rooms_before=rooms), kept.part(slice(first, None)), swing_rooms
+    )
+
+    def all_of(some: slice) -> Widths:
+        behind = slice(max(some.start - first, 0), max(some.stop - first, 0))
+        return kept.part(slice(first)).part(some).followed_by(widths.part(behind))
+
+    return Widths(*(yield from columns_of(len(joints.ways), all_of, spare_zeros=True)))

@@ -8,7 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import Interruptible, concatenated, picked
+from tri_glide_kinematics.interruptible import (
+    Interruptible,
+    column_of,
+    columns_of,
+    concatenated,
+    indices_of,
+    picked,
+)
 from tri_glide_kinematics.motion.paths.distinct import are_among
 from tri_glide_kinematics.motion.paths.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
@@ -29,9 +36,6 @@ LEAST_TOLERANCE = 1e-9
 LEAST_RATE = 0.2
 
 NO_STOPS = np.zeros(0)
-
-# So many joints are worked on between two breaks of the computation.
-AT_A_TIME = 4000
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,44 +98,43 @@ def joints_of(
         segments: of the path.
         stops: ways of joints that are stops in any case, unless they are smooth; ascending [m].
     """
-    found = []
-    for first in range(0, len(segments), AT_A_TIME):
-        found.append(_jumps(segments, first, min(first + AT_A_TIME, len(segments) - 1)))
-        yield
-    columns = []
-    for column in zip(*found):
-        columns.append((yield from concatenated(column)))
-    jumps = _Jumps(*columns)
-    del found
-    ways = segments.joints
+    ways = yield from segments.measured()
     inner = ways[1:-1]
-    yield
-    stop = jumps.stop | (jumps.rough & are_among(inner, stops))
-    stops = np.concatenate((ways[:1], inner[stop], ways[-1:]))
-    yield
-    rounded = np.flatnonzero(jumps.rough & ~stop)
-    at = yield from picked(inner, rounded)
-    before, after = np.empty(len(at)), np.empty(len(at))
-    for first in range(0, len(at), AT_A_TIME):
-        some = slice(first, first + AT_A_TIME)
-        following = np.searchsorted(stops, at[some])
-        before[some] = at[some] - stops[following - 1]
-        after[some] = stops[following] - at[some]
-        yield
-    yield
-    free = yield from _free(segments.tolerances[:-1], jumps.rough, rounded)
+    changes = yield from columns_of(
+        len(inner), lambda some: _jumps(segments, some), spare_zeros=True
+    )
+    jumps = _Jumps(*changes)
+    rough = jumps.rough
+    stop = yield from column_of(
+        len(inner),
+        lambda some: jumps.stop[some] | (rough[some] & are_among(inner[some], stops)),
+    )
+    all_stops = yield from concatenated(
+        (ways[:1], (yield from picked(inner, (yield from indices_of(stop)))), ways[-1:])
+    )
+    is_rounded = yield from column_of(len(inner), lambda some: rough[some] & ~stop[some])
+    rounded = yield from indices_of(is_rounded)
+    free = yield from _free(segments.tolerances[:-1], rough, rounded)
+    columns = [inner, *jumps[:5], segments.tolerances[:-1]]
+    # Where all joints are rounded, as those of a dense path, nothing is copied.
+    if len(rounded) < len(inner):
+        columns = yield from columns_of(
+            len(rounded),
+            lambda some: [column[rounded[some]] for column in columns],
+            spare_zeros=True,
+        )
+    at = columns[0]
+
+    def rooms(some: slice) -> tuple[FloatArray, FloatArray]:
+        following = np.searchsorted(all_stops, at[some])
+        return at[some] - all_stops[following - 1], all_stops[following] - at[some]
+
+    before, after = yield from columns_of(len(at), rooms)
+    at, tangents, curvatures, turns, bends, distances, tolerances = columns
     return RoundedJoints(
-        at,
-        (yield from picked(jumps.tangents, rounded)),
-        (yield from picked(jumps.curvatures, rounded)),
-        (yield from picked(jumps.turns, rounded)),
-        (yield from picked(jumps.bends, rounded)),
-        (yield from picked(jumps.distances, rounded)),
-        (yield from picked(segments.tolerances, rounded)),
-        before,
-        after,
+        *(at, tangents, curvatures, turns, bends, distances, tolerances, before, after),
         free,
-    ), stops
+    ), all_stops
 
 
 def _free(
@@ -147,27 +150,37 @@ def _free(
     Returns:
         Shape (m,).
     """
-    smooth = np.append(np.where(rough, np.inf, tolerances), np.inf)
-    yield
+    count = len(rough)
+    ends = yield from indices_of(rough)
+    smooth = yield from column_of(
+        count, lambda some: np.where(rough[some], np.inf, tolerances[some])
+    )
+    smooth = yield from concatenated((smooth, np.array([np.inf])))
     # Of the smooth joints from one that is not to the next.
-    heads = np.append(0, np.flatnonzero(rough))
-    tails = np.append(heads[1:], len(smooth))
-    least = np.empty(len(heads))
-    for first in range(0, len(heads), AT_A_TIME):
-        yield
-        some = slice(first, first + AT_A_TIME)
-        begin, end = heads[first], tails[some][-1]
-        least[some] = np.minimum.reduceat(smooth[begin:end], heads[some] - begin)
-    yield
-    ends = heads[1:]
-    free: NDArray[np.bool_] = np.minimum(least[:-1], least[1:]) >= tolerances[ends]
-    yield
-    return free[np.searchsorted(ends, rounded)]
+    heads = yield from concatenated((np.zeros(1, dtype=np.intp), ends, np.array([count + 1])))
+
+    def least_of(some: slice) -> FloatArray:
+        begin, end = heads[some.start], heads[some.stop]
+        return np.minimum.reduceat(smooth[begin:end], heads[some] - begin)
+
+    least = yield from column_of(len(ends) + 1, least_of)
+    following = yield from column_of(
+        len(rounded), lambda some: np.searchsorted(ends, rounded[some])
+    )
+    return (
+        yield from column_of(
+            len(rounded),
+            lambda some: (
+                np.minimum(least[following[some]], least[following[some] + 1])
+                >= tolerances[rounded[some]]
+            ),
+        )
+    )
 
 
-def _jumps(segments: Segments, first: int, last: int) -> _Jumps:
-    """Return what changes at the ends of the segments from ``first`` on, before ``last``."""
-    before, after = slice(first, last), slice(first + 1, last + 1)
+def _jumps(segments: Segments, before: slice) -> _Jumps:
+    """Return what changes at the ends of some segments, those ``before`` the joints."""
+    after = slice(before.start + 1, before.stop + 1)
     ends, starts = segments.end_tangents[before], segments.tangents[after]
     tangents = starts - ends
     turns = lengths_of(tangents)
@@ -195,9 +208,3 @@ def _jumps(segments: Segments, first: int, last: int) -> _Jumps:
 def lengths_of(vectors: FloatArray) -> FloatArray:
     """Return the Euclidean lengths of vectors, shape (n, 3). Shape (n,)."""
     return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
-
-
-def any_bend(joints: RoundedJoints) -> bool:
-    """Return whether the curvature jumps at a joint."""
-    found: NDArray[np.bool_] = joints.bends > 0.0
-    return bool(found.any())

@@ -8,12 +8,22 @@ its own.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import ROWS, Interruptible, picked, sorting
+from tri_glide_kinematics.interruptible import (
+    ROWS,
+    Interruptible,
+    any_of,
+    blocks,
+    column_of,
+    columns_of,
+    concatenated,
+    indices_of,
+    picked,
+    sorting,
+)
 from tri_glide_kinematics.motion.paths.joints import Indices, RoundedJoints
 from tri_glide_kinematics.motion.paths.swinging import NARROWER
 from tri_glide_kinematics.motion.paths.tapering import PARTS, WIDEST
@@ -30,16 +40,21 @@ class Layer(NamedTuple):
     Each is made of one of the third and one of the fourth degree, the latter w/8 (1 - |x|/w)^4.
 
     Attributes:
-        joints: that are rounded.
+        ways: programmed way at each joint. Shape (m,) [m].
+        tangent_jumps: change of the unit tangent. Shape (m, 3).
+        curvature_jumps: change of the curvature vector; None where none is rounded in this layer.
+            Shape (m, 3) [1/m].
         half_widths: Shape (m,) [m].
         thirds: how much of the third degree counts. Shape (m,).
-        fourths: how much of the fourth degree counts. Shape (m,).
+        fourths: how much of the fourth degree counts; None for nothing. Shape (m,).
     """
 
-    joints: RoundedJoints
+    ways: FloatArray
+    tangent_jumps: FloatArray
+    curvature_jumps: FloatArray | None
     half_widths: FloatArray
     thirds: FloatArray
-    fourths: FloatArray
+    fourths: FloatArray | None
 
 
 class Breaks(NamedTuple):
@@ -58,32 +73,51 @@ class Breaks(NamedTuple):
     ends: Indices
 
 
-def layers_of(joints: RoundedJoints, widths: Widths) -> list[Layer]:
+def layers_of(joints: RoundedJoints, widths: Widths) -> Interruptible[list[Layer]]:
     """Return the layers of all roundings, those with terms of the fourth degree first."""
-    tapers, half_widths = widths.tapers, widths.half_widths
+    total, tapers, half_widths = len(joints.ways), widths.tapers, widths.half_widths
+    tapering = yield from indices_of(tapers)
+    swinging = yield from indices_of(widths.swings)
+    bent = yield from any_of(np.asarray, joints.bends)
     (part, _), *inner = PARTS
-    layers = [Layer(joints, half_widths, 1.0 - tapers, part * tapers)]
-    tapering = np.flatnonzero(tapers)
+    thirds = yield from column_of(total, lambda some: 1.0 - tapers[some])
+    fourths = None
     if len(tapering):
-        corners, nothing = _corners(joints, tapering), np.zeros(len(tapering))
-        for part, width in inner:
-            narrower = width * half_widths[tapering]
-            layers.append(Layer(corners, narrower, nothing, part * tapers[tapering]))
-    swinging = np.flatnonzero(widths.swings)
+        fourths = yield from column_of(total, lambda some: part * tapers[some])
+    jumps = joints.tangent_jumps, joints.curvature_jumps if bent else None
+    layers = [Layer(joints.ways, *jumps, half_widths, thirds, fourths)]
+    if len(tapering):
+        ways, changes = yield from _corners(joints, tapering)
+
+        def inner_parts(some: slice) -> list[FloatArray]:
+            wide, heights = half_widths[tapering[some]], tapers[tapering[some]]
+            parts = [(width * wide, part * heights) for part, width in inner]
+            return [column for pair in parts for column in pair]
+
+        columns = yield from columns_of(len(tapering), inner_parts)
+        nothing = np.zeros(len(tapering))
+        for narrower, heights in zip(columns[::2], columns[1::2]):
+            layers.append(Layer(ways, changes, None, narrower, nothing, heights))
     if len(swinging):
-        corners, nothing = _corners(joints, swinging), np.zeros(len(swinging))
-        wide, swings = widths.swing_widths[swinging], widths.swings[swinging]
-        heights = half_widths[swinging] / (WIDEST * (1.0 + swings))
-        parts = 6.0 * swings * heights / ((1.0 - NARROWER) * wide)
-        layers.append(Layer(corners, wide, -parts, nothing))
-        layers.append(Layer(corners, NARROWER * wide, parts, nothing))
+        ways, changes = yield from _corners(joints, swinging)
+
+        def shapes(some: slice) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+            here = swinging[some]
+            wide, swings = widths.swing_widths[here], widths.swings[here]
+            heights = half_widths[here] / (WIDEST * (1.0 + swings))
+            parts = 6.0 * swings * heights / ((1.0 - NARROWER) * wide)
+            return wide, -parts, NARROWER * wide, parts
+
+        wide, less, narrow, more = yield from columns_of(len(swinging), shapes)
+        layers.append(Layer(ways, changes, None, wide, less, None))
+        layers.append(Layer(ways, changes, None, narrow, more, None))
     return layers
 
 
-def _corners(joints: RoundedJoints, some: Indices) -> RoundedJoints:
-    """Return ``some`` of the joints, whose curvature is rounded in another layer."""
-    found = joints.part(some)
-    return replace(found, curvature_jumps=np.zeros((len(some), 3)), bends=np.zeros(len(some)))
+def _corners(joints: RoundedJoints, some: Indices) -> Interruptible[tuple[FloatArray, FloatArray]]:
+    """Return ways and changes of the tangent at ``some`` of the joints."""
+    ways = yield from picked(joints.ways, some)
+    return ways, (yield from picked(joints.tangent_jumps, some))
 
 
 def breaks_of(ways: FloatArray, layers: Sequence[Layer]) -> Interruptible[list[Breaks]]:
@@ -96,12 +130,16 @@ def breaks_of(ways: FloatArray, layers: Sequence[Layer]) -> Interruptible[list[B
     Returns:
         One for each layer, all with the same ``ways``.
     """
-    middles = np.concatenate([layer.joints.ways for layer in layers])
-    half_widths = np.concatenate([layer.half_widths for layer in layers])
-    ends = np.concatenate((ways, middles - half_widths, middles + half_widths))
-    yield
-    np.clip(ends, ways[0], ways[-1], out=ends)
-    yield
+    middles = yield from concatenated([layer.ways for layer in layers])
+    half_widths = yield from concatenated([layer.half_widths for layer in layers])
+    begins, ends = yield from columns_of(
+        len(middles),
+        lambda some: (
+            np.clip(middles[some] - half_widths[some], ways[0], ways[-1]),
+            np.clip(middles[some] + half_widths[some], ways[0], ways[-1]),
+        ),
+    )
+    ends = yield from concatenated((ways, begins, ends))
     order = yield from sorting(ends, ways[:: ROWS // 3])
     ascending = yield from picked(ends, order)
     fresh = np.ones(len(ends), dtype=bool)
@@ -117,17 +155,15 @@ def breaks_of(ways: FloatArray, layers: Sequence[Layer]) -> Interruptible[list[B
         group[order[some]] = numbers
         total = int(numbers[-1])
     yield
-    places = ascending[fresh]
-    yield
+    places = yield from picked(ascending, (yield from indices_of(fresh)))
     # Where an end of a rounding lies on a joint but for rounding, it is the joint that counts.
     count, rounded = len(ways), len(half_widths)
-    places[group[:count]] = ways
-    yield
-    joints = np.searchsorted(ways, middles)
-    yield
+    for some in blocks(count):
+        places[group[some]] = ways[some]
+        yield
     columns = (
         group[count : count + rounded],
-        group[joints],
+        (yield from column_of(rounded, lambda some: group[np.searchsorted(ways, middles[some])])),
         group[count + rounded :],
     )
     last = np.cumsum([len(layer.half_widths) for layer in layers])

@@ -38,10 +38,6 @@ class PieceBounds(NamedTuple):
     bends: FloatArray
     thirds: FloatArray
 
-    def part(self, some: slice) -> PieceBounds:
-        """Return the bounds in ``some`` of the pieces."""
-        return PieceBounds(*(column[some] for column in self))
-
     @property
     def rates(self) -> FloatArray:
         """Upper bounds of |p'|. Shape (k,)."""
@@ -87,8 +83,6 @@ class Pieces:
         if segment is None:
             segment = at_once(segment_of_pieces(segments, breaks))
         self.segment = segment
-        self._curved = segments.curvatures[self.segment] != 0.0
-        self._any_curved = bool(self._curved.any())
         self._breaks_view = breaks.data
 
     @property
@@ -130,13 +124,13 @@ class Pieces:
             for coefficient in coefficients[-2::-1]:
                 total *= x
                 total += coefficient
-        if self._any_curved:
+        if self.segments.is_curved:
             self._add_arcs(result, pieces, ways)
         return result
 
     def _add_arcs(self, result: FloatArray, pieces: Indices, ways: FloatArray) -> None:
         """Add the arcs as programmed to what ``derivatives_on`` returns."""
-        on_arcs = np.flatnonzero(self._curved[pieces])
+        on_arcs = np.flatnonzero(self.segments.curvatures[self.segment[pieces]])
         if not len(on_arcs):
             return
         segment = self.segment[pieces[on_arcs]]
@@ -178,8 +172,10 @@ class Pieces:
             2.0 * cy + x * (6.0 * dy + x * 12.0 * ey),
             2.0 * cz + x * (6.0 * dz + x * 12.0 * ez),
         )
-        if self._any_curved and self._curved[piece]:
-            return self._with_arc(values, int(self.segment[piece]), way)
+        if self.segments.is_curved:
+            segment = int(self.segment[piece])
+            if self.segments.curvatures[segment]:
+                return self._with_arc(values, segment, way)
         return values
 
     def _with_arc(self, values: tuple[float, ...], segment: int, way: float) -> tuple[float, ...]:
@@ -212,8 +208,8 @@ class Pieces:
         for power in range(highest - 1, 0, -1):
             total *= x
             total += power * self.table[pieces, power]
-        if self._any_curved:
-            on_arcs = np.flatnonzero(self._curved[pieces])
+        if self.segments.is_curved:
+            on_arcs = np.flatnonzero(self.segments.curvatures[self.segment[pieces]])
             segment = self.segment[pieces[on_arcs]]
             angle = self.segments.curvatures[segment] * (ways[on_arcs] - self.joints[segment])
             total[on_arcs] += np.cos(angle)[:, np.newaxis] * self.segments.tangents[segment]

@@ -32,7 +32,7 @@ from tri_glide_kinematics.workspace.workspace import TOLERANCE, Workspace
 FIRST_STEP = 0.01
 
 # So many pieces, places and first intervals are looked at between two breaks of the computation.
-PIECES = 12000
+PIECES = 4000
 PLACES = 200
 INTERVALS = 100
 
@@ -72,7 +72,7 @@ def _check_between(
     """Check the path between some ways, whose number is small."""
     known = _looked_at(driven, workspace, ways)
     first, last = driven.pieces_of(ways[[0, -1]]).tolist()
-    bounds = driven.bounds.part(slice(first, last + 1))
+    bounds = driven.bounds_on(slice(first, last + 1))
     # All intervals between the ways, from the index of one to that of the next.
     low, high = np.arange(len(ways) - 1), np.arange(1, len(ways))
     while len(low):

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import Interruptible, at_once, concatenated
+from tri_glide_kinematics.interruptible import Interruptible, accumulated, at_once, concatenated
 from tri_glide_kinematics.motion.paths.errors import NoArcError, ShortSegmentError
 from tri_glide_kinematics.motion.paths.triples import combined, cross, dot, minus, scaled
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -99,9 +99,22 @@ class Segments:
     @cached_property
     def joints(self) -> FloatArray:
         """Programmed way at the start of the path and at all ends. Shape (n + 1,) [m]."""
-        joints = np.zeros(len(self) + 1)
-        np.cumsum(self.lengths, out=joints[1:])
-        return joints
+        return at_once(self._measured())
+
+    def measured(self) -> Interruptible[FloatArray]:
+        """Return ``joints``, worked out interruptibly if they have not been yet."""
+        if "joints" not in self.__dict__:
+            self.__dict__["joints"] = yield from self._measured()
+        return self.joints
+
+    def _measured(self) -> Interruptible[FloatArray]:
+        lengths = yield from concatenated((np.zeros(1), self.lengths))
+        return (yield from accumulated(np.add, lengths))
+
+    @cached_property
+    def is_curved(self) -> bool:
+        """Whether one of them is an arc."""
+        return bool(self.curvatures.any())
 
     def reversed(self) -> Segments:
         """Return the same segments, driven the other way; the last tolerance stays the last."""
