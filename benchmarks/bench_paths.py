@@ -21,6 +21,7 @@ from benchmarks.references import square_optimum
 from benchmarks.table import aligned
 from testing.jerk_on_paths import chatter, circle, polyline, square
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion import MotionEngine, MotionPhase
 from tri_glide_kinematics.motion.errors import MotionError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.time_scaling import PathScaling, PathStart, TimeScaling
@@ -31,6 +32,7 @@ from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
 
 PERIOD = 0.001  # s, at which heights are differentiated
 SQUARE = np.array(
@@ -47,6 +49,9 @@ SQUARE_STEPS = 160  # in time, of the linear program: 240 find 0.6 % less
 CIRCLES = (0.01, 0.02, 0.04, 0.06)  # radii [m]
 SPEEDS = (0.03, 0.05, 0.1, 0.2, 0.3, 0.4)  # m/s
 JERKS = (200.0, 1000.0, 5000.0, 20_000.0, 50_000.0, 100_000.0, 1e6)  # m/s^3
+COARSE_STEPS = (4, 20, 50, 300)  # ms
+COARSE_JERK = 5000.0  # m/s^3
+WORKSPACE = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
 LOWER, UPPER = (-0.12, -0.12, 0.25), (0.12, 0.12, 0.35)  # m
 
 
@@ -103,6 +108,7 @@ def rows(count: int) -> Iterable[Row]:
     yield from _dense_rows()
     yield from _chatter_rows()
     yield from _jerk_rows()
+    yield from _coarse_rows()
 
 
 def drive(path: PlatformPath, limits: SliderLimits = LIMITS) -> Drive:
@@ -369,6 +375,40 @@ def _jerk_rows() -> Iterable[Row]:
         "0",
         broken == 0,
     )
+
+
+def _coarse_rows() -> Iterable[Row]:
+    """Yield how far setpoints of long steps are from those of short ones at the same times."""
+    fine = _stepped(1)
+    worst, compared = 0.0, 0
+    for step in COARSE_STEPS:
+        coarse = _stepped(step)[:-1]
+        worst = max(worst, float(np.abs(coarse - fine[::step][: len(coarse)]).max()))
+        compared += len(coarse)
+    steps = ", ".join(f"{step}" for step in COARSE_STEPS)
+    yield Row(
+        f"circle in steps of {steps} ms: from those of 1 ms at {compared} times, most",
+        f"{worst:.1g} m",
+        "1e-12 m",
+        worst <= 1e-12,
+    )
+
+
+def _stepped(step: int) -> FloatArray:
+    """Return the heights on a circle of 40 mm radius, from rest to rest. Shape (n, 3) [m].
+
+    Args:
+        step: length of each step [ms].
+    """
+    limits = SliderLimits.uniform(1.0, 10.0, COARSE_JERK)
+    machine = TriGlide(DEFAULT_GEOMETRY)
+    moving = MotionEngine(Workspace(machine, WORKSPACE), limits)
+    moving.start(machine.inverse((0.04, 0.0, 0.3)))
+    moving.follow(circle(0.04))
+    heights = [moving.state.heights]
+    while moving.phase is not MotionPhase.IDLE:
+        heights.append(moving.step(step * PERIOD).heights)
+    return np.array(heights)
 
 
 if __name__ == "__main__":
