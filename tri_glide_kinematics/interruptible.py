@@ -54,11 +54,13 @@ def columns_of(
         work: returns these rows of each column.
         margin: how many rows to both sides the result depends on; so many more are worked out with
             each block, and left out.
-        spare_zeros: whether a column of zeros alone is to take no memory; it can then not be
-            written to.
+        spare_zeros: whether a column of zeros alone, of several blocks, is to take no memory; it
+            can then not be written to.
     """
-    if not count:
-        return list(work(slice(0, 0)))
+    if count <= WORKED_ROWS:
+        columns = list(work(slice(0, count)))
+        yield
+        return columns
     made: dict[int, NDArray[Any]] = {}
     for some in blocks(count):
         begin = max(some.start - margin, 0)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import time
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from strategies import nudged
@@ -14,6 +17,7 @@ from tri_glide_kinematics.motion.paths.deviations import (
     Weights,
     deviation_bounds,
 )
+from tri_glide_kinematics.motion.paths.driven_path import DrivenPath
 from tri_glide_kinematics.motion.paths.joints import joints_of
 from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.motion.paths.rounding import enveloped, widths_of
@@ -91,3 +95,24 @@ def test_the_constants_of_the_bounds():
     assert bend.max() == pytest.approx(LARGEST_BEND, rel=1e-9)
     assert (bend <= CONVEX_BEND * (1.0 - part) + 1e-18).all()
     assert (CONVEX_BEND * (1.0 - part) - bend).min() == pytest.approx(0.0, abs=1e-9)
+
+
+def test_no_piece_of_work_grows_with_the_number_of_joints():
+    """Ten times the joints take ten times as many pieces, not pieces ten times as long."""
+    longest = []
+    for count in (10_000, 100_000):
+        angles = np.linspace(0.0, 300.0, count)
+        points = 0.02 * np.column_stack((np.cos(angles), np.sin(angles), 0.1 * angles))
+        segments = PlatformPath.through(points, tolerance=1e-4).segments
+        runs = []
+        for _ in range(3):
+            times = []
+            rounding = DrivenPath.in_pieces(replace(segments))
+            begin = time.thread_time()
+            for _ in rounding:
+                times.append(time.thread_time() - begin)
+                begin = time.thread_time()
+            runs.append(times)
+        # What another process or a collection of garbage holds up is another piece in each run.
+        longest.append(np.min(runs, axis=0).max())
+    assert longest[1] < 4.0 * longest[0]
