@@ -36,6 +36,9 @@ BEND_MARGIN = 1.06
 # The jerk that ends the braking is a little less than there is.
 LANDING_PART = 0.97
 
+# What exceeds a limit by more than this factor between places that are looked at passes no check.
+BEYOND = 1.05
+
 # Steps of a braking, about; pieces of its landing; and so many steps ahead the acceleration has to
 # be possible, too.
 STEPS = 18
@@ -97,9 +100,11 @@ def hardest_braking(
     farthest = min(speed * (FARTHEST * time + abs(acceleration) / sharpest), until - place)
     curve = _Curve(derivatives, place, farthest)
     landing = LANDING_PART * curve.least_of(jerks)
-    return _stepped(
+    profile = _stepped(
         curve, start, (accelerations, jerks, taking_back, landing), time / STEPS, longest
     )
+    curve.check(profile, limits)
+    return profile
 
 
 def _time_to_rest(speed: float, acceleration: float, most: float, jerk: float) -> float:
@@ -131,7 +136,8 @@ class _Curve:
             raise PlanningError("the braking would lead out of reach")
         # The way that is expected, not that which is looked at to be sure.
         self._slopes = np.abs(table[0, :, : min(count, int(PLACES / FARTHEST))])
-        self._rows: list[list[float]] = rows[:count].tolist()
+        self._table = rows[:count]
+        self._rows: list[list[float]] = self._table.tolist()
         self._start = start
         self._density = (PLACES - 1) / length
 
@@ -155,6 +161,29 @@ class _Curve:
             one + part * (next_one - one)
             for one, next_one in zip(self._rows[index], self._rows[index + 1])
         ]
+
+    def check(self, profile: CoordinateProfile, limits: SliderLimits) -> None:
+        """Look at accelerations and jerks at the knots: the bounds that verify take much longer.
+
+        Raises:
+            PlanningError: if a slider exceeds one by far.
+        """
+        times, places, speeds, rates = profile
+        positions = (places[:-1] - self._start) * self._density
+        indices = np.minimum(positions.astype(np.intp), len(self._rows) - 2)
+        parts = (positions - indices)[:, np.newaxis]
+        rows = self._table[indices] * (1.0 - parts) + self._table[indices + 1] * parts
+        slopes, bends, twists = rows[:, :3], rows[:, 3:6], rows[:, 6:]
+        jerks = (np.diff(rates) / np.diff(times))[:, np.newaxis]
+        speed, rate = speeds[:-1, np.newaxis], rates[:-1, np.newaxis]
+        squared = speed * speed
+        accelerations = np.abs(slopes * rate + bends * squared).max(axis=0)
+        jerks = np.abs(slopes * jerks + (3.0 * bends) * (speed * rate) + twists * (speed * squared))
+        if not (
+            (accelerations <= BEYOND * limits.table[1]).all()
+            and (jerks.max(axis=0) <= BEYOND * limits.table[2]).all()
+        ):
+            raise PlanningError("the curve bends too much for a braking on it")
 
 
 def _stepped(

@@ -12,7 +12,7 @@ from math import inf
 from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import Interruptible, coarser
 from tri_glide_kinematics.motion import verification
 from tri_glide_kinematics.motion.constant_jerk import total_duration
 from tri_glide_kinematics.motion.errors import PlanningError
@@ -48,6 +48,7 @@ ALONG_PIECES = 10
 
 # A stop may be traced at this many places; more would take too long for a control cycle.
 TRACE_SAMPLES = 140
+SAMPLES_IN_PIECE = 12
 
 # Makes a braking along a line or a path that takes a time at most [s].
 Along = Callable[[float], Interruptible[Plan]]
@@ -113,7 +114,7 @@ class Stopping:
             if left <= longest:
                 return None
         try:
-            return self._certified(state, own, limits, region)
+            return (yield from self._certified(state, own, limits, region))
         except PlanningError:
             yield
         if along is not None and left > longest:
@@ -124,7 +125,7 @@ class Stopping:
         together = _timed(braking_together(_under_way(state), limits))
         if together.duration < left:
             try:
-                return self._certified(state, together, limits, region)
+                return (yield from self._certified(state, together, limits, region))
             except PlanningError:
                 yield
         if along is not None:
@@ -136,13 +137,9 @@ class Stopping:
     ) -> Iterator[Callable[[], Interruptible[Plan]]]:
         """Yield the makings of stops from which another motion may begin, the best first."""
 
-        def apart() -> Interruptible[Plan]:
-            yield from ()
-            return self._certified(state, own_stop(state, limits), limits, region)
-
         for braking in LINE_BRAKINGS:
             yield partial(self._on_line, state, limits, region, braking)
-        yield apart
+        yield lambda: self._certified(state, own_stop(state, limits), limits, region)
         yield partial(self._on_line, state, limits, region, GENTLE_LINE_BRAKING)
 
     def along_line(
@@ -185,13 +182,14 @@ class Stopping:
 
     def _certified(
         self, state: SliderState, stop: OwnStop, limits: SliderLimits, region: Workspace
-    ) -> CubicPlan:
+    ) -> Interruptible[Plan]:
         """Return a ``stop`` of the sliders as a plan.
 
         Raises:
             PlanningError: if it cannot be shown to keep all limits.
         """
-        certified = first_certified(region, state, (stop.ways,), limits, TRACE_SAMPLES)
+        proof = first_certified(region, state, (stop.ways,), limits, TRACE_SAMPLES)
+        certified = yield from coarser(proof, SAMPLES_IN_PIECE)
         if certified is None:
             raise PlanningError("the sliders' stop leads out of the limits")
         return CubicPlan(state, certified.ways)

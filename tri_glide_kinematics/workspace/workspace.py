@@ -280,10 +280,11 @@ class Workspace:
         duration: float,
         acceleration_bound: float,
         samples: int,
-    ) -> bool:
-        """Return whether ``check_path`` accepts a motion with so few ``samples``."""
+    ) -> Interruptible[bool]:
+        """Return whether ``check_path`` accepts a motion with so few ``samples``, each a piece."""
         probe = path_probe(self.machine.forward, self.bounds, self._field, state)
-        return at_once(first_outside(probe, duration, acceleration_bound, samples)) is None
+        outside = yield from first_outside(probe, duration, acceleration_bound, samples)
+        return outside is None
 
     def free_way(self, heights: Vector3) -> float:
         """Return how far the sliders may go from some heights, on any path, and stay inside.

@@ -11,6 +11,7 @@ from motion_machine import LIMITS, MACHINE, WORKSPACE
 from strategies import DEFAULT_LIMITS
 from tracking_run import TrackingRun, at_rest
 
+from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState
 from tri_glide_kinematics.motion.tracking import clearance
@@ -30,17 +31,24 @@ TIGHT = Workspace(
 )
 
 
-def everything(*_arguments, **_options) -> bool:
+def everything(*_arguments, **_options) -> Interruptible[bool]:
     """Take the place of a check."""
+    yield from ()
     return True
 
 
+def nothing(*_arguments, **_options) -> Interruptible[bool]:
+    """Take the place of a check that proves nothing."""
+    yield from ()
+    return False
+
+
 def certified(start, ways, limits=LIMITS, workspace=WORKSPACE) -> bool:
-    return first_certified(workspace, start, [ways], limits) is not None
+    return at_once(first_certified(workspace, start, [ways], limits)) is not None
 
 
 def test_ways_that_keep_all_limits_are_certified_with_their_duration():
-    found = first_certified(WORKSPACE, at_rest(), [[UP, STAY, DOWN]], LIMITS)
+    found = at_once(first_certified(WORKSPACE, at_rest(), [[UP, STAY, DOWN]], LIMITS))
     assert found.duration == pytest.approx(0.16)
     assert found.ways == [UP, STAY, DOWN]
     assert CubicPlan(at_rest(), found.ways).duration == pytest.approx(found.duration)
@@ -106,7 +114,7 @@ def test_not_even_a_rest_outside_is_certified():
 def test_where_the_room_is_too_small_the_path_is_traced(monkeypatch):
     near = at_rest((0.0, 0.0, 0.2979))
     assert TIGHT.free_way(near.heights) < 0.0035
-    monkeypatch.setattr(Workspace, "proves_path", lambda *_: False)
+    monkeypatch.setattr(Workspace, "proves_path", nothing)
     assert not certified(near, [UP, UP, UP], workspace=TIGHT)
     assert certified(at_rest(), [UP, STAY, DOWN])
 
@@ -114,11 +122,11 @@ def test_where_the_room_is_too_small_the_path_is_traced(monkeypatch):
 def test_of_several_ways_the_first_that_passes():
     short = [(0.02, -31.25), (0.04, 31.25), (0.02, -31.25)]
     choices = [[UP, UP, UP], [short, short, short]]
-    found = first_certified(TIGHT, at_rest(), choices, LIMITS)
+    found = at_once(first_certified(TIGHT, at_rest(), choices, LIMITS))
     assert found is not None
     assert found.ways == choices[1]
     slow = SliderLimits.uniform(0.01, 10.0, 200.0)
-    assert first_certified(TIGHT, at_rest(), choices, slow) is None
+    assert at_once(first_certified(TIGHT, at_rest(), choices, slow)) is None
 
 
 @pytest.mark.parametrize("bad", (math.nan, math.inf))

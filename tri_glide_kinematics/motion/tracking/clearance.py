@@ -17,6 +17,7 @@ from collections.abc import Iterable, Sequence
 from math import hypot
 from typing import NamedTuple
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.constant_jerk import after
 from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, TRAVEL_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.plans import SliderState
@@ -53,7 +54,7 @@ def first_certified(
     choices: Iterable[Ways],
     limits: SliderLimits,
     samples: int = TRACE_SAMPLES,
-) -> Certified | None:
+) -> Interruptible[Certified | None]:
     """Return the first of several ``choices`` that keeps all limits up to its end, if one does.
 
     Reach, box, cylinder and condition number hold as ``Workspace.check_path`` has it, velocities,
@@ -84,7 +85,7 @@ def first_certified(
     ways, excursions = traceable
     duration = max(one.duration for one in excursions)
     most = hypot(*(one.acceleration for one in excursions))
-    if workspace.proves_path(_Path(start, ways).state, duration, most, samples):
+    if (yield from workspace.proves_path(_Path(start, ways).state, duration, most, samples)):
         return Certified(ways, duration)
     return None
 

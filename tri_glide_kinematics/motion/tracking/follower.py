@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.plans import SliderState
 from tri_glide_kinematics.motion.sound import SOUND
@@ -83,7 +84,7 @@ class Follower:
             [[*way.phases, *braking] for way, braking in zip(ways, brakes(ways, limits))]
             for brakes in (braking_together, braking_alone)
         )
-        certified = first_certified(self._workspace, state, choices, limits)
+        certified = at_once(first_certified(self._workspace, state, choices, limits))
         if certified is None:
             return None
         h1, h2, h3 = state.heights
