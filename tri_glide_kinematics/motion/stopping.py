@@ -136,7 +136,6 @@ class Stopping:
         self, state: SliderState, limits: SliderLimits, region: Workspace
     ) -> Iterator[Callable[[], Interruptible[Plan]]]:
         """Yield the makings of stops from which another motion may begin, the best first."""
-
         for braking in LINE_BRAKINGS:
             yield partial(self._on_line, state, limits, region, braking)
         yield lambda: self._certified(state, own_stop(state, limits), limits, region)
