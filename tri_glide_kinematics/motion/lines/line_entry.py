@@ -50,14 +50,20 @@ class LineEntry:
         self._ruckig = RuckigPlanner(3)
 
     def resting(
-        self, state: SliderState, builder: LineBuilder, limits: SliderLimits
+        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
     ) -> Interruptible[Entry]:
         """Return the entry at rest: the blend brakes all of the motion.
+
+        Args:
+            state: of the sliders.
+            builder: makes the line.
+            limits: of the sliders.
+            fraction: of the acceleration and jerk limits that the blend may use.
 
         Raises:
             KinematicsError: if no line begins where the sliders rest.
         """
-        blend = self._brake(state, limits, 1.0)
+        blend = self._brake(state, limits, fraction)
         line = yield from builder.limited(builder.line(self._begin(state, blend)))
         return Entry(line, 0.0, 0.0, blend)
 

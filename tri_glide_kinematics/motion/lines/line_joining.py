@@ -6,7 +6,7 @@ a blend brings the rest to zero. Or the blend brakes all of it, and the line beg
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -48,7 +48,15 @@ BLEND_FRACTIONS = (0.2, 0.4, 0.6)
 LONGEST_BLEND = 4.0
 
 # Fractions of a braking that are over when a new line begins.
-DELAYS = (0.3, 0.5, 0.75)
+DELAYS = (0.3, 0.5, 0.7, 0.8, 0.9)
+
+# Gentler brakings leave more for a line that begins sooner: the fraction of acceleration and jerk
+# that they use, and how much slower the line is and its delay, one after the other. Of many
+# combinations these make up for nearly all others, over a hundred random turns.
+GENTLE_BRAKINGS = (
+    (0.7, ((1.0, 0.0), (1.0, 0.2), (1.25, 0.0), (1.5, 0.0))),
+    (0.5, ((1.0, 0.1), (1.25, 0.0), (1.25, 0.2), (1.5, 0.0))),
+)
 
 # The wait before is divided into so many pieces, as bounds of long ones are wide.
 WAITING_PIECES = 12
@@ -98,14 +106,16 @@ class LineJoining:
             yield
             if ways[-1].entry.blend is None:
                 # The others are the same.
-                return ways
+                break
         try:
-            entry = yield from self._entry.resting(state, builder, limits)
+            entry = yield from self._entry.resting(state, builder, limits, 1.0)
             undelayed = yield from self._timing.from_rest(entry.line, limits)
         except KinematicsError:
             pass
         else:
             ways += [_delayed(entry, undelayed, delay, limits) for delay in DELAYS]
+            for gentle in GENTLE_BRAKINGS:
+                ways.append(self._gentle(state, builder, limits, entry, undelayed, gentle))
         return sorted(ways, key=attrgetter("expected"))
 
     def soonest(self, ways: list[WayOnto]) -> Interruptible[LinePlan]:
@@ -167,6 +177,44 @@ class LineJoining:
             return (yield from self._adapted(entry, parametrisation, factors, limits))
 
         return WayOnto(entry, total_duration(phases), plan)
+
+    def _gentle(
+        self,
+        state: SliderState,
+        builder: LineBuilder,
+        limits: SliderLimits,
+        hard: Entry,
+        undelayed: TimeScaling,
+        gentle: tuple[float, Sequence[tuple[float, float]]],
+    ) -> WayOnto:
+        """Return the way that brakes gently, and meanwhile begins with the line.
+
+        Args:
+            state: of the sliders.
+            builder: makes the line.
+            limits: of the sliders.
+            hard: the entry at rest after the hardest braking.
+            undelayed: time scaling of its line.
+            gentle: one of ``GENTLE_BRAKINGS``.
+        """
+        fraction, choices = gentle
+        assert hard.blend is not None
+        braking = hard.blend.duration / fraction
+        slower, delay = choices[0]
+        expected = max(slower * float(undelayed.times[-1]) + delay * braking, braking)
+
+        def plan() -> Interruptible[LinePlan]:
+            entry = yield from self._entry.resting(state, builder, limits, fraction)
+            scaling = yield from self._timing.from_rest(entry.line, limits)
+            ways = [_delayed(entry, scaling.slower(slow), part, limits) for slow, part in choices]
+            for way in ways[:-1]:
+                try:
+                    return (yield from way.plan())
+                except KinematicsError:
+                    yield
+            return (yield from ways[-1].plan())
+
+        return WayOnto(hard, expected, plan)
 
     def _adapted(
         self,
@@ -240,8 +288,9 @@ def _delayed(entry: Entry, undelayed: TimeScaling, delay: float, limits: SliderL
         yield
         wait = delay * blend.duration
         scaling = undelayed.delayed(wait)
-        waiting = np.linspace(0.0, wait, WAITING_PIECES, endpoint=False)
-        times = [*waiting.tolist(), *scaling.times[1:].tolist()]
+        times = scaling.times.tolist()
+        if wait > 0.0:
+            times[:1] = np.linspace(0.0, wait, WAITING_PIECES, endpoint=False).tolist()
         if blend.duration > times[-1]:
             times.append(blend.duration)
         scaling = scaling.with_knots(np.array(with_knots_of(times, blend, shortest)))
