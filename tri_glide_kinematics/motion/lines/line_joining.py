@@ -48,7 +48,7 @@ BLEND_FRACTIONS = (0.2, 0.4, 0.6)
 LONGEST_BLEND = 4.0
 
 # Fractions of a braking that are over when a new line begins.
-DELAYS = (0.3, 0.5, 0.7, 0.8, 0.9)
+DELAYS = (0.3, 0.5, 0.7, 0.8, 0.9, 1.0)
 
 # Gentler brakings leave more for a line that begins sooner: the fraction of acceleration and jerk
 # that they use, and how much slower the line is and its delay, one after the other. Of many
