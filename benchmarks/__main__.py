@@ -22,7 +22,7 @@ FIGURES = (
     "start",
     "transport",
 )
-TABLES = ("tracking", "stops", "paths", "goals", "streams", "panel")
+TABLES = ("tracking", "stops", "moves", "paths", "goals", "streams", "panel")
 GROWTH = "growth"
 NAMES = (*FIGURES, *TABLES, GROWTH)
 

@@ -3,6 +3,7 @@
 The platform is under way along a line when a new target comes, at a random time. Its new motion is
 compared with
 
+- the optimum of copp-py, which limits jerks as well, where the motion goes on along the new line.
 - the best of many random ways to join a line to that target, which are free in how fast the blend
   decays, how far it leads, how much of the limits the line has while it lasts and after it, and
   when the line begins; each is verified as plans are.
@@ -39,6 +40,8 @@ from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion
 from tri_glide_kinematics.motion.lines.path_parametrisation import parametrise
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
 from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.paths.path_heights import PathHeights
+from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
 from tri_glide_kinematics.motion.planner import MotionKind, MotionPlanner
 from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState
 from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
@@ -52,7 +55,7 @@ WORKSPACE = Workspace(MACHINE, WIDE)
 
 # Of the best of 1,000 random ways.
 LARGEST_MEDIAN = 1.1
-LARGEST_MOST = 1.3  # not reached yet: docs/motion.md, section 4
+LARGEST_MOST = 1.3
 
 ONE, THREE = RuckigPlanner(1), RuckigPlanner(3)
 PIECES = 48
@@ -102,6 +105,26 @@ def planned(turn: Turn) -> float:
     planner = MotionPlanner(WORKSPACE, MotionKind.LINEAR)
     move = planner.move(turn.state, turn.target, LIMITS, WORKSPACE, moving=True)
     return at_once(move).duration
+
+
+def planned_over_optimum(turn: Turn) -> float | None:
+    """Return the time of the planner's motion over the least along its line.
+
+    It is None where a motion beside the line has to end, and where copp-py finds none or is not
+    installed.
+    """
+    try:
+        from benchmarks.references.path_optimum import least_time_onwards
+    except ImportError:
+        return None
+    planner = MotionPlanner(WORKSPACE, MotionKind.LINEAR)
+    plan = at_once(planner.move(turn.state, turn.target, LIMITS, WORKSPACE, moving=True))
+    if not isinstance(plan, LinePlan) or plan.blend is not None:
+        return None
+    path = PlatformPath.start(plan.line.start).line_to(turn.target)
+    curve = PathHeights(path.driven, MACHINE.geometry)
+    least = least_time_onwards(curve, plan.scaling, LIMITS)
+    return plan.duration / least if math.isfinite(least) else None
 
 
 def bent(turn: Turn) -> float:

@@ -43,27 +43,50 @@ def least_time(curve: PathHeights, motion: TimeScaling, limits: SliderLimits) ->
     )
 
 
+def least_time_onwards(curve: PathHeights, motion: TimeScaling, limits: SliderLimits) -> float:
+    """Return the least time to rest at the end of a path without stops; inf if none is found [s].
+
+    Args:
+        curve: the path.
+        motion: any from its begin to its end; it begins with the speed and acceleration from which
+            the least time is counted.
+        limits: of the sliders.
+    """
+    return _between_stops(curve, motion, limits, 0.0, curve.driven.length)
+
+
 def _between_stops(
     curve: PathHeights, motion: TimeScaling, limits: SliderLimits, begin: float, end: float
 ) -> float:
-    """Return the least time from one stop to the next [s]."""
+    """Return the least time from one stop, or a begin in motion, to the next stop [s]."""
     knots = motion.times
     times = np.union1d(knots, 0.5 * (knots[1:] + knots[:-1]))
     ways, speeds, _ = motion.evaluate(times)
     inside = (ways > begin) & (ways < end)
     least = _SLOWEST * float(speeds[inside].max()) * float(np.median(np.diff(times)))
-    places, squares = [begin], [0.0]
+    speed, acceleration = float(speeds[0]), float(motion.accelerations[0])
+    if begin > 0.0:
+        speed = acceleration = 0.0
+    places, squares = [begin], [(speed * TIME / LENGTH) ** 2]
     for way, speed in zip(ways[inside].tolist(), speeds[inside].tolist()):
         if way - places[-1] >= least and end - way >= least:
             places.append(way)
             squares.append((speed * TIME / LENGTH) ** 2)
-    return _optimum(curve, np.array([*places, end]), np.array([*squares, 0.0]), limits)
+    first = squares[0], acceleration * TIME**2 / LENGTH
+    return _optimum(curve, np.array([*places, end]), np.array([*squares, 0.0]), limits, first)
 
 
 def _optimum(
-    curve: PathHeights, places: FloatArray, squares: FloatArray, limits: SliderLimits
+    curve: PathHeights,
+    places: FloatArray,
+    squares: FloatArray,
+    limits: SliderLimits,
+    begin: tuple[float, float],
 ) -> float:
-    """Return the least time over stations at ``places`` [m], from squared speeds there [s]."""
+    """Return the least time over stations at ``places`` [m], from squared speeds there [s].
+
+    It begins with a squared speed and an acceleration, both in the units of this module.
+    """
     stations = len(places)
     middles = 0.5 * (places[1:] + places[:-1])
     # At the first and the last station, what is seen is that of the path between them.
@@ -86,13 +109,17 @@ def _optimum(
             robot.constraints,
             squares,
             idx_s_start=0,
-            a_boundary=(0.0, 0.0),
-            b_boundary=(0.0, 0.0),
+            a_boundary=(begin[0], 0.0),
+            b_boundary=(begin[1], 0.0),
             num_stationary_max=1,
             b_linearization=bends,
         )
         profile = copp_py.solver.topp3_socp.solve(problem, options)
-        duration, _ = copp_py.interpolation.s_to_t_topp3(places / LENGTH, profile)
+        try:
+            duration, _ = copp_py.interpolation.s_to_t_topp3(places / LENGTH, profile)
+        except copp_py.CoppError:
+            # A squared speed next to rest is less than zero: rounding.
+            break
         duration *= TIME
         if not duration < best * (1.0 - _BETTER):
             return float(min(best, duration))
