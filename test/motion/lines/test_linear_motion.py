@@ -19,6 +19,7 @@ from benchmarks.linear_moves import (
     time_between_rests,
     time_to_turn,
 )
+from benchmarks.moves_in_motion import bent, planned, random_turns
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.errors import NoRoomError, PlanningError
@@ -251,6 +252,12 @@ def test_of_the_ways_onto_a_line_the_soonest_is_taken_first():
             at_once(JOINING.soonest(left))
         assert left == []
     assert taken
+
+
+def test_no_turn_takes_much_longer_than_a_way_that_may_bend():
+    """Where no quick way onto the line keeps the limits, a gentle one takes less than a stop."""
+    for turn in random_turns(8, seed=1):
+        assert planned(turn) < 1.6 * bent(turn)
 
 
 def test_same_target_in_mid_motion_stays_on_the_line():

@@ -50,6 +50,9 @@ LONGEST_BLEND = 4.0
 # Fractions of a braking that are over when a new line begins.
 DELAYS = (0.3, 0.5, 0.7, 0.8, 0.9, 1.0)
 
+# What a line takes longer, about, that begins while a gentle braking lasts.
+GENTLY_SLOWER = 1.2
+
 # Gentler brakings leave more for a line that begins sooner: the fraction of acceleration and jerk
 # that they use, and how much slower the line is and its delay, one after the other. Of many
 # combinations these make up for nearly all others, over a hundred random turns.
@@ -200,8 +203,7 @@ class LineJoining:
         fraction, choices = gentle
         assert hard.blend is not None
         braking = hard.blend.duration / fraction
-        slower, delay = choices[0]
-        expected = max(slower * float(undelayed.times[-1]) + delay * braking, braking)
+        expected = max(GENTLY_SLOWER * float(undelayed.times[-1]), braking)
 
         def plan() -> Interruptible[LinePlan]:
             entry = yield from self._entry.resting(state, builder, limits, fraction)
