@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.line_builders import LineBuilder
 from tri_glide_kinematics.motion.lines.straight_line import StraightLine
@@ -124,6 +125,22 @@ class LineEntry:
         """Return where the platform would be without the offsets of ``blend``."""
         (h1, h2, h3), (x, y, z) = state.heights, blend.state(0.0).heights
         return self._machine.forward((h1 - x, h2 - y, h3 - z))
+
+
+def check_length(
+    blend: CubicPlan | None, state: SliderState, limits: SliderLimits, longest: float
+) -> None:
+    """Raise a PlanningError if a blend takes so long that to stop before would be better."""
+    if blend is None:
+        return
+    stop = max(
+        (abs(v) + 0.5 * abs(a) * abs(a) / j) / largest + largest / j + abs(a) / j
+        for v, a, largest, j in zip(
+            state.velocities, state.accelerations, limits.acceleration, limits.jerk
+        )
+    )
+    if blend.duration > longest * stop:
+        raise PlanningError("the motion before would go on for too long")
 
 
 def _divided(

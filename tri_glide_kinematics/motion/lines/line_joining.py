@@ -21,7 +21,7 @@ from tri_glide_kinematics.motion.knots import shortest_piece, with_knots_of
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.lines.derivative_bounds import derivative_bounds, slowdown
 from tri_glide_kinematics.motion.lines.line_builders import LineBuilder
-from tri_glide_kinematics.motion.lines.line_entry import Entry, LineEntry
+from tri_glide_kinematics.motion.lines.line_entry import Entry, LineEntry, check_length
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
 from tri_glide_kinematics.motion.lines.line_timing import NORM, LineTiming, MovingFactors
 from tri_glide_kinematics.motion.lines.path_parametrisation import PathParametrisation, parametrise
@@ -301,19 +301,3 @@ def _delayed(entry: Entry, undelayed: TimeScaling, delay: float, limits: SliderL
         return joined
 
     return WayOnto(entry, expected, plan)
-
-
-def check_length(
-    blend: CubicPlan | None, state: SliderState, limits: SliderLimits, longest: float
-) -> None:
-    """Raise a PlanningError if a blend takes so long that to stop before would be better."""
-    if blend is None:
-        return
-    stop = max(
-        (abs(v) + 0.5 * abs(a) * abs(a) / j) / largest + largest / j + abs(a) / j
-        for v, a, largest, j in zip(
-            state.velocities, state.accelerations, limits.acceleration, limits.jerk
-        )
-    )
-    if blend.duration > longest * stop:
-        raise PlanningError("the motion before would go on for too long")

@@ -16,8 +16,7 @@ from tri_glide_kinematics.motion.lines.derivative_bounds import derivative_bound
 from tri_glide_kinematics.motion.lines.jog_timing import NORM as JOG_NORM
 from tri_glide_kinematics.motion.lines.jog_timing import JogFactors, JogTiming
 from tri_glide_kinematics.motion.lines.line_builders import LineBuilder, LineToStop
-from tri_glide_kinematics.motion.lines.line_entry import LineEntry
-from tri_glide_kinematics.motion.lines.line_joining import check_length
+from tri_glide_kinematics.motion.lines.line_entry import LineEntry, check_length
 from tri_glide_kinematics.motion.lines.line_plan import LinePlan
 from tri_glide_kinematics.motion.lines.line_timing import LineTiming
 from tri_glide_kinematics.motion.lines.path_parametrisation import (
