@@ -26,7 +26,7 @@ from tri_glide_kinematics.motion.lines.line_plan import LinePlan
 from tri_glide_kinematics.motion.lines.line_timing import NORM, LineTiming, MovingFactors
 from tri_glide_kinematics.motion.lines.path_parametrisation import PathParametrisation, parametrise
 from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
-from tri_glide_kinematics.motion.plans import CubicPlan, SliderState
+from tri_glide_kinematics.motion.plans import SliderState
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
 # In mid-motion a time scaling cannot be stretched, as its first speed is given. It is made again,
