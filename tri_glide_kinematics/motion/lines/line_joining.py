@@ -287,7 +287,7 @@ def _delayed(entry: Entry, undelayed: TimeScaling, delay: float, limits: SliderL
     expected = max(float(undelayed.times[-1]) + delay * blend.duration, blend.duration)
 
     def plan() -> Interruptible[LinePlan]:
-        yield
+        yield from ()
         wait = delay * blend.duration
         scaling = undelayed.delayed(wait)
         times = scaling.times.tolist()
