@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.commands import Command, DriveLimits, Follow, Jog, Track
+from tri_glide_kinematics.motion.commands import Command, Follow, Jog, Track
 from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase, PlanRole
 from tri_glide_kinematics.motion.paths.path_measuring import PathMeasuring
 from tri_glide_kinematics.motion.plan_holder import PlanHolder
@@ -33,65 +33,62 @@ URGENT_PIECES = 14
 FIRST_STEP = 0.002
 
 
-class PlanExecution(PlanHolder):
-    """A held plan that is stepped, and at most one that is being prepared.
+class PlanExecution:
+    """Steps a held plan, and prepares at most one that takes its place.
 
     While something is tracked, each step is a plan of its own, made when it is its turn.
+
+    Attributes:
+        holder: of the plan.
+        tracks: whether something is tracked, so that a new velocity or target needs no plan.
+        preparation: of the next plan; None if there is none.
+        replanning: makes what is held next.
+        pursuit: makes steps of tracking.
     """
 
     def __init__(
-        self, workspace: Workspace, kind: MotionKind, limits: DriveLimits, in_pieces: bool
+        self, holder: PlanHolder, workspace: Workspace, kind: MotionKind, in_pieces: bool
     ) -> None:
-        """Hold nothing yet.
+        """Prepare for what ``holder`` holds.
 
         Args:
+            holder: of the plan.
             workspace: where the platform may be, and of which machine.
             kind: of moves.
-            limits: for the start.
             in_pieces: whether plans are made by ``work``, and not when they are asked for.
         """
-        super().__init__(limits, in_pieces)
+        self.holder = holder
+        self.tracks = False
+        self.preparation: Preparation | None = None
+        self._in_pieces = in_pieces
         self._workspace = workspace
-        self._replanning = Replanning(workspace, kind)
-        self._pursuit = Pursuit(workspace)
-        self._tracks = False
+        self.replanning = Replanning(workspace, kind)
+        self.pursuit = Pursuit(workspace)
         self._lead_time = LeadTime()
         # The next part of a path takes longer, but is known to be needed long before.
         self._path_lead_time = LeadTime()
         # All of a path is looked at before it is followed, or goes on.
         self._goal_lead_time = LeadTime()
         self._last_step = 0.0
-        self._preparation: Preparation | None = None
         self._retry_at = math.inf
         self._event_at = math.inf
         self._refusal: KinematicsError | None = None
         self._path_measuring = PathMeasuring()
 
     @property
-    def preparing(self) -> bool:
-        """Whether a plan is being made, or waits for the setpoint at which it begins."""
-        return self._preparation is not None
+    def goal_in_preparation(self) -> Command | None:
+        """The goal of the plan that is being prepared; None if there is none."""
+        return self.preparation.goal if self.preparation is not None else None
 
     @property
     def remaining(self) -> float:
-        """Time to the end of what was asked for; inf where it is not known [s].
-
-        It is 0 if, and only if, nothing is left to do: what was asked for has ended at rest, was
-        refused, or was stopped. It is not known while a new goal is planned or waits for limits; of
-        a path, until its end is planned, and while it is paused; of a moving target, and of a jog
-        in motion, which have no end. A stop may be over sooner.
-        """
-        held = self._held
+        """Time to the end of what was asked for; inf where it is not known [s]."""
+        held = self.holder.motion
         if held is None:
             return 0.0
-        if self._preparation is not None and self._preparation.goal is not None:
+        if self.goal_in_preparation is not None:
             return math.inf
-        return held.remaining(self._time)
-
-    @property
-    def tracks(self) -> bool:
-        """Whether something is tracked, so that a new velocity or target needs no plan."""
-        return self._tracks
+        return held.remaining(self.holder.time)
 
     def step(self, dt: float) -> SliderState:
         """Advance by ``dt`` [s] and return the setpoint.
@@ -100,21 +97,22 @@ class PlanExecution(PlanHolder):
             NotStartedError: before the start.
             OutOfBoundsError: if ``dt`` is not greater than zero, or NaN.
         """
-        held = self._held
-        time = self._time + dt
+        holder = self.holder
+        held = holder.motion
+        time = holder.time + dt
         # Nearly always there is nothing to do but go on. NaN is not greater than zero, either.
         if held is None or not dt > 0.0 or time >= self._event_at:
             if not 0.0 < dt < math.inf:
                 raise OutOfBoundsError("dt", dt, "finite and greater than 0", "s")
-            self._holding()
+            held = holder.held
             self._on_event(dt)
-            held = self._holding()
-            if self._tracks:
-                self._pursuit.advance(dt)
+            held = holder.held
+            if self.tracks:
+                self.pursuit.advance(dt)
             # A plan that has just begun may do so a rounding error later.
-            time = max(self._time + dt, 0.0)
+            time = max(holder.time + dt, 0.0)
         setpoint = held.plan.state(time)
-        self._time = time
+        holder.time = time
         return setpoint
 
     def work(self, may_go_on: Callable[[], bool]) -> None:
@@ -123,9 +121,9 @@ class PlanExecution(PlanHolder):
         Args:
             may_go_on: asked after each piece, which takes some tenths of a millisecond.
         """
-        preparation = self._preparation
+        preparation = self.preparation
         if preparation is None or preparation.ready is not None:
-            self._path_measuring.work(self.driven_path, may_go_on)
+            self._path_measuring.work(self.holder.driven_path, may_go_on)
             return
         try:
             self._work(may_go_on)
@@ -142,15 +140,15 @@ class PlanExecution(PlanHolder):
 
         Nothing is planned for this: so it can be done, whatever has failed.
         """
-        self._preparation = None
-        self._tracks = False
+        self.preparation = None
+        self.tracks = False
         self._retry_at = self._event_at = math.inf
-        if self._held is not None:
-            self._held = replace(self._held, goal=None, role=PlanRole.BRAKES, pending=None)
+        if self.holder.motion is not None:
+            self.holder.motion = replace(
+                self.holder.motion, goal=None, role=PlanRole.BRAKES, pending=None
+            )
 
-    def _prepare(
-        self, making: Making, goal: Command | None = None, *, urgent: bool = False
-    ) -> None:
+    def prepare(self, making: Making, goal: Command | None = None, *, urgent: bool = False) -> None:
         """Make what is held next, unless that is for later; at rest, a first piece of it.
 
         What is ``urgent`` begins now. If it is not ready after some pieces, it begins later, too.
@@ -158,25 +156,25 @@ class PlanExecution(PlanHolder):
         lead_time = self._goal_lead_time if isinstance(goal, Follow) else self._lead_time
         pieces = URGENT_PIECES if urgent else 0
         lead = 0.0 if urgent or not self._in_pieces else lead_time.after(self._last_step)
-        start = self._time + lead
+        start = self.holder.time + lead
         self._begin(
-            Preparation(making, goal, self._holding(), self._time, start, lead_time), pieces
+            Preparation(making, goal, self.holder.held, self.holder.time, start, lead_time), pieces
         )
 
     def _prepare_next_part(self) -> None:
         """Make the next part of the path that is followed."""
-        held = self._holding()
+        held = self.holder.held
         lead = self._path_lead_time.after(self._last_step) if self._in_pieces else 0.0
         # Exactly there, so that the motion is the same whatever the steps are.
-        start = max(self._time + lead, held.goes_on_at)
-        making = self._replanning.continued
-        preparation = Preparation(making, None, held, self._time, start, self._path_lead_time)
+        start = max(self.holder.time + lead, held.goes_on_at)
+        making = self.replanning.continued
+        preparation = Preparation(making, None, held, self.holder.time, start, self._path_lead_time)
         self._begin(preparation)
 
     def _begin(self, preparation: Preparation, pieces: int = 0) -> None:
         """Begin with a ``preparation``, and with so many ``pieces`` of it at once."""
-        self._preparation = preparation
-        self._look_ahead()
+        self.preparation = preparation
+        self.look_ahead()
         if not self._in_pieces:
             self._work(lambda: True)
         elif pieces or preparation.begins_at_rest:
@@ -184,35 +182,35 @@ class PlanExecution(PlanHolder):
             self._work(lambda: next(left, None) is not None)
 
     def _work(self, may_go_on: Callable[[], bool]) -> None:
-        preparation = self._preparation
+        preparation = self.preparation
         if preparation is None or preparation.ready is not None:
             return
         try:
             preparation.work(may_go_on)
         except BaseException as error:
-            self._preparation = None
-            self._look_ahead()
+            self.preparation = None
+            self.look_ahead()
             # A goal that was taken before comes to rest where it cannot go on.
             if isinstance(error, KinematicsError) and preparation.goal is None:
                 return
             raise
         if preparation.ready is not None:
-            preparation.note_time(self._time)
-            if preparation.has_begun(self._time):
+            preparation.note_time(self.holder.time)
+            if preparation.has_begun(self.holder.time):
                 self._take(preparation)
 
     def _take(self, preparation: Preparation) -> None:
         """Hold what is ready, as it begins now or in the next step."""
         assert preparation.ready is not None
-        self._preparation = None
+        self.preparation = None
         if preparation.goal is not None:
-            self._tracks = False
+            self.tracks = False
         held, refusal = preparation.ready
         # Limits that have come meanwhile, while something is tracked, go on waiting.
-        newest = self._holding().pending
+        newest = self.holder.held.pending
         if newest is not preparation.held.pending:
             held = replace(held, pending=newest)
-        self._replace(held, refusal, preparation.elapsed(self._time))
+        self.replace(held, refusal, preparation.elapsed(self.holder.time))
 
     def _on_event(self, dt: float) -> None:
         """Do what is due before a step of ``dt`` [s].
@@ -222,61 +220,61 @@ class PlanExecution(PlanHolder):
         Several parts of a path may begin and end inside one step.
         """
         self._last_step = dt
-        preparation = self._preparation
-        if self._tracks and (preparation is None or preparation.goal is None):
+        preparation = self.preparation
+        if self.tracks and (preparation is None or preparation.goal is None):
             if self._take_step(dt):
                 return
         held = None
-        while held is not self._held:
-            held = self._held
-            if self._preparation is None:
+        while held is not self.holder.motion:
+            held = self.holder.motion
+            if self.preparation is None:
                 self._prepare_what_is_due()
-            preparation = self._preparation
-            if preparation is None or not preparation.is_due(self._time, dt):
+            preparation = self.preparation
+            if preparation is None or not preparation.is_due(self.holder.time, dt):
                 continue
             if preparation.ready is not None:
                 self._take(preparation)
             elif not preparation.begins_at_rest:
-                preparation.begin_anew(self._time, dt)
-                self._look_ahead()
+                preparation.begin_anew(self.holder.time, dt)
+                self.look_ahead()
 
     def _prepare_what_is_due(self) -> None:
         """Try again what had to wait, or make the next part of a path."""
-        if self._time >= self._retry_at and not self._tracks:
-            self._prepare(self._replanning.tried_again)
-        elif math.isinf(self._retry_at) and math.isfinite(self._holding().goes_on_at):
+        if self.holder.time >= self._retry_at and not self.tracks:
+            self.prepare(self.replanning.tried_again)
+        elif math.isinf(self._retry_at) and math.isfinite(self.holder.held.goes_on_at):
             self._prepare_next_part()
 
-    def _track_jog(self, held: HeldMotion, jog: Jog) -> bool:
+    def track_jog(self, held: HeldMotion, jog: Jog) -> bool:
         """Go over to a ``jog`` in motion at once, if there is a certified step; return whether.
 
         From rest, and outside the workspace, a jog is planned.
         """
-        if self.phase is MotionPhase.IDLE or held.region is not self._workspace:
+        if self.holder.phase is MotionPhase.IDLE or held.region is not self._workspace:
             return False
         tracking = replace(held, goal=jog)
-        if not (self._tracks and isinstance(held.goal, Jog)):
-            step = self._pursuit.next(tracking, self._time, self._last_step or FIRST_STEP)
+        if not (self.tracks and isinstance(held.goal, Jog)):
+            step = self.pursuit.next(tracking, self.holder.time, self._last_step or FIRST_STEP)
             if step is None:
                 return False
             tracking = step
-        self._tracks = True
-        self._preparation = None
-        self._replace(tracking)
+        self.tracks = True
+        self.preparation = None
+        self.replace(tracking)
         return True
 
-    def _begin_to_track(self, target: Track) -> None:
+    def begin_to_track(self, target: Track) -> None:
         """Track a ``target`` as soon as a step is certified, and brake until then."""
-        held = replace(self._holding(), goal=target, region=self._workspace)
-        self._tracks = True
-        self._preparation = None
-        if self._time < held.plan.duration and held.role is not PlanRole.BRAKES:
-            self._replace(replace(held, role=PlanRole.EARLIER))
-            self._prepare_braking(urgent=False)
+        held = replace(self.holder.held, goal=target, region=self._workspace)
+        self.tracks = True
+        self.preparation = None
+        if self.holder.time < held.plan.duration and held.role is not PlanRole.BRAKES:
+            self.replace(replace(held, role=PlanRole.EARLIER))
+            self.prepare_braking(urgent=False)
         else:
-            self._replace(held)
+            self.replace(held)
 
-    def _prepare_braking(self, *, urgent: bool, stays: bool = True) -> None:
+    def prepare_braking(self, *, urgent: bool, stays: bool = True) -> None:
         """Make a braking; an ``urgent`` one begins at once, which takes a millisecond.
 
         One that must not leave its path may take longer, so it begins some setpoints later.
@@ -285,20 +283,20 @@ class PlanExecution(PlanHolder):
             urgent: whether it is made at once.
             stays: whether the platform stays on its line where that takes little longer.
         """
-        self._prepare(
-            lambda held, time: only_held(self._replanning.braked(held, time, stays=stays)),
-            urgent=urgent and self._holding().path_plan is None,
+        self.prepare(
+            lambda held, time: only_held(self.replanning.braked(held, time, stays=stays)),
+            urgent=urgent and self.holder.held.path_plan is None,
         )
 
     def _take_step(self, dt: float) -> bool:
         """Track for ``dt`` [s] if such a step is certified; return whether it is."""
-        held = self._holding()
-        tracking = self._pursuit.next(held, self._time, dt)
+        held = self.holder.held
+        tracking = self.pursuit.next(held, self.holder.time, dt)
         if tracking is not None:
-            self._preparation = None
-            self._replace(tracking)
-        elif self._time >= held.plan.duration and held.pending is not None:
-            self._replace(replace(held, limits=held.pending, pending=None))
+            self.preparation = None
+            self.replace(tracking)
+        elif self.holder.time >= held.plan.duration and held.pending is not None:
+            self.replace(replace(held, limits=held.pending, pending=None))
         if isinstance(held.goal, Jog):
             self._look_after_jog(held.goal, is_certified=tracking is not None)
         return tracking is not None
@@ -309,39 +307,42 @@ class PlanExecution(PlanHolder):
         Where there is none once, near an edge, there are some and none in turn, and the platform
         would swerve. So the jog is planned there, as from rest.
         """
-        held = self._holding()
+        held = self.holder.held
         plan = held.plan
         if is_certified:
-            self._tracks = not (isinstance(plan, TrackedStep) and plan.ends_at_rest)
+            self.tracks = not (isinstance(plan, TrackedStep) and plan.ends_at_rest)
         else:
-            self._tracks = False
-            self._replace(replace(held, role=PlanRole.BRAKES))
-            if held.pending is None and self._time < plan.duration:
-                self._prepare(self._making(jog))
-        self._look_ahead()
+            self.tracks = False
+            self.replace(replace(held, role=PlanRole.BRAKES))
+            if held.pending is None and self.holder.time < plan.duration:
+                self.prepare(self.making(jog))
+        self.look_ahead()
 
-    def _making(self, goal: Command) -> Making:
-        return lambda held, time: only_held(self._replanning.with_goal(held, time, goal))
+    def making(self, goal: Command) -> Making:
+        """Return what makes a plan to a ``goal``."""
+        return lambda held, time: only_held(self.replanning.with_goal(held, time, goal))
 
-    def _replace(
+    def replace(
         self, held: HeldMotion, refusal: KinematicsError | None = None, elapsed: float = 0.0
     ) -> None:
         """Hold something else, keep a ``refusal``, and see to it that what waits is tried again."""
-        self._hold(held, elapsed)
+        self.holder.hold(held, elapsed)
         self._refusal = refusal or self._refusal
-        waits = held.waits(self._time)
-        self._retry_at = min(self._time + RETRY_INTERVAL, held.plan.duration) if waits else math.inf
-        self._look_ahead()
+        waits = held.waits(self.holder.time)
+        self._retry_at = (
+            min(self.holder.time + RETRY_INTERVAL, held.plan.duration) if waits else math.inf
+        )
+        self.look_ahead()
 
-    def _look_ahead(self) -> None:
+    def look_ahead(self) -> None:
         """Note when there is something to do besides going on."""
-        if self._tracks:
+        if self.tracks:
             self._event_at = -math.inf
-        elif self._preparation is not None:
-            self._event_at = self._preparation.start
+        elif self.preparation is not None:
+            self._event_at = self.preparation.start
         elif math.isfinite(self._retry_at):
             self._event_at = self._retry_at
         else:
             # The next part of a path is made as soon as it is known to be needed.
-            goes_on = math.isfinite(self._holding().goes_on_at)
+            goes_on = math.isfinite(self.holder.held.goes_on_at)
             self._event_at = -math.inf if goes_on else math.inf

@@ -7,7 +7,6 @@ import numpy as np
 from tri_glide_kinematics.motion.commands import DriveLimits, Follow, Move
 from tri_glide_kinematics.motion.errors import NotStartedError
 from tri_glide_kinematics.motion.held_motion import HeldMotion, MotionPhase
-from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.paths.driven_path import DrivenPath
 from tri_glide_kinematics.motion.paths.path_progress import PathProgress, progress
 from tri_glide_kinematics.motion.plans import SampledPlan, SliderState
@@ -16,64 +15,58 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 
 class PlanHolder:
-    """Holds one plan after the other, with the time that has passed in it."""
+    """Holds one plan after the other, with the time that has passed in it.
 
-    def __init__(self, limits: DriveLimits, in_pieces: bool) -> None:
-        """Hold nothing yet.
+    Attributes:
+        motion: what is held; None before the start.
+        time: that has passed in its plan [s].
+        plan_number: counts the plans held so far: a new number is a new plan.
+        first_limits: for the start.
+    """
 
-        Args:
-            limits: for the start.
-            in_pieces: whether what takes long is done by ``work``, and not when it is asked for.
+    def __init__(self, limits: DriveLimits) -> None:
+        """Hold nothing yet; ``limits`` are for the start."""
+        self.motion: HeldMotion | None = None
+        self.time = 0.0
+        self.plan_number = 0
+        self.first_limits = limits
+
+    @property
+    def held(self) -> HeldMotion:
+        """What is held.
+
+        Raises:
+            NotStartedError: before the start.
         """
-        self._first_limits = limits
-        self._in_pieces = in_pieces
-        self._held: HeldMotion | None = None
-        self._plan_number = 0
-        self._time = 0.0
+        if self.motion is None:
+            raise NotStartedError
+        return self.motion
 
     @property
-    def limits(self) -> SliderLimits:
-        """Limits of the sliders in force, before the scale; new ones may still be pending."""
-        return self._limits.sliders
+    def limits(self) -> DriveLimits:
+        """Limits in force."""
+        return self.motion.limits if self.motion else self.first_limits
 
     @property
-    def speed_scale(self) -> float:
-        """Scale in force."""
-        return self._limits.speed_scale
-
-    @property
-    def limits_pending(self) -> bool:
-        """Whether new limits wait for the motion to become slow enough."""
-        return self._held is not None and self._held.pending is not None
-
-    @property
-    def started(self) -> bool:
-        """Whether the engine knows where the sliders are."""
-        return self._held is not None
+    def newest_limits(self) -> DriveLimits:
+        """Limits that are asked for; they may still be pending."""
+        pending = self.motion.pending if self.motion else None
+        return pending or self.limits
 
     @property
     def phase(self) -> MotionPhase:
-        """What the engine is doing. Idle is at rest with nothing that waits."""
-        return self._held.phase(self._time) if self._held else MotionPhase.IDLE
+        """What is being done. Idle is at rest with nothing that waits."""
+        return self.motion.phase(self.time) if self.motion else MotionPhase.IDLE
 
     @property
     def time_to_rest(self) -> float:
-        """Time until the held plan is at rest, at its goal or before [s].
-
-        The held plan of a path leads to rest somewhere on it, and the next one takes its place
-        before. ``remaining`` is the time to the end of what was asked for.
-        """
-        return max(self._held.plan.duration - self._time, 0.0) if self._held else 0.0
-
-    @property
-    def plan_number(self) -> int:
-        """Counts the plans held so far: a new number is a new plan."""
-        return self._plan_number
+        """Time until the held plan is at rest, at its goal or before [s]."""
+        return max(self.motion.plan.duration - self.time, 0.0) if self.motion else 0.0
 
     @property
     def target(self) -> Vector3 | None:
         """Position of the platform that is being moved to or was reached [m]."""
-        goal = self._held.goal if self._held else None
+        goal = self.motion.goal if self.motion else None
         if isinstance(goal, Follow) and goal.heights is not None:
             x, y, z = goal.heights.driven.segments.points[-1].tolist()
             return x, y, z
@@ -82,22 +75,19 @@ class PlanHolder:
     @property
     def driven_path(self) -> DrivenPath | None:
         """The path that is followed, or was followed last; None without one."""
-        goal = self._held.goal if self._held else None
+        goal = self.motion.goal if self.motion else None
         heights = goal.heights if isinstance(goal, Follow) else None
         return heights.driven if heights is not None else None
 
     @property
     def path_progress(self) -> PathProgress | None:
-        """How far the path is driven that is followed, or was followed last; None without one.
-
-        It is None, too, as long as the length of a path is still worked out in pieces.
-        """
-        held, driven = self._held, self.driven_path
-        if held is None or driven is None or (self._in_pieces and not driven.is_measured):
+        """How far the path is driven that is followed, or was followed last; None without one."""
+        held = self.motion
+        if held is None or self.driven_path is None:
             return None
         assert isinstance(held.goal, Follow)
         assert held.goal.heights is not None
-        return progress(held.goal.heights, held.place(self._time), held.plan, self._time)
+        return progress(held.goal.heights, held.place(self.time), held.plan, self.time)
 
     @property
     def state(self) -> SliderState:
@@ -106,42 +96,23 @@ class PlanHolder:
         Raises:
             NotStartedError: before the start.
         """
-        return self._holding().plan.state(self._time)
+        return self.held.plan.state(self.time)
 
-    def sample_plan(self, times: FloatArray) -> SampledPlan:
-        """Return the setpoints of the held plan at ``times`` from now on.
-
-        Args:
-            times: Shape (n,) [s]; after ``time_to_rest`` the sliders rest.
+    def sample(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints of the held plan at ``times`` from now on. Shape (n,) [s].
 
         Raises:
             NotStartedError: before the start.
         """
-        plan = self._holding().plan
-        sampled = plan.sample(self._time + np.asarray(times, dtype=np.float64))
-        return sampled._replace(times=np.asarray(times, dtype=np.float64))
+        times = np.asarray(times, dtype=np.float64)
+        return self.held.plan.sample(self.time + times)._replace(times=times)
 
-    @property
-    def _limits(self) -> DriveLimits:
-        """Limits in force."""
-        return self._held.limits if self._held else self._first_limits
-
-    @property
-    def _newest_limits(self) -> DriveLimits:
-        pending = self._held.pending if self._held else None
-        return pending or self._limits
-
-    def _holding(self) -> HeldMotion:
-        if self._held is None:
-            raise NotStartedError
-        return self._held
-
-    def _hold(self, held: HeldMotion, elapsed: float = 0.0) -> None:
+    def hold(self, held: HeldMotion, elapsed: float = 0.0) -> None:
         """Hold something else; of a new plan ``elapsed`` seconds are past already."""
-        last = self._held.plan if self._held else None
+        last = self.motion.plan if self.motion else None
         if held.plan is not last:
-            self._time = elapsed
+            self.time = elapsed
             # The steps of tracking are one motion.
             if not (isinstance(last, TrackedStep) and isinstance(held.plan, TrackedStep)):
-                self._plan_number += 1
-        self._held = held
+                self.plan_number += 1
+        self.motion = held
