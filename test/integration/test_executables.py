@@ -229,10 +229,11 @@ def test_a_section_that_looks_like_the_nodes_own_is_told(client, nodes, tmp_path
 
 
 def test_missing_ruckig_gets_one_line(ros_domain, tmp_path):
-    # A module of the same name that fails as a missing one does, found first.
-    (tmp_path / "ruckig.py").write_text(
-        "raise ModuleNotFoundError(\"No module named 'ruckig'\", name='ruckig')\n"
-    )
+    # Modules of the same names that fail as missing ones do, found first.
+    for name in ("ruckig", "tri_glide_ruckig"):
+        (tmp_path / f"{name}.py").write_text(
+            f"raise ModuleNotFoundError(\"No module named '{name}'\", name='{name}')\n"
+        )
     path = os.pathsep.join(filter(None, [str(tmp_path), os.environ.get("PYTHONPATH")]))
     run = subprocess.run(
         [executable("ik_node")],
