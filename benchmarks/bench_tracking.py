@@ -14,8 +14,8 @@ import numpy as np
 from benchmarks.judge import LIMITS
 from benchmarks.table import aligned
 from tri_glide_kinematics.motion import MotionEngine, SliderState
-from tri_glide_kinematics.motion.plans import CubicPlan
-from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
+from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3

@@ -11,7 +11,7 @@ from functools import partial
 
 from benchmarks.harness import Figure, Missing, NoAnswerError, attempt, figure
 from benchmarks.transport_probe import AGE, LOAD
-from tri_glide_kinematics.ros.transport import (
+from tri_glide_kinematics.ros.starting.transport import (
     CELL,
     COMPUTER,
     MIDDLEWARE_VARIABLES,

@@ -29,9 +29,14 @@ from testing.wrong_machines import (
     WRONG_BY,
     WrongMachine,
 )
-from tri_glide_kinematics.calibration.fit import calibrate
-from tri_glide_kinematics.calibration.measurements import Distance, MeasuredPosition, Plate, Touch
-from tri_glide_kinematics.calibration.priors import Priors
+from tri_glide_kinematics.calibration.fit.calibrate import calibrate
+from tri_glide_kinematics.calibration.fit.measurements import (
+    Distance,
+    MeasuredPosition,
+    Plate,
+    Touch,
+)
+from tri_glide_kinematics.calibration.fit.priors import Priors
 from tri_glide_kinematics.vectors import FloatArray
 
 GEOMETRY = NOMINAL.geometry

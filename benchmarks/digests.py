@@ -30,10 +30,10 @@ from benchmarks.bench_paths import drive
 from benchmarks.judge import COARSE, SCENARIOS, Findings
 from testing.path_samples import random_path
 from tri_glide_kinematics.control.controller_health import line_of
-from tri_glide_kinematics.control.reason_log import RefusalLog
 from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.machine_state import machine_state
+from tri_glide_kinematics.reason_log import RefusalLog
+from tri_glide_kinematics.ros.outputs.machine_state import machine_state
 from tri_glide_kinematics.vectors import FloatArray
 
 KEPT = Path(__file__).parents[1] / "test" / "digests.json"

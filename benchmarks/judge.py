@@ -17,8 +17,8 @@ from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.limit_use import LimitUse
-from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.planner import MotionKind
+from tri_glide_kinematics.motion.moves.search import MotionKind
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray

@@ -27,9 +27,9 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.limit_use import LimitUse, are_within
-from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion
-from tri_glide_kinematics.motion.lines.straight_line import StraightLine
+from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import FloatArray

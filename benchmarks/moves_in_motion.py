@@ -30,21 +30,21 @@ from benchmarks.judge import LIMITS, WIDE
 from benchmarks.linear_moves import random_moves
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion import verification
-from tri_glide_kinematics.motion.constant_jerk import Phases, evaluate, first_of, total_duration
-from tri_glide_kinematics.motion.knots import knots_with_blend, lasting, shortest_piece
-from tri_glide_kinematics.motion.lines.line_entry import Entry, _divided
-from tri_glide_kinematics.motion.lines.line_plan import LinePlan
-from tri_glide_kinematics.motion.lines.line_timing import NORM
-from tri_glide_kinematics.motion.lines.linear_motion import LinearMotion
-from tri_glide_kinematics.motion.lines.path_parametrisation import parametrise
-from tri_glide_kinematics.motion.lines.straight_line import StraightLine
-from tri_glide_kinematics.motion.lines.time_scaling import TimeScaling
-from tri_glide_kinematics.motion.paths.path_heights import PathHeights
-from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
-from tri_glide_kinematics.motion.planner import MotionKind, MotionPlanner
-from tri_glide_kinematics.motion.plans import AT_REST, CubicPlan, SliderState
-from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.motion.moves.blends import Entry, _divided
+from tri_glide_kinematics.motion.moves.line_timing import NORM
+from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
+from tri_glide_kinematics.motion.moves.parametrisation import parametrise
+from tri_glide_kinematics.motion.moves.search import MotionKind, MotionPlanner
+from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.trajectory import verification
+from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, CubicPlan, SliderState
+from tri_glide_kinematics.motion.trajectory.knots import knots_with_blend, lasting, shortest_piece
+from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
+from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
+from tri_glide_kinematics.motion.trajectory.phases import Phases, evaluate, first_of, total_duration
+from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
+from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3

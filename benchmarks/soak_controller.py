@@ -24,9 +24,10 @@ import numpy as np
 from benchmarks.judge import SCENARIOS, Findings, Judge, Scenario
 from benchmarks.random_paths import random_path
 from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all, some_pieces
+from tri_glide_kinematics.control.commands.inbox import TargetPath
+from tri_glide_kinematics.control.commands.streams import Streams
 from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.in_position import InPositionBounds
-from tri_glide_kinematics.control.inbox import TargetPath
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
     FAULT,
@@ -35,7 +36,6 @@ from tri_glide_kinematics.control.operating_state import (
     WAITING,
 )
 from tri_glide_kinematics.control.status import ControllerStatus
-from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible

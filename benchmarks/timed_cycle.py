@@ -35,8 +35,8 @@ def main(output: Path, name: str) -> None:
 
 
 def _run_ik_node(rows: Rows) -> None:
-    from tri_glide_kinematics.ros import cycle_loop
-    from tri_glide_kinematics.ros.run import run
+    from tri_glide_kinematics.ros.loop import cycle_loop
+    from tri_glide_kinematics.ros.starting.run import run
 
     class TimedLoop(cycle_loop.CycleLoop):
         def __init__(self, node: Node, cycle: cycle_loop.Cycle, *others: Any) -> None:

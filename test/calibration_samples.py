@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 
 from testing.wrong_machines import NOMINAL, WRONG_BY, WrongMachine
-from tri_glide_kinematics.calibrating.solving import solved
-from tri_glide_kinematics.calibration.measurement_file import MeasurementFile
-from tri_glide_kinematics.calibration.measurements import Touch
-from tri_glide_kinematics.calibration.result import Calibration
+from tri_glide_kinematics.calibration.fit.measurement_file import MeasurementFile
+from tri_glide_kinematics.calibration.fit.measurements import Touch
+from tri_glide_kinematics.calibration.fit.result import Calibration
+from tri_glide_kinematics.calibration.session.solving import solved
 
 SEED = 11
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 
+from tri_glide_kinematics.control.commands.streams import Streams
 from tri_glide_kinematics.control.controller import MotionController
 from tri_glide_kinematics.control.in_position import InPositionBounds
-from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY

@@ -13,8 +13,8 @@ from tri_glide_kinematics.motion import (
     MotionKind,
     MotionPhase,
     SliderLimits,
-    ruckig_planner,
 )
+from tri_glide_kinematics.motion.trajectory import ruckig_planner
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import FloatArray

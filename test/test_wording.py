@@ -9,8 +9,8 @@ import pytest
 from strategies import DEFAULT_LIMITS
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.paths.platform_path import PlatformPath
-from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.ros.parameters.tables import IK_NODE
 from tri_glide_kinematics.tri_glide.errors import ArmTooShortError
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide

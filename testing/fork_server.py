@@ -28,10 +28,10 @@ MODULES = (
     "tri_glide_kinematics.nodes.ik_node",
     "tri_glide_kinematics.nodes.mechanism_node",
     "tri_glide_kinematics.nodes.simulator_node",
-    "tri_glide_kinematics.ros.command_line",
-    "tri_glide_kinematics.ros.parameter_sources",
-    "tri_glide_kinematics.ros.realtime",
-    "tri_glide_kinematics.ros.transport",
+    "tri_glide_kinematics.ros.parameters.command_line",
+    "tri_glide_kinematics.ros.parameters.sources",
+    "tri_glide_kinematics.ros.starting.realtime",
+    "tri_glide_kinematics.ros.starting.transport",
 )
 # Only where what the page needs is installed.
 PANEL = "tri_glide_kinematics.panel.panel_node"

@@ -9,11 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tri_glide_kinematics.calibration.machine import MachineParameters
-from tri_glide_kinematics.calibration.measurements import Distance, MeasuredPosition, Plate, Touch
-from tri_glide_kinematics.calibration.model import positions_of
-from tri_glide_kinematics.calibration.priors import Priors
-from tri_glide_kinematics.calibration.region import Region, plane_basis
+from tri_glide_kinematics.calibration.fit.machine import MachineParameters
+from tri_glide_kinematics.calibration.fit.measurements import (
+    Distance,
+    MeasuredPosition,
+    Plate,
+    Touch,
+)
+from tri_glide_kinematics.calibration.fit.model import positions_of
+from tri_glide_kinematics.calibration.fit.priors import Priors
+from tri_glide_kinematics.calibration.fit.region import Region, plane_basis
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.calibration.fit import calibrate as calibrate
+    from tri_glide_kinematics.calibration.fit.calibrate import calibrate as calibrate
     from tri_glide_kinematics.errors import KinematicsError as KinematicsError
     from tri_glide_kinematics.errors import NotAChoiceError as NotAChoiceError
     from tri_glide_kinematics.errors import NotANumberError as NotANumberError
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.four_bar.analysis import Branch as Branch
     from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar as FourBar
     from tri_glide_kinematics.mechanisms.landing_gear.gear import LandingGear as LandingGear
-    from tri_glide_kinematics.motion.engine import MotionEngine as MotionEngine
-    from tri_glide_kinematics.motion.errors import MotionError as MotionError
-    from tri_glide_kinematics.motion.errors import NoRoomError as NoRoomError
-    from tri_glide_kinematics.motion.errors import NotStartedError as NotStartedError
-    from tri_glide_kinematics.motion.errors import PlanningError as PlanningError
-    from tri_glide_kinematics.motion.errors import SliderLimitError as SliderLimitError
-    from tri_glide_kinematics.motion.errors import SliderTravelError as SliderTravelError
-    from tri_glide_kinematics.motion.held_motion import MotionPhase as MotionPhase
-    from tri_glide_kinematics.motion.limits import SliderLimits as SliderLimits
-    from tri_glide_kinematics.motion.paths.errors import PathError as PathError
-    from tri_glide_kinematics.motion.paths.errors import PathPlaceError as PathPlaceError
-    from tri_glide_kinematics.motion.paths.platform_path import PlatformPath as PlatformPath
-    from tri_glide_kinematics.motion.planner import MotionKind as MotionKind
+    from tri_glide_kinematics.motion.engine.engine import MotionEngine as MotionEngine
+    from tri_glide_kinematics.motion.engine.held_motion import MotionPhase as MotionPhase
+    from tri_glide_kinematics.motion.moves.search import MotionKind as MotionKind
+    from tri_glide_kinematics.motion.path.errors import PathError as PathError
+    from tri_glide_kinematics.motion.path.errors import PathPlaceError as PathPlaceError
+    from tri_glide_kinematics.motion.path.platform_path import PlatformPath as PlatformPath
+    from tri_glide_kinematics.motion.trajectory.errors import MotionError as MotionError
+    from tri_glide_kinematics.motion.trajectory.errors import NoRoomError as NoRoomError
+    from tri_glide_kinematics.motion.trajectory.errors import NotStartedError as NotStartedError
+    from tri_glide_kinematics.motion.trajectory.errors import PlanningError as PlanningError
+    from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError as SliderLimitError
+    from tri_glide_kinematics.motion.trajectory.errors import SliderTravelError as SliderTravelError
+    from tri_glide_kinematics.motion.trajectory.limits import SliderLimits as SliderLimits
     from tri_glide_kinematics.tri_glide.errors import ArmsNeverMeetError as ArmsNeverMeetError
     from tri_glide_kinematics.tri_glide.errors import ArmTooShortError as ArmTooShortError
     from tri_glide_kinematics.tri_glide.errors import (
@@ -65,34 +65,33 @@ __version__ = "0.1.0"
 __all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
-        "calibration.fit": "calibrate",
+        "calibration.fit.calibrate": "calibrate",
         "errors": (
             "KinematicsError NotAChoiceError NotANumberError NotFiniteError OutOfBoundsError "
             "WrongShapeError"
         ),
         "mechanisms.errors": (
-            "CrankLimitError DegenerateLinkageError MechanismFileError "
-            "NotAPoseError NotAssemblableError SelfMotionError"
+            "CrankLimitError DegenerateLinkageError MechanismFileError NotAPoseError "
+            "NotAssemblableError SelfMotionError"
         ),
         "mechanisms.f_mechanism.mechanism": "FMechanism",
         "mechanisms.four_bar.analysis": "Branch",
         "mechanisms.four_bar.linkage": "FourBar",
         "mechanisms.landing_gear.gear": "LandingGear",
-        "motion.engine": "MotionEngine",
-        "motion.errors": (
+        "motion.engine.engine": "MotionEngine",
+        "motion.engine.held_motion": "MotionPhase",
+        "motion.moves.search": "MotionKind",
+        "motion.path.errors": "PathError PathPlaceError",
+        "motion.path.platform_path": "PlatformPath",
+        "motion.trajectory.errors": (
             "MotionError NoRoomError NotStartedError PlanningError SliderLimitError "
             "SliderTravelError"
         ),
-        "motion.held_motion": "MotionPhase",
-        "motion.limits": "SliderLimits",
-        "motion.paths.errors": "PathError PathPlaceError",
-        "motion.paths.platform_path": "PlatformPath",
-        "motion.planner": "MotionKind",
+        "motion.trajectory.limits": "SliderLimits",
         "tri_glide.errors": (
-            "ArmTooShortError ArmsNeverMeetError CoincidentAnchorsError "
-            "CollinearAnchorsError GeometryError NoPoseError "
-            "PlatformAboveSliderError SpheresDoNotMeetError UnreachableError "
-            "WrongAssemblyModeError"
+            "ArmTooShortError ArmsNeverMeetError CoincidentAnchorsError CollinearAnchorsError "
+            "GeometryError NoPoseError PlatformAboveSliderError SpheresDoNotMeetError "
+            "UnreachableError WrongAssemblyModeError"
         ),
         "tri_glide.geometry": "TriGlideGeometry",
         "tri_glide.kinematics": "TriGlide",

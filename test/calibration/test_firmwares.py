@@ -14,7 +14,7 @@ from tri_glide_kinematics.calibration.firmwares import (
     MarlinDelta,
     RepRapFirmwareDelta,
 )
-from tri_glide_kinematics.calibration.machine import MachineParameters
+from tri_glide_kinematics.calibration.fit.machine import MachineParameters
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 

@@ -15,8 +15,8 @@ from tri_glide_kinematics.control.operating_state import (
     OperatingState,
 )
 from tri_glide_kinematics.control.reason import Cause, Reason
-from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.reason_log import ReasonLog
 
 
 def health(state, missed=False):

@@ -9,7 +9,7 @@ from tri_glide_kinematics.demo.leg import Leg
 from tri_glide_kinematics.demo.report import is_good, table
 from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.limit_use import LimitUse
-from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 PERIOD, COUNT = 0.01, 40

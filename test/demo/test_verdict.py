@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.calibration.region import plane_basis
+from tri_glide_kinematics.calibration.fit.region import plane_basis
 from tri_glide_kinematics.demo.calibration.course import (
     FIRST_START,
     NEAR,

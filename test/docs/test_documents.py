@@ -11,7 +11,7 @@ import pytest
 from documents import PAGES, ROOT, anchors, blocks, commands, prose, text
 from message_filling import filled, interface
 
-from tri_glide_kinematics.ros import parameters
+from tri_glide_kinematics.ros.parameters import tables as parameters
 
 PACKAGE = "tri_glide_kinematics"
 IDS = [str(page.relative_to(ROOT)) for page in PAGES]

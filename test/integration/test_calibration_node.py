@@ -23,8 +23,8 @@ from tri_glide_interfaces.srv import (
     SaveMeasurements,
     SolveCalibration,
 )
-from tri_glide_kinematics.calibrating.probing import BACK_TOLERANCE
-from tri_glide_kinematics.calibration.measurement_file import load_measurements
+from tri_glide_kinematics.calibration.fit.measurement_file import load_measurements
+from tri_glide_kinematics.calibration.session.probing import BACK_TOLERANCE
 from tri_glide_kinematics.control.reason import Cause
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide

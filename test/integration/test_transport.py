@@ -16,8 +16,13 @@ from testing.domain import set_transport
 from testing.forks import ForkedNodes
 from testing.machine import Machine
 from testing.processes import TIMEOUT, launched
-from tri_glide_kinematics.ros.processes import executable
-from tri_glide_kinematics.ros.transport import CELL, COMPUTER, MIDDLEWARE_VARIABLES, VARIABLE
+from tri_glide_kinematics.ros.starting.processes import executable
+from tri_glide_kinematics.ros.starting.transport import (
+    CELL,
+    COMPUTER,
+    MIDDLEWARE_VARIABLES,
+    VARIABLE,
+)
 
 LISTENER = """
 import sys, rclpy

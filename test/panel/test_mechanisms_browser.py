@@ -14,7 +14,7 @@ from testing.browser import DESKTOP, PHONE, browser, find_browser
 from tri_glide_kinematics.panel.curves.limits import CurveLimits
 from tri_glide_kinematics.panel.curves.plots import Curves
 from tri_glide_kinematics.panel.mechanisms.drawing import BLUE, GREEN, ORANGE, PALE
-from tri_glide_kinematics.panel.scene import light_plainly
+from tri_glide_kinematics.panel.scene.scene import light_plainly
 
 pytestmark = [
     pytest.mark.nodes,

@@ -11,8 +11,8 @@ from strategies import DEFAULT_LIMITS, random_positions
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.plans import AT_REST, SliderState
-from tri_glide_kinematics.motion.sliders.slider_motion import SliderMotion
+from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
+from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, SliderState
 from tri_glide_kinematics.workspace.workspace import TOLERANCE, Cylinder, Workspace
 
 # Travel is of no interest here.

@@ -20,7 +20,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from tri_glide_kinematics.calibration.machine import MachineParameters
+from tri_glide_kinematics.calibration.fit.machine import MachineParameters
 from tri_glide_kinematics.checks import finite_vector
 from tri_glide_kinematics.rounding import first_smallest
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from tri_glide_kinematics.control.engine_commands import EngineCommands
+from tri_glide_kinematics.control.commands.engine_commands import EngineCommands
+from tri_glide_kinematics.control.commands.goal_commands import GoalCommands
+from tri_glide_kinematics.control.commands.goals import GoalCode
+from tri_glide_kinematics.control.commands.newest_target import NewestTarget
+from tri_glide_kinematics.control.commands.streams import Streams
 from tri_glide_kinematics.control.errors import CommandRefusedError
-from tri_glide_kinematics.control.goal_commands import GoalCommands
-from tri_glide_kinematics.control.goals import GoalCode
 from tri_glide_kinematics.control.in_position import Arrival, InPositionBounds
-from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
     FAULT,
@@ -24,10 +25,9 @@ from tri_glide_kinematics.control.operating_state import (
 from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.control.starting import StartingPlace
 from tri_glide_kinematics.control.status import ControllerStatus
-from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import Refusal
-from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, SliderState
+from tri_glide_kinematics.motion.engine.engine import MotionEngine, MotionPhase, SliderState
 from tri_glide_kinematics.vectors import Vector3
 
 STARTED_DISABLED = Reason(Cause.STARTED_DISABLED, "started disabled")

@@ -13,9 +13,9 @@ from tri_glide_kinematics.control.operating_state import (
     WAITING,
     OperatingState,
 )
-from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.supervision import Supervisor
+from tri_glide_kinematics.reason_log import ReasonLog
 
 # More late cycles than this part of all are worth a look.
 TOO_MANY_LATE = 0.05

@@ -20,8 +20,8 @@ __all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "errors": (
-            "CrankLimitError DegenerateLinkageError MechanismFileError "
-            "NotAPoseError NotAssemblableError SelfMotionError"
+            "CrankLimitError DegenerateLinkageError MechanismFileError NotAPoseError "
+            "NotAssemblableError SelfMotionError"
         ),
         "files": "MechanismFile load_mechanism",
     },

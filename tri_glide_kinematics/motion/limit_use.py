@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import array_of_shape
 from tri_glide_kinematics.motion.command_stream import CommandStream
-from tri_glide_kinematics.motion.limits import QUANTITIES, SliderLimits
+from tri_glide_kinematics.motion.trajectory.limits import QUANTITIES, SliderLimits
 from tri_glide_kinematics.vectors import FloatArray
 
 # Differences of velocity, acceleration and jerk may pass a limit by this part of it. That of the

@@ -24,23 +24,29 @@ from tri_glide_interfaces.srv import (
     SaveMeasurements,
     SolveCalibration,
 )
-from tri_glide_kinematics.calibrating.errors import ProbingError, SavingError
-from tri_glide_kinematics.calibrating.height_record import HeightRecord
-from tri_glide_kinematics.calibrating.parameter_file import save_parameters
-from tri_glide_kinematics.calibrating.session import Session
-from tri_glide_kinematics.calibrating.session_file import keep_measurements, new_session_file
-from tri_glide_kinematics.calibration.measurement_file import (
+from tri_glide_kinematics.calibration.fit.measurement_file import (
     MeasurementFile,
     load_measurements,
     save_measurements,
 )
+from tri_glide_kinematics.calibration.session.errors import ProbingError, SavingError
+from tri_glide_kinematics.calibration.session.height_record import HeightRecord
+from tri_glide_kinematics.calibration.session.parameter_file import save_parameters
+from tri_glide_kinematics.calibration.session.session import Session
+from tri_glide_kinematics.calibration.session.session_file import (
+    keep_measurements,
+    new_session_file,
+)
 from tri_glide_kinematics.checks import non_negative
-from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.control.simulated_truth import TrueMachine
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import file_in
-from tri_glide_kinematics.ros.answers import Answers
-from tri_glide_kinematics.ros.calibration_parameters import (
+from tri_glide_kinematics.reason_log import ReasonLog
+from tri_glide_kinematics.ros.clients.probe_driver import ProbeDriver
+from tri_glide_kinematics.ros.clients.resting import Resting
+from tri_glide_kinematics.ros.inputs.slider_measurements import SliderMeasurements
+from tri_glide_kinematics.ros.loop.cycle_loop import Cycle
+from tri_glide_kinematics.ros.parameters.calibration import (
     deviations_of,
     folder_of,
     nominal_of,
@@ -50,14 +56,11 @@ from tri_glide_kinematics.ros.calibration_parameters import (
     reported_workspace_of,
     requested,
 )
-from tri_glide_kinematics.ros.cycle_loop import Cycle
-from tri_glide_kinematics.ros.from_parameters import check_joint_names
-from tri_glide_kinematics.ros.live_parameters import LiveParameters
-from tri_glide_kinematics.ros.parameters import CALIBRATION_NODE
-from tri_glide_kinematics.ros.patient_services import CALLS, PatientServices
-from tri_glide_kinematics.ros.probe_driver import ProbeDriver
-from tri_glide_kinematics.ros.resting import Resting
-from tri_glide_kinematics.ros.slider_measurements import SliderMeasurements
+from tri_glide_kinematics.ros.parameters.live import LiveParameters
+from tri_glide_kinematics.ros.parameters.tables import CALIBRATION_NODE
+from tri_glide_kinematics.ros.parameters.values import check_joint_names
+from tri_glide_kinematics.ros.serving.answers import Answers
+from tri_glide_kinematics.ros.serving.patient_services import CALLS, PatientServices
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
 Answer = Callable[[Any, Any], Awaitable[None]]
@@ -214,8 +217,8 @@ class CalibrationNode(Node):
 
     async def _solve(self, request: Any, response: Any) -> None:
         # Loaded when it is first used: it takes as long as starting the node.
-        from tri_glide_kinematics.calibrating.report import contradiction, report
-        from tri_glide_kinematics.calibrating.solving import solved
+        from tri_glide_kinematics.calibration.session.report import contradiction, report
+        from tri_glide_kinematics.calibration.session.solving import solved
 
         named = request.parameter_file
         file = file_in(self._folder, named) if named else None

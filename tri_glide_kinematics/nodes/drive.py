@@ -15,15 +15,15 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from tri_glide_kinematics.driving.drive_file import DriveFile, load_drive
-from tri_glide_kinematics.driving.report import ProgressLine, is_whole, table
+from tri_glide_kinematics.drawing.installed import find_file
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.figures.installed import find_file
-from tri_glide_kinematics.ros.end_signals import EndSignals
-from tri_glide_kinematics.ros.goal_sender import GoalSender
-from tri_glide_kinematics.ros.run import shut_down
-from tri_glide_kinematics.ros.step_driver import StepDriver
-from tri_glide_kinematics.ros.transport import choose_transport
+from tri_glide_kinematics.programs.drive_file import DriveFile, load_drive
+from tri_glide_kinematics.programs.report import ProgressLine, is_whole, table
+from tri_glide_kinematics.ros.clients.goal_sender import GoalSender
+from tri_glide_kinematics.ros.clients.step_driver import StepDriver
+from tri_glide_kinematics.ros.starting.end_signals import EndSignals
+from tri_glide_kinematics.ros.starting.run import shut_down
+from tri_glide_kinematics.ros.starting.transport import choose_transport
 
 
 def _drive(drive: DriveFile) -> int:

@@ -8,16 +8,16 @@ from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.control.health import Health, Level
-from tri_glide_kinematics.control.reason_log import ReasonLog
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.cycle_loop import Cycle
-from tri_glide_kinematics.ros.diagnostics import DiagnosticsPublisher
-from tri_glide_kinematics.ros.from_parameters import check_joint_names, machine_of
-from tri_glide_kinematics.ros.live_parameters import LiveParameters
-from tri_glide_kinematics.ros.parameters import FK_NODE
-from tri_glide_kinematics.ros.patient_services import PatientServices
-from tri_glide_kinematics.ros.slider_measurements import SliderMeasurements
-from tri_glide_kinematics.ros.stamped_triples import FIRST, StampedTriples
+from tri_glide_kinematics.reason_log import ReasonLog
+from tri_glide_kinematics.ros.cdr.stamped_triples import FIRST, StampedTriples
+from tri_glide_kinematics.ros.inputs.slider_measurements import SliderMeasurements
+from tri_glide_kinematics.ros.loop.cycle_loop import Cycle
+from tri_glide_kinematics.ros.outputs.diagnostics import DiagnosticsPublisher
+from tri_glide_kinematics.ros.parameters.live import LiveParameters
+from tri_glide_kinematics.ros.parameters.tables import FK_NODE
+from tri_glide_kinematics.ros.parameters.values import check_joint_names, machine_of
+from tri_glide_kinematics.ros.serving.patient_services import PatientServices
 
 
 class FkNode(Node):

@@ -17,12 +17,12 @@ from typing import Any
 import viser
 from viser import _messages as messages
 
-from tri_glide_kinematics.panel.admission import QUERY, Admission
+from tri_glide_kinematics.panel.door.admission import QUERY, Admission
+from tri_glide_kinematics.panel.door.guard import guarded_server
 from tri_glide_kinematics.panel.errors import PortTakenError
-from tri_glide_kinematics.panel.guard import guarded_server
 from tri_glide_kinematics.panel.hold import RENEWALS
 from tri_glide_kinematics.panel.presence import watch
-from tri_glide_kinematics.panel.scene import light_plainly
+from tri_glide_kinematics.panel.scene.scene import light_plainly
 
 # After so long without a word from us, the page says so [ms].
 SILENCE = 3000

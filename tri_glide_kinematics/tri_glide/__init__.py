@@ -28,10 +28,9 @@ __all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "errors": (
-            "ArmTooShortError ArmsNeverMeetError CoincidentAnchorsError "
-            "CollinearAnchorsError GeometryError NoPoseError "
-            "PlatformAboveSliderError SpheresDoNotMeetError UnreachableError "
-            "WrongAssemblyModeError"
+            "ArmTooShortError ArmsNeverMeetError CoincidentAnchorsError CollinearAnchorsError "
+            "GeometryError NoPoseError PlatformAboveSliderError SpheresDoNotMeetError "
+            "UnreachableError WrongAssemblyModeError"
         ),
         "geometry": "TriGlideGeometry",
         "kinematics": "TriGlide",

@@ -7,7 +7,7 @@ import pytest
 from calibration_samples import calibration
 from matplotlib.figure import Figure
 
-from tri_glide_kinematics.calibration.region import Region
+from tri_glide_kinematics.calibration.fit.region import Region
 from tri_glide_kinematics.figures.calibration.pictures import (
     OUTLIER_COLOR,
     calibration_figure,

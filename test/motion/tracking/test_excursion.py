@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from motion_plans import PHASES
 from strategies import reproducible
 
-from tri_glide_kinematics.motion.constant_jerk import evaluate, total_duration
 from tri_glide_kinematics.motion.tracking.excursion import excursion
 from tri_glide_kinematics.motion.tracking.slider_way import way_of
+from tri_glide_kinematics.motion.trajectory.phases import evaluate, total_duration
 
 
 @reproducible

@@ -12,11 +12,15 @@ from strategies import DEFAULT_LIMITS
 from tracking_run import PLACE, TrackingRun, at_rest, peaks
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, TRAVEL_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.plans import AT_REST, SAME_TIME, SliderState
 from tri_glide_kinematics.motion.tracking.follower import Follower
 from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget, WantedVelocity
-from tri_glide_kinematics.motion.verification import height_extremes
+from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, SAME_TIME, SliderState
+from tri_glide_kinematics.motion.trajectory.limits import (
+    RELATIVE_ROUNDING,
+    TRAVEL_ROUNDING,
+    SliderLimits,
+)
+from tri_glide_kinematics.motion.trajectory.verification import height_extremes
 from tri_glide_kinematics.workspace.workspace import TOLERANCE, Cylinder, Workspace
 
 UNEQUAL = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))

@@ -11,9 +11,6 @@ from motion_machine import LIMITS, MACHINE, WORKSPACE
 from strategies import DEFAULT_LIMITS
 from tracking_run import PLACE, TrackingRun, at_rest
 
-from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.plans import CubicPlan, SliderState
-from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity
 from tri_glide_kinematics.motion.tracking.slider_line import slider_line
 from tri_glide_kinematics.motion.tracking.wanted_motion import wanted_motion
@@ -22,7 +19,10 @@ from tri_glide_kinematics.motion.tracking.way_ahead import (
     approach,
     way_to_rest,
 )
-from tri_glide_kinematics.motion.verification import EDGE_CLEARANCE
+from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan, SliderState
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace.workspace import Workspace
 

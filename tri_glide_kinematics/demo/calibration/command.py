@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from tri_glide_interfaces.srv import SaveMeasurements, SolveCalibration
-from tri_glide_kinematics.calibrating.parameter_file import save_parameters
-from tri_glide_kinematics.calibrating.report import report
-from tri_glide_kinematics.calibrating.solving import solved
-from tri_glide_kinematics.calibration.measurement_file import load_measurements
+from tri_glide_kinematics.calibration.fit.measurement_file import load_measurements
+from tri_glide_kinematics.calibration.session.parameter_file import save_parameters
+from tri_glide_kinematics.calibration.session.report import report
+from tri_glide_kinematics.calibration.session.solving import solved
 from tri_glide_kinematics.demo.calibration.client import CalibrationClient
 from tri_glide_kinematics.demo.calibration.course import PLATE, judge, measure_distances, probe
 from tri_glide_kinematics.demo.calibration.verdict import Verdict, table
@@ -30,8 +30,8 @@ from tri_glide_kinematics.demo.calibration.wrong_machine import (
 from tri_glide_kinematics.demo.command import PATIENCE, ros_that_ctrl_c_ends
 from tri_glide_kinematics.demo.report import say
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.processes import NodeProcesses, default_parameter_file
-from tri_glide_kinematics.ros.transport import COMPUTER, choose_transport
+from tri_glide_kinematics.ros.starting.processes import NodeProcesses, default_parameter_file
+from tri_glide_kinematics.ros.starting.transport import COMPUTER, choose_transport
 
 MEASUREMENTS, TRUTH, CALIBRATED = "measurements.yaml", "true_machine.yaml", "calibrated.yaml"
 # A busy computer may send twists late [s].

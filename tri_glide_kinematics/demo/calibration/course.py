@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tri_glide_interfaces.srv import ProbePlate, RecordDistanceEnd
-from tri_glide_kinematics.calibration.machine import MachineParameters
+from tri_glide_kinematics.calibration.fit.machine import MachineParameters
 from tri_glide_kinematics.demo.calibration.client import CalibrationClient
 from tri_glide_kinematics.demo.report import in_millimetres, say
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tri_glide_kinematics.calibration.machine import MachineParameters
-from tri_glide_kinematics.calibration.priors import Priors
+from tri_glide_kinematics.calibration.fit.machine import MachineParameters
+from tri_glide_kinematics.calibration.fit.priors import Priors
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 
 NOMINAL = MachineParameters(DEFAULT_GEOMETRY)

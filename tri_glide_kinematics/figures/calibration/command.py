@@ -12,8 +12,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.figures.exit_code import exit_code
-from tri_glide_kinematics.figures.installed import find_file
+from tri_glide_kinematics.drawing.exit_code import exit_code
+from tri_glide_kinematics.drawing.installed import find_file
 
 REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
 
@@ -38,11 +38,11 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
     Raises:
         KinematicsError: if there is no calibration, or one that no node should use.
     """
-    from tri_glide_kinematics.calibrating.errors import SavingError
-    from tri_glide_kinematics.calibrating.parameter_file import save_parameters
-    from tri_glide_kinematics.calibrating.report import contradiction, report
-    from tri_glide_kinematics.calibrating.solving import proposed, solved
-    from tri_glide_kinematics.calibration.measurement_file import load_measurements
+    from tri_glide_kinematics.calibration.fit.measurement_file import load_measurements
+    from tri_glide_kinematics.calibration.session.errors import SavingError
+    from tri_glide_kinematics.calibration.session.parameter_file import save_parameters
+    from tri_glide_kinematics.calibration.session.report import contradiction, report
+    from tri_glide_kinematics.calibration.session.solving import proposed, solved
     from tri_glide_kinematics.files import write_file
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -52,8 +52,8 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
     print(text)
     folder.mkdir(parents=True, exist_ok=True)
     write_file(folder / REPORT, f"{text}\n")
+    from tri_glide_kinematics.drawing.saving import save_figure
     from tri_glide_kinematics.figures.calibration.pictures import calibration_figure
-    from tri_glide_kinematics.figures.saving import save_figure
 
     save_figure(calibration_figure(calibration), folder / PICTURE, 110)
     print(f"\nreport: {folder / REPORT}\npicture: {folder / PICTURE}")

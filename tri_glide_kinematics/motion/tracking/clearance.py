@@ -18,11 +18,15 @@ from math import hypot
 from typing import NamedTuple
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.constant_jerk import after
-from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, TRAVEL_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.plans import SliderState
 from tri_glide_kinematics.motion.tracking.excursion import Excursion, excursion
 from tri_glide_kinematics.motion.tracking.velocity_phases import Phase
+from tri_glide_kinematics.motion.trajectory.cubic import SliderState
+from tri_glide_kinematics.motion.trajectory.limits import (
+    RELATIVE_ROUNDING,
+    TRAVEL_ROUNDING,
+    SliderLimits,
+)
+from tri_glide_kinematics.motion.trajectory.phases import after
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 from tri_glide_kinematics.workspace.workspace import Workspace

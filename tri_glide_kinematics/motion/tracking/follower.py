@@ -10,9 +10,6 @@ from collections.abc import Sequence
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.plans import SliderState
-from tri_glide_kinematics.motion.sound import SOUND
 from tri_glide_kinematics.motion.tracking.braking import braking_alone, braking_together
 from tri_glide_kinematics.motion.tracking.clearance import first_certified
 from tri_glide_kinematics.motion.tracking.moving_target import Wanted, WantedVelocity
@@ -21,8 +18,11 @@ from tri_glide_kinematics.motion.tracking.target_tracking import (
     TargetTracking,
     straight_towards,
 )
-from tri_glide_kinematics.motion.tracking.tracked_step import TrackedStep
 from tri_glide_kinematics.motion.tracking.velocity_tracking import VelocityTracking
+from tri_glide_kinematics.motion.trajectory.cubic import SliderState
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.sound import SOUND
+from tri_glide_kinematics.motion.trajectory.tracked_step import TrackedStep
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 

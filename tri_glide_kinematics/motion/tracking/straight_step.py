@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from math import hypot, inf
 
-from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.plans import SliderState
 from tri_glide_kinematics.motion.tracking.slider_line import slider_line
 from tri_glide_kinematics.motion.tracking.slider_way import (
     Bounds,
@@ -21,6 +19,8 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
 )
 from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, to_zero
 from tri_glide_kinematics.motion.tracking.wanted_motion import TINY, WantedMotion
+from tri_glide_kinematics.motion.trajectory.cubic import SliderState
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 

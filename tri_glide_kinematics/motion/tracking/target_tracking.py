@@ -11,9 +11,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot
 
-from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.plans import SliderState
-from tri_glide_kinematics.motion.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget
 from tri_glide_kinematics.motion.tracking.slider_line import slider_line
 from tri_glide_kinematics.motion.tracking.slider_way import (
@@ -25,7 +22,10 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
 )
 from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, within
 from tri_glide_kinematics.motion.tracking.way_ahead import approach
-from tri_glide_kinematics.motion.verification import EDGE_CLEARANCE
+from tri_glide_kinematics.motion.trajectory.cubic import SliderState
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
 

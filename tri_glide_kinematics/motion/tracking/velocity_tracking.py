@@ -12,8 +12,6 @@ from __future__ import annotations
 
 from math import hypot
 
-from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.plans import AT_REST, SliderState
 from tri_glide_kinematics.motion.tracking.slider_way import (
     Bounds,
     SliderWay,
@@ -24,6 +22,8 @@ from tri_glide_kinematics.motion.tracking.straight_step import straight_step
 from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, to_zero
 from tri_glide_kinematics.motion.tracking.wanted_motion import WantedMotion, wanted_motion
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
+from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, SliderState
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
 

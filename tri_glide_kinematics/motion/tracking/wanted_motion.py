@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import hypot, inf, sqrt
 from typing import NamedTuple
 
-from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.tracking.slider_line import SliderLine, slider_line
 from tri_glide_kinematics.motion.tracking.velocity_phases import within
 from tri_glide_kinematics.motion.tracking.way_ahead import (
@@ -13,7 +12,8 @@ from tri_glide_kinematics.motion.tracking.way_ahead import (
     approach,
     way_to_rest,
 )
-from tri_glide_kinematics.motion.verification import EDGE_CLEARANCE
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 

@@ -1,0 +1,159 @@
+"""Predicted measurements, and their derivatives against finite differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from strategies import random_geometry, random_positions
+
+from testing.wrong_machines import NOMINAL
+from tri_glide_kinematics.calibration.fit.machine import MachineParameters
+from tri_glide_kinematics.calibration.fit.measurements import (
+    Distance,
+    MeasuredPosition,
+    Plate,
+    Touch,
+)
+from tri_glide_kinematics.calibration.fit.model import (
+    MeasurementModel,
+    position_derivatives,
+    positions_of,
+)
+from tri_glide_kinematics.calibration.fit.unknowns import (
+    FramePlacement,
+    State,
+    Unknowns,
+    rotation_by,
+)
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+
+STEP = 1e-6  # m
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_positions_change_as_finite_differences_say(symmetric):
+    rng = np.random.default_rng(11)
+    for _ in range(20):
+        kinematics = TriGlide(random_geometry(rng, symmetric))
+        places = random_positions(kinematics, rng, 10, max_condition=6.0)
+        offsets = rng.uniform(-0.01, 0.01, 3)
+        machine = MachineParameters(kinematics.geometry, tuple(offsets)).vector
+        heights = kinematics.inverse_batch(places) - offsets
+        np.testing.assert_allclose(positions_of(machine, heights), places, atol=1e-10)
+        derivatives = position_derivatives(machine, places)
+        for column in range(12):
+            step = STEP * np.eye(12)[column]
+            around = positions_of(machine + step, heights) - positions_of(machine - step, heights)
+            np.testing.assert_allclose(
+                derivatives[:, :, column], around / (2.0 * STEP), rtol=1e-5, atol=1e-5
+            )
+
+
+def test_errors_of_a_position_do_not_depend_on_its_height():
+    low, high = np.array([[0.03, -0.05, 0.0]]), np.array([[0.03, -0.05, 0.4]])
+    machine = NOMINAL.vector
+    np.testing.assert_array_equal(
+        position_derivatives(machine, low), position_derivatives(machine, high)
+    )
+
+
+def measurements_of_all_kinds():
+    """Return some, with plates and frames known and not, not exactly of the nominal machine."""
+    rng = np.random.default_rng(5)
+    plates = (
+        Plate("known", 0.01, (0.002, -0.003)),
+        Plate("lying", None, (0.001, 0.002)),
+        Plate("at", 0.02, None),
+        Plate("free", None, None),
+    )
+
+    def heights():
+        place = (*rng.uniform(-0.1, 0.1, 2), rng.uniform(0.0, 0.2))
+        return TriGlide(NOMINAL.geometry).inverse(place)
+
+    touches = [Touch(heights(), plate, 1e-5) for plate in plates for _ in range(3)]
+    positions = [
+        MeasuredPosition(heights(), tuple(rng.uniform(-0.1, 0.1, 3)), frame, 2e-5)
+        for frame in ("base", "camera", "tracker", "camera")
+    ]
+    distances = [Distance(heights(), heights(), 0.1, 5e-5) for _ in range(3)]
+    return [touches[0], positions[0], *touches[1:], *distances, *positions[1:]]
+
+
+def test_all_equations_change_as_finite_differences_say():
+    some = measurements_of_all_kinds()
+    unknowns = Unknowns.of(some)
+    assert unknowns.size == 12 + 1 + 2 + 3 + 6 + 6
+    model = MeasurementModel(some, unknowns)
+    rng = np.random.default_rng(6)
+    state = State(
+        NOMINAL.vector + rng.uniform(-1e-3, 1e-3, 12),
+        {name: rng.uniform(-0.02, 0.02, 3) for name in unknowns.plates},
+        {
+            name: FramePlacement(rotation_by(rng.uniform(-2.0, 2.0, 3)), rng.uniform(-1, 1, 3))
+            for name in unknowns.frames
+        },
+    )
+    residuals, matrix = model.equations(state)
+    assert residuals.shape == (model.count,) == (12 + 4 * 3 + 3,)
+    for column in range(unknowns.size):
+        step = STEP * np.eye(unknowns.size)[column]
+        after, before = (model.equations(unknowns.moved(state, s))[0] for s in (step, -step))
+        difference = (after - before) / (2.0 * STEP)
+        np.testing.assert_allclose(
+            matrix[:, column], difference, rtol=1e-5, atol=1e-5 * np.abs(matrix).max()
+        )
+
+
+def test_residuals_are_predicted_minus_measured_by_their_standard_deviations():
+    kinematics = TriGlide(NOMINAL.geometry)
+    low, high = kinematics.inverse((0.0, 0.0, 0.1)), kinematics.inverse((0.05, 0.0, 0.1))
+    some = [
+        Touch(low, Plate("bed", 0.09), 0.01),
+        MeasuredPosition(high, (0.04, 0.01, 0.1), "base", 0.01),
+        Distance(low, high, 0.04, 0.005),
+    ]
+    model = MeasurementModel(some, Unknowns.of(some))
+    residuals, _ = model.equations(State(NOMINAL.vector, {"bed": np.array([0.09, 0, 0])}, {}))
+    np.testing.assert_allclose(residuals, [1.0, 1.0, -1.0, 0.0, 2.0], atol=1e-9)
+
+
+def test_offsets_are_added_to_reported_heights():
+    heights = np.array([[0.6, 0.6, 0.6]])
+    machine = NOMINAL.vector
+    higher = positions_of(machine + np.repeat([0.0, 0.01], [9, 3]), heights)
+    np.testing.assert_allclose(higher - positions_of(machine, heights), [[0.0, 0.0, 0.01]])
+
+
+def test_a_machine_that_cannot_be_reaches_nothing():
+    assert np.isnan(positions_of(np.zeros(12), np.full((2, 3), 0.6))).all()
+    assert np.isnan(positions_of(NOMINAL.vector, np.array([[0.1, 0.9, 0.9]]))).all()
+
+
+def test_rotations_are_rotations_and_small_ones_are_the_cross_product():
+    rng = np.random.default_rng(1)
+    for size in (0.0, 1e-12, 1e-3, 1.0, 3.1):
+        vector = rng.standard_normal(3)
+        vector *= size / np.linalg.norm(vector)
+        turn = rotation_by(vector)
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-14)
+        np.testing.assert_allclose(turn @ vector, vector, atol=1e-14)
+        assert np.trace(turn) == pytest.approx(1.0 + 2.0 * np.cos(size), abs=1e-12)
+
+
+def test_heights_change_by_the_one_equation_of_the_theory():
+    # f dz = sum of lambda_i ((a_i - p) da_i + s_i do_i - L_i dL_i): (3) of calibration_theory.md.
+    rng = np.random.default_rng(12)
+    for _ in range(20):
+        kinematics = TriGlide(random_geometry(rng, symmetric=False))
+        place = random_positions(kinematics, rng, 1, max_condition=6.0)
+        anchors = np.array(kinematics.geometry.anchors)
+        lengths = np.array(kinematics.geometry.arm_lengths)
+        weights = np.linalg.solve(np.vstack((anchors.T, np.ones(3))), [*place[0, :2], 1.0])
+        away = anchors - place[0, :2]
+        rises = np.sqrt(lengths**2 - (away**2).sum(axis=1))
+        expected = np.concatenate(
+            ((weights[:, None] * away).ravel(), -weights * lengths, weights * rises)
+        ) / (weights @ rises)
+        machine = MachineParameters(kinematics.geometry).vector
+        np.testing.assert_allclose(position_derivatives(machine, place)[0, 2], expected, atol=1e-10)

@@ -1,0 +1,103 @@
+"""Measurements that contradict the others are named, and those that agree are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from testing.wrong_machines import NOMINAL, TOUCH, WRONG_BY, WrongMachine
+from tri_glide_kinematics.calibration.fit.calibrate import calibrate
+from tri_glide_kinematics.calibration.fit.measurements import (
+    Distance,
+    MeasuredPosition,
+    Plate,
+    Touch,
+)
+from tri_glide_kinematics.calibration.fit.model import positions_of
+from tri_glide_kinematics.calibration.fit.priors import Priors
+from tri_glide_kinematics.calibration.fit.region import Region
+
+GEOMETRY = NOMINAL.geometry
+
+
+def lifted(touch, error):
+    """Return a touch with the platform off the plate."""
+    return Touch(tuple(h + error for h in touch.heights), touch.plate, touch.standard_deviation)
+
+
+def test_what_is_left_out_is_what_a_fit_without_it_says():
+    rng = np.random.default_rng(1)
+    machine = WrongMachine.random(rng)
+    touches, distances = machine.touches(rng), machine.one_distance(rng)
+    positions = [machine.position((0.05, 0.02, 0.1), rng), machine.position((0.0, 0.0, 0.0), rng)]
+    # Priors so wide that all is determined: then the reported machine is the one that is judged.
+    wide = Priors(0.05, 0.05, 0.05)
+    result = calibrate(GEOMETRY, touches, positions, distances, wide)
+    assert result.unidentified == ()
+    for wrong in (0, 5, 12):
+        less = [one for i, one in enumerate(touches) if i != wrong]
+        without = calibrate(GEOMETRY, less, positions, distances, wide)
+        assert without.unidentified == ()
+        heights = np.array([touches[wrong].heights])
+        place = positions_of(without.machine.vector, heights)[0]
+        assert result.residuals[wrong].left_out[0] == pytest.approx(place[2], abs=1e-7)
+
+
+@pytest.mark.parametrize("wrong", [0, 4, 12])
+def test_one_wrong_touch_is_named_and_does_no_harm(wrong):
+    rng = np.random.default_rng(2)
+    machine = WrongMachine.random(rng)
+    touches, distances = machine.touches(rng), machine.one_distance(rng)
+    less = [one for i, one in enumerate(touches) if i != wrong]
+    reference = calibrate(GEOMETRY, less, (), distances, WRONG_BY)
+    touches[wrong] = lifted(touches[wrong], 2e-3)
+    result = calibrate(GEOMETRY, touches, (), distances, WRONG_BY)
+    assert result.outliers == (f"touch {wrong + 1}",)
+    assert result.residuals[wrong].is_outlier and result.residuals[wrong].size > 10.0
+    assert result.residuals[wrong].left_out[0] == pytest.approx(2e-3, rel=0.1)
+    assert result.warnings[0].startswith(f"touch {wrong + 1} contradicts the others by ")
+    np.testing.assert_allclose(result.machine.vector, reference.machine.vector, atol=1e-9)
+
+
+@pytest.mark.parametrize("priors", [WRONG_BY, None])
+@pytest.mark.parametrize("plate", [Plate(), Plate("bed", None, None)])
+@pytest.mark.parametrize("error", [5e-3, 5e-2])
+def test_what_is_far_off_leads_nothing_astray(priors, plate, error):
+    rng = np.random.default_rng(6)
+    machine = WrongMachine.random(rng)
+    touches = [Touch(one.heights, plate, TOUCH) for one in machine.touches(rng)]
+    touches[7] = lifted(touches[7], error)
+    result = calibrate(GEOMETRY, touches, (), machine.one_distance(rng), priors)
+    assert result.outliers == ("touch 8",)
+    less = [one for one in touches if one is not touches[7]]
+    residuals = [one.size for one in result.residuals if not one.is_outlier]
+    assert len(residuals) == len(less) + 1 and np.nanmax(residuals) < 6.0
+
+
+def test_several_wrong_measurements_of_all_kinds_are_named():
+    rng = np.random.default_rng(3)
+    machine = WrongMachine.random(rng)
+    places = Region.of(GEOMETRY).places[:40]
+    touches = machine.touches(rng, places[:, :2])
+    positions = [machine.position(place, rng) for place in places[5:15]]
+    distances = [machine.distance(places[i], places[i + 20], rng) for i in range(1, 8)]
+    touches[3], touches[20] = lifted(touches[3], 1e-3), lifted(touches[20], -3e-4)
+    one = positions[4]
+    x, y, z = one.position
+    positions[4] = MeasuredPosition(one.heights, (x + 2e-3, y, z), "base", one.standard_deviation)
+    other = distances[2]
+    distances[2] = Distance(other.heights_from, other.heights_to, other.distance + 1e-3, 5e-5)
+    result = calibrate(GEOMETRY, touches, positions, distances, WRONG_BY)
+    assert result.outliers == ("touch 4", "touch 21", "position 5", "distance 3")
+    assert np.abs(machine.errors(result.machine)).max() < 1e-4
+
+
+def test_a_distance_that_alone_knows_the_scale_is_not_checked_by_touches_without_priors():
+    rng = np.random.default_rng(4)
+    machine = WrongMachine.random(rng)
+    plate = Plate("bed", None, None)
+    touches = [Touch(one.heights, plate, TOUCH) for one in machine.touches(rng)]
+    result = calibrate(GEOMETRY, touches, (), machine.one_distance(rng), None)
+    assert result.outliers == ()
+    for one in result.residuals:
+        assert one.size < 6.0 or np.isnan(one.size)

@@ -1,0 +1,262 @@
+"""A probe against a platform that does as it is told, and against all that can come between."""
+
+from __future__ import annotations
+
+import pytest
+
+from tri_glide_kinematics.calibration.session.probing import (
+    BACK_TOLERANCE,
+    LETTING_GO,
+    LONGEST_STOP,
+    MachineView,
+    Probe,
+    ProbePhase,
+    ProbeSettings,
+    Speed,
+)
+from tri_glide_kinematics.control.operating_state import (
+    DISABLED,
+    FAULT,
+    IDLE,
+    JOGGING,
+    MOVING,
+    PAUSED,
+    STOPPING,
+    TRACKING,
+)
+from tri_glide_kinematics.control.reason import Cause
+
+START = (0.03, -0.02, 0.05)
+PERIOD = 0.005
+SETTINGS = ProbeSettings(speed=0.002, depth=0.008, contact_timeout=0.5)
+
+
+def told(state, cause=Cause.COMMAND):
+    return MachineView(state, cause, "as told")
+
+
+class Platform:
+    """Moves as ik_node would, with a switch at a height; what goes wrong is set by attributes."""
+
+    def __init__(self, plate, settings=SETTINGS):
+        self.plate = plate
+        self.now = 100.0
+        self.position = list(START)
+        self.speed = 0.0
+        self.target = None
+        self.state = IDLE
+        self.drift = 0.0
+        self.is_silent = False
+        self.is_switch_dead = False
+        self.is_stuck = False
+        self.commands = []
+        self.probe = Probe(settings, START, self.now)
+
+    def step(self):
+        command = self.probe.step(self.now)
+        if command is not None:
+            self.commands.append(command)
+        if isinstance(command, Speed):
+            self.speed = 0.0 if self.is_stuck else command.upwards
+            self.state = JOGGING if command.upwards else IDLE
+        self.now += PERIOD
+        self.position[0] += self.drift * PERIOD
+        self.position[2] += self.speed * PERIOD
+        if not self.is_silent:
+            self.probe.measured(tuple(self.position), self.now)
+        self.probe.machine(told(self.state), self.now)
+        if not self.is_switch_dead:
+            self.probe.contact(self.position[2] <= self.plate, self.now + 1e9, self.now)
+        if self.speed == 0.0 and self.probe.phase is ProbePhase.STOPPING:
+            self.probe.at_rest(self.now)
+
+    def run(self, seconds=30.0):
+        """Go on until the probe has ended, and return it."""
+        end = self.now + seconds
+        while self.probe.phase is not ProbePhase.ENDED:
+            assert self.now < end, self.probe.phase
+            self.step()
+        return self.probe
+
+    def assert_is_back(self):
+        assert self.position == pytest.approx(START, abs=2.0 * BACK_TOLERANCE)
+
+    def run_until(self, height):
+        while self.position[2] > height:
+            self.step()
+
+
+def test_contact_ends_the_way_down_and_the_platform_goes_back():
+    platform = Platform(plate=0.046)
+    probe = platform.run()
+    assert probe.failure is None
+    # In the step in which the switch closed, 2 s after the platform set off.
+    expected = 1e9 + 102.0 + LETTING_GO
+    assert probe.contact_stamp == pytest.approx(expected, abs=3.0 * PERIOD)
+    assert probe.lowest == pytest.approx(0.046, abs=1.1 * PERIOD * SETTINGS.speed)
+    first = platform.commands.index(Speed(-0.002))
+    assert set(platform.commands[:first]) == {Speed(0.0)}
+    stop = platform.commands.index(Speed(0.0), first)
+    assert set(platform.commands[first:stop]) == {Speed(-0.002)}
+    assert all(command.upwards >= 0.0 for command in platform.commands[stop:])
+    assert platform.commands[-1] == Speed(0.0)
+    platform.assert_is_back()
+
+
+def test_without_contact_it_stops_at_the_depth_and_goes_back():
+    platform = Platform(plate=0.0)
+    probe = platform.run()
+    assert probe.failure == "no contact on 8 mm"
+    assert probe.contact_stamp is None
+    assert probe.lowest == pytest.approx(START[2] - SETTINGS.depth, abs=1e-4)
+    platform.assert_is_back()
+
+
+def test_a_dead_switch_ends_the_way_down():
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    platform.is_switch_dead = True
+    probe = platform.run()
+    assert probe.failure == "nothing about the contact for 0.5 s"
+    assert probe.lowest > 0.0475
+    platform.assert_is_back()
+
+
+def test_a_switch_that_tells_of_changes_only_may_be_silent():
+    platform = Platform(plate=0.046, settings=ProbeSettings(0.002, 0.008, 0.0))
+    platform.is_switch_dead = True
+    platform.run_until(0.0465)
+    platform.is_switch_dead = False
+    assert platform.run().failure is None
+
+
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [
+        (MOVING, "ik_node is moving: as told"),
+        (TRACKING, "ik_node is tracking: as told"),
+        (PAUSED, "ik_node is paused: as told"),
+        (FAULT, "ik_node is fault: as told"),
+        (DISABLED, "ik_node is disabled: as told"),
+        (STOPPING, "it was stopped: as told"),
+        (IDLE, "it was stopped: as told"),
+    ],
+)
+def test_who_else_leads_the_machine_is_left_to_it(state, text):
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    count = len(platform.commands)
+    platform.probe.machine(told(state), platform.now)
+    assert platform.probe.phase is ProbePhase.ENDED
+    assert platform.probe.failure == text
+    assert platform.probe.step(platform.now) is None
+    assert len(platform.commands) == count
+
+
+def test_another_command_ends_it_in_any_phase():
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    platform.probe.other_command("another", platform.now)
+    assert (platform.probe.phase, platform.probe.failure) == (ProbePhase.ENDED, "another")
+    platform.probe.other_command("once more", platform.now)
+    assert platform.probe.failure == "another"
+
+
+@pytest.mark.parametrize("state", [STOPPING, IDLE])
+def test_a_stop_that_a_late_twist_made_goes_on(state):
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    platform.probe.machine(told(state, Cause.TWISTS_SILENT), platform.now)
+    assert platform.run().failure is None
+
+
+def test_a_platform_that_leaves_its_way_down_is_led_by_somebody_else():
+    platform = Platform(plate=0.0)
+    platform.drift = 0.01
+    probe = platform.run()
+    assert "away from its way down: somebody else leads it" in probe.failure
+    assert not any(command.upwards > 0.0 for command in platform.commands)
+
+
+def test_a_platform_that_is_held_is_told():
+    platform = Platform(plate=0.0)
+    platform.is_stuck = True
+    assert "does not go down" in platform.run().failure
+
+
+def test_silent_measurements_end_it_at_once():
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    platform.is_silent = True
+    assert platform.run().failure == "no measured heights for 0.5 s"
+
+
+def test_time_in_which_nobody_listened_is_no_silence():
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    platform.now += 0.4
+    assert platform.run().failure is None
+
+
+@pytest.mark.parametrize(("timeout", "gap"), [(0.5, 3.0), (0.5, 0.6), (0.0, 0.6), (0.2, 0.3)])
+def test_a_probe_that_was_held_up_itself_ends(timeout, gap):
+    platform = Platform(plate=0.046, settings=ProbeSettings(0.002, 0.008, timeout))
+    platform.run_until(0.049)
+    count = len(platform.commands)
+    platform.now += gap
+    assert "this node was held up for" in platform.run().failure
+    assert len(platform.commands) == count
+
+
+def on_its_way_back():
+    """Return a platform that has touched its plate and is 1 mm above it again."""
+    platform = Platform(plate=0.046)
+    while platform.probe.phase is not ProbePhase.BACK or platform.position[2] < 0.047:
+        platform.step()
+    return platform
+
+
+def test_a_contact_on_the_way_back_is_a_failure_with_a_stop():
+    platform = on_its_way_back()
+    platform.plate = 1.0
+    assert platform.run().failure == "the contact closes on the way back"
+    assert platform.commands[-1] == Speed(0.0)
+    assert platform.position[2] < 0.0475
+
+
+def test_a_way_back_that_leads_down_is_a_failure_with_a_stop():
+    platform = on_its_way_back()
+    platform.probe.measured((*START[:2], platform.position[2] - 4e-4), platform.now)
+    assert platform.run().failure == "the platform moves down on its way back"
+    assert platform.commands[-1] == Speed(0.0)
+    assert platform.position[2] < 0.0475
+
+
+@pytest.mark.parametrize("state", [IDLE, STOPPING, DISABLED, FAULT, MOVING, None])
+def test_a_stop_by_another_ends_the_way_back(state):
+    platform = on_its_way_back()
+    count = len(platform.commands)
+    platform.probe.machine(told(state), platform.now)
+    assert platform.probe.phase is ProbePhase.ENDED
+    assert "as told" in platform.probe.failure
+    assert len(platform.commands) == count
+
+
+def test_no_rest_is_told():
+    platform = Platform(plate=0.046)
+    while platform.probe.phase is not ProbePhase.STOPPING:
+        platform.step()
+    platform.state, platform.is_stuck = STOPPING, True
+    platform.probe.machine(told(STOPPING), platform.now)
+    for _ in range(int((LONGEST_STOP + 0.1) / PERIOD)):
+        platform.now += PERIOD
+        platform.probe.step(platform.now)
+    assert platform.probe.failure == "the sliders do not come to rest within 5 s"
+
+
+def test_a_platform_that_does_not_come_back_is_told():
+    platform = on_its_way_back()
+    platform.is_stuck = True
+    probe = platform.run()
+    assert "the platform is not back after 15.4 s: ik_node is jogging: as told" in probe.failure
+    assert probe.contact_stamp is not None

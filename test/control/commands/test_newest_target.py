@@ -1,0 +1,64 @@
+"""What is said of a target from the last setpoint on, until there is another one."""
+
+from __future__ import annotations
+
+import pytest
+
+from tri_glide_kinematics.control.commands.engine_commands import CarriedOut
+from tri_glide_kinematics.control.commands.inbox import TargetPosition
+from tri_glide_kinematics.control.commands.newest_target import CAUSE_OF, NewestTarget
+from tri_glide_kinematics.control.in_position import Arrival, InPositionBounds
+from tri_glide_kinematics.control.reason import Cause, Reason
+
+BOUNDS = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)
+BECAUSE = Reason(Cause.COMMAND, "because")
+NEAR, OFF, FAR = 0.0001, 0.002, 0.02  # m, from the target
+
+
+@pytest.fixture
+def target():
+    target = NewestTarget(BOUNDS)
+    target.take(CarriedOut(TargetPosition((0.0, 0.0, 0.3)), BECAUSE))
+    target.judge_from(0.0)
+    return target
+
+
+def arrival_after(target, distance, time):
+    """Measure a ``distance`` until ``time`` and return the arrival then."""
+    for step in range(11):
+        target.measured(distance, time - 0.1 + 0.01 * step)
+    return target.arrival(time)
+
+
+@pytest.mark.parametrize(
+    ("distance", "expected", "words"),
+    [
+        (NEAR, Arrival.REACHED, "(0, 0, 0.3) m is reached, measured 0.0001 m away"),
+        (OFF, Arrival.NOT_REACHED, "is NOT reached, measured 0.002 m away, more than 0.0005 m"),
+        (FAR, Arrival.TOO_FAR, "is not reached, measured 0.02 m away, more than 0.005 m"),
+    ],
+)
+def test_what_is_said_and_whether_it_is_missed(target, distance, expected, words):
+    arrival, reason = arrival_after(target, distance, 0.6)
+    assert arrival is target.decided is expected
+    assert reason.cause is CAUSE_OF[expected]
+    assert words in reason.text
+    assert target.distance == distance
+    assert target.is_missed == (expected is not Arrival.REACHED) != target.is_reached
+
+
+def test_a_target_that_was_missed_may_still_be_reached(target):
+    arrival_after(target, OFF, 0.6)
+    assert arrival_after(target, NEAR, 0.8)[0] is Arrival.REACHED
+    assert target.is_reached and not target.is_missed
+    assert target.distance == NEAR
+    assert not target.is_judged
+
+
+def test_the_next_target_is_not_missed_and_not_judged_yet(target):
+    arrival_after(target, OFF, 0.6)
+    target.take(CarriedOut(TargetPosition((0.0, 0.0, 0.2)), BECAUSE))
+    assert not target.is_missed and target.distance is None
+    assert target.arrival(9.0) == (Arrival.SETTLING, None)
+    assert "0.2" in target.text
+    assert target.position == (0.0, 0.0, 0.2)

@@ -1,0 +1,65 @@
+"""When twists are listened to, and when their silence ends a jog."""
+
+from __future__ import annotations
+
+import pytest
+
+from tri_glide_kinematics.control.commands.streams import SLOWEST_STREAM, twist_stream
+from tri_glide_kinematics.control.errors import CommandRefusedError
+from tri_glide_kinematics.control.reason import Cause, Reason
+
+TIMEOUT, START = 0.1, 50.0
+
+
+def test_a_jog_ends_when_no_twist_was_accepted_for_longer_than_the_timeout():
+    twists = twist_stream(TIMEOUT)
+    assert twists.silence(START) is not None
+    twists.accept(START)
+    assert twists.silence(START + 0.99 * TIMEOUT) is None
+    expected = Reason(Cause.TWISTS_SILENT, "no twist for 0.1 s")
+    assert twists.silence(START + 1.01 * TIMEOUT) == expected
+
+
+def test_twists_that_are_not_accepted_do_not_keep_a_jog_going():
+    twists = twist_stream(TIMEOUT)
+    twists.accept(START)
+    for step in range(20):
+        twists.receive(START + 0.05 * step, released=False)
+    assert twists.silence(START + 0.95) is not None
+
+
+@pytest.mark.parametrize(
+    ("released", "pause", "listens"),
+    [(False, 0.5 * TIMEOUT, False), (True, 0.5 * TIMEOUT, True), (False, 1.5 * TIMEOUT, True)],
+)
+def test_after_a_stop_a_release_or_a_pause_is_needed(released, pause, listens):
+    twists = twist_stream(TIMEOUT)
+    twists.receive(START, released=False)
+    twists.need_release()
+    assert twists.receive(START + pause, released) == pytest.approx(pause)
+    if listens:
+        twists.check_released()
+    else:
+        with pytest.raises(CommandRefusedError, match=r"a pause of 0\.1 s"):
+            twists.check_released()
+
+
+def test_only_a_stream_that_is_too_slow_is_remarked():
+    twists = twist_stream(TIMEOUT)
+    assert "twist_timeout, 0.1 s" in twists.remark(1.5 * TIMEOUT)
+    for pause in (0.5 * TIMEOUT, TIMEOUT, SLOWEST_STREAM, float("inf")):
+        assert twists.remark(pause) == ""
+
+
+def test_a_pause_in_which_nobody_looked_is_no_release():
+    twists = twist_stream(TIMEOUT)
+    twists.receive(START)
+    twists.need_release()
+    twists.looked(START + 0.01)
+    # The node itself stood still; the sender may have sent all the time.
+    assert twists.receive(START + 5.0 * TIMEOUT) == pytest.approx(5.0 * TIMEOUT)
+    with pytest.raises(CommandRefusedError):
+        twists.check_released()
+    twists.looked(START + 7.0 * TIMEOUT)
+    twists.receive(START + 7.1 * TIMEOUT)
+    twists.check_released()

@@ -1,0 +1,285 @@
+"""Jogs in motion and moving targets: steps without a plan, and what may come in between."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from motion_machine import (
+    DT,
+    HOME,
+    LIMITS,
+    TARGET,
+    WORKSPACE,
+    each_kind,
+    engine,
+    place,
+    platform_velocity,
+    within,
+)
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion import MotionEngine, MotionPhase
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
+
+CENTRE = (0.0, 0.0, 0.3)
+AT_REST = (0.0, 0.0, 0.0)
+
+# With plans within commands, and in pieces.
+each_mode = pytest.mark.parametrize("in_pieces", [False, True])
+
+
+def go(moving: MotionEngine, seconds: float) -> list:
+    """Step an engine; return the setpoints."""
+    states = []
+    for _ in range(round(seconds / DT)):
+        states.append(moving.step(DT))
+        moving.work(lambda: False)
+    return states
+
+
+def heights_of(states) -> np.ndarray:
+    return np.array([HOME, *(state.heights for state in states)])
+
+
+def jogging(in_pieces: bool = True) -> tuple[MotionEngine, list]:
+    """Return an engine that jogs, with no plan as its direction has changed, and its setpoints."""
+    moving = engine(in_pieces=in_pieces)
+    moving.jog((0.05, 0.0, 0.0))
+    states = go(moving, 0.15)
+    moving.jog((0.0, 0.05, 0.0))
+    states += go(moving, 0.2)
+    assert moving.tracks
+    assert moving.phase is MotionPhase.JOGGING
+    return moving, states
+
+
+def circle(time: float, radius: float = 0.02) -> tuple[tuple, tuple]:
+    """Return place and velocity of a target on a circle, once a second."""
+    angle = 2.0 * math.pi * time
+    x, y = radius * math.cos(angle), radius * math.sin(angle)
+    return (x, y, CENTRE[2]), (-2.0 * math.pi * y, 2.0 * math.pi * x, 0.0)
+
+
+@each_mode
+def test_a_jog_that_turns_needs_no_plan_and_becomes_straight(in_pieces):
+    moving, states = jogging(in_pieces)
+    number = moving.plan_number
+    for turn in range(20):
+        moving.jog((0.05 * math.cos(turn), 0.05 * math.sin(turn), 0.01))
+        assert not moving.preparing
+        states += go(moving, 0.01)
+    assert moving.plan_number == number
+    states += go(moving, 0.2)
+    wanted = np.array((0.05 * math.cos(19), 0.05 * math.sin(19), 0.01))
+    assert platform_velocity(moving) == pytest.approx(wanted, abs=1e-6)
+    begin = place(moving)
+    states += go(moving, 0.3)
+    way = place(moving) - begin
+    aside = np.linalg.norm(np.cross(way, wanted)) / np.linalg.norm(wanted)
+    assert np.linalg.norm(way) == pytest.approx(0.3 * np.linalg.norm(wanted), rel=1e-4)
+    assert aside < 1e-6
+    assert within(heights_of(states))
+
+
+def test_a_jog_in_motion_comes_to_rest_at_the_edge():
+    moving, states = jogging()
+    moving.jog((0.2, 0.0, 0.05))
+    states += go(moving, 6.0)
+    assert moving.phase is MotionPhase.IDLE
+    assert not moving.tracks
+    WORKSPACE.check_heights(moving.state.heights)
+    assert place(moving)[0] > 0.1
+    assert within(heights_of(states))
+
+
+@each_mode
+def test_a_stop_brakes_at_once(in_pieces):
+    moving, states = jogging(in_pieces)
+    moving.stop()
+    assert moving.phase is MotionPhase.STOPPING
+    before = np.linalg.norm(platform_velocity(moving))
+    states += go(moving, 0.02)
+    assert np.linalg.norm(platform_velocity(moving)) < 0.7 * before
+    states += go(moving, 0.5)
+    assert moving.phase is MotionPhase.IDLE
+    assert within(heights_of(states))
+
+
+@each_mode
+@each_kind
+def test_a_pose_ends_a_jog(kind, in_pieces):
+    moving = engine(kind, in_pieces=in_pieces)
+    moving.jog((0.05, 0.0, 0.0))
+    states = go(moving, 0.15)
+    moving.jog((0.0, 0.05, 0.0))
+    states += go(moving, 0.2)
+    moving.move_to(TARGET)
+    states += go(moving, 3.0)
+    assert moving.phase is MotionPhase.IDLE
+    assert np.abs(place(moving) - TARGET).max() < 1e-9
+    assert within(heights_of(states))
+
+
+def test_a_pose_that_is_given_up_lets_a_jog_go_on():
+    moving, _ = jogging()
+    moving.move_to(TARGET)
+    assert moving.preparing
+    moving.keep_goal()
+    go(moving, 0.2)
+    assert moving.phase is MotionPhase.JOGGING
+    assert platform_velocity(moving) == pytest.approx((0.0, 0.05, 0.0), abs=1e-6)
+
+
+@each_mode
+def test_limits_come_in_force_while_a_jog_goes_on(in_pieces):
+    moving, states = jogging(in_pieces)
+    lower = SliderLimits.uniform(0.5, 5.0, 100.0)
+    moving.set_limits(lower)
+    states += go(moving, 0.1)
+    assert moving.limits == lower
+    assert moving.phase is MotionPhase.JOGGING
+    moving.set_speed_scale(0.5)
+    states += go(moving, 0.3)
+    assert platform_velocity(moving) == pytest.approx((0.0, 0.025, 0.0), abs=1e-6)
+    # So low that the machine has to slow down first.
+    moving.set_limits(SliderLimits.uniform(0.01, 5.0, 100.0))
+    states += go(moving, 0.5)
+    assert not moving.limits_pending
+    assert np.abs(moving.state.velocities).max() <= 0.01
+    assert within(heights_of(states))
+
+
+@each_mode
+@each_kind
+def test_a_target_on_a_straight_line_is_caught_up_with_and_followed(kind, in_pieces):
+    moving = engine(kind, in_pieces=in_pieces)
+    start, velocity = np.array((-0.1, 0.02, 0.28)), np.array((0.1, 0.0, 0.02))
+    states, errors = [], []
+    for step in range(1800):
+        if step % 10 == 0:
+            moving.track((start + step * DT * velocity).tolist(), velocity.tolist())
+        states += go(moving, DT)
+        errors.append(np.linalg.norm(place(moving) - start - (step + 1) * DT * velocity))
+        assert moving.phase is MotionPhase.TRACKING
+    assert max(errors[600:]) < 1e-8
+    assert moving.tracking_distance == pytest.approx(errors[-1], abs=1e-12)
+    assert within(heights_of(states))
+
+
+def test_a_target_on_a_circle_is_followed_by_rare_and_late_reports():
+    moving = engine(in_pieces=True)
+    rng = np.random.default_rng(8)
+    states, errors = [], []
+    due = 0.0
+    for step in range(4000):
+        now = step * DT
+        if now >= due:
+            seen = due
+            due += 1.0 / 30.0
+            late = float(rng.uniform(0.0, 0.005))
+            (x, y, z), velocity = circle(seen - late)
+            moving.track((x, y, z), velocity, age=now - seen + late)
+        states += go(moving, DT)
+        errors.append(math.dist(place(moving), circle(now + DT)[0]))
+    assert max(errors[1000:]) < 1e-3
+    assert within(heights_of(states))
+
+
+@each_mode
+def test_a_target_that_leaves_the_workspace_is_waited_for(in_pieces):
+    moving = engine(in_pieces=in_pieces)
+    states = []
+    for step in range(8000):
+        # Out to the side, far beyond the reach, and back.
+        x = 0.3 * math.sin(math.pi * step / 4000.0)
+        moving.track((x, 0.0, 0.3), (0.3 * math.pi / 4.0 * math.cos(math.pi * step / 4000.0), 0, 0))
+        states += go(moving, DT)
+        WORKSPACE.check_heights(moving.state.heights)
+        if step == 2000:
+            assert moving.tracking_distance > 0.05
+            assert moving.state.velocities == pytest.approx(AT_REST, abs=1e-9)
+    assert moving.tracking_distance < 1e-6
+    assert within(heights_of(states))
+
+
+@each_mode
+def test_a_target_that_jumps_is_caught_up_with(in_pieces):
+    moving = engine(in_pieces=in_pieces)
+    rng = np.random.default_rng(2)
+    states = []
+    for _ in range(20):
+        x, y, z = rng.uniform((-0.08, -0.08, 0.2), (0.08, 0.08, 0.4)).tolist()
+        for _ in range(60):
+            moving.track((x, y, z), AT_REST)
+            states += go(moving, 0.01)
+        assert place(moving) == pytest.approx((x, y, z), abs=1e-9)
+        assert moving.state.velocities == AT_REST
+    assert within(heights_of(states))
+
+
+@each_mode
+@each_kind
+def test_in_mid_motion_a_target_takes_over(kind, in_pieces):
+    moving = engine(kind, in_pieces=in_pieces)
+    moving.move_to(TARGET)
+    states = go(moving, 0.12)
+    moving.track((-0.05, 0.0, 0.3), AT_REST)
+    assert moving.phase is MotionPhase.TRACKING
+    assert moving.target is None
+    states += go(moving, 2.0)
+    assert place(moving) == pytest.approx((-0.05, 0.0, 0.3), abs=1e-9)
+    moving.stop()
+    assert moving.phase is MotionPhase.IDLE
+    assert math.isnan(moving.tracking_distance)
+    assert within(heights_of(states))
+
+
+def test_a_target_is_only_begun_with_where_it_can_be():
+    moving = engine()
+    for position, velocity, age in (
+        ((0.5, 0.0, 0.3), AT_REST, 0.0),
+        ((0.0, math.nan, 0.3), AT_REST, 0.0),
+        ((0.0, 0.0, 0.3), (math.inf, 0.0, 0.0), 0.0),
+        ((0.0, 0.0, 0.3), AT_REST, math.nan),
+        ((0.0, 0.3), AT_REST, 0.0),
+    ):
+        with pytest.raises(KinematicsError):
+            moving.track(position, velocity, age)
+        assert moving.phase is MotionPhase.IDLE
+    outside = MotionEngine(WORKSPACE, LIMITS)
+    outside.start((0.905, 0.905, 0.905))
+    with pytest.raises(OutsideWorkspaceError):
+        outside.track(CENTRE, AT_REST)
+
+
+# What a message can hold: numbers whose squares vanish or overflow, and all between.
+SIZES = (5e-324, 1e-308, 1e-160, 1e-9, 1e3, 1e9, 1e24, 1e77, 1e160, 1e308)
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("direction", [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (-0.6, 0.7, -0.4)])
+def test_however_large_or_small_numbers_are_the_motion_goes_on_within_limits(size, direction):
+    moving = engine(in_pieces=True)
+    velocity = tuple(size * part for part in direction)
+    for command in (lambda: moving.track(CENTRE, velocity), lambda: moving.jog(velocity)):
+        for _ in range(20):
+            moving.track(CENTRE, (0.0, 0.0, 0.1))
+            moving.step(DT)
+            moving.work(lambda: True)
+        with suppress(KinematicsError):
+            command()
+        rows = []
+        for _ in range(60):
+            rows.append(moving.step(DT).heights)
+            moving.work(lambda: True)
+        assert np.isfinite(rows).all()
+        assert np.abs(np.diff(rows, axis=0)).max() <= DT * max(LIMITS.velocity) * (1.0 + 1e-6)
+    moving.stop()
+    for _ in range(1000):
+        moving.step(DT)
+        moving.work(lambda: True)
+    assert moving.phase is MotionPhase.IDLE

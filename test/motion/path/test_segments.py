@@ -1,0 +1,122 @@
+"""Lines and arcs as programmed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from testing.path_samples import unit
+from tri_glide_kinematics.motion.path.errors import NoArcError, ShortSegmentError
+from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.path.segments import arc_about, arc_through, line
+
+
+def along(segment, start, way):
+    """Return the point at a way [m] from the start, by the module's formula."""
+    angle = segment.curvature * way
+    if angle == 0.0:
+        return np.array(start) + way * np.array(segment.tangent)
+    ahead = math.sin(angle) * np.array(segment.tangent)
+    aside = (1.0 - math.cos(angle)) * np.array(segment.normal)
+    return np.array(start) + (ahead + aside) / segment.curvature
+
+
+def test_an_arc_goes_through_its_points():
+    rng = np.random.default_rng(1)
+    for _ in range(500):
+        centre, axis, radius = rng.normal(size=3), unit(rng), 10.0 ** rng.uniform(-3.0, 1.0)
+        first = np.cross(axis, unit(rng))
+        first /= np.linalg.norm(first)
+        second = np.cross(axis, first)
+        angle = rng.uniform(0.01, 2.0 * math.pi - 0.01)
+        part = rng.uniform(0.1, 0.9)
+
+        turns = np.array(((0.0,), (part * angle,), (angle,)))
+        points = centre + radius * (np.cos(turns) * first + np.sin(turns) * second)
+        start, via, end = map(tuple, points.tolist())
+        arc = arc_through(0, start, via, end, 0.0)
+        size = radius + 1.0
+        assert arc.length == pytest.approx(radius * angle, abs=1e-9 * size)
+        assert arc.curvature == pytest.approx(1.0 / radius, rel=1e-6)
+        for fraction, point in ((part, via), (1.0, end)):
+            place = along(arc, start, arc.length * fraction)
+            assert place == pytest.approx(np.array(point), abs=1e-8 * size)
+        for vectors in ((arc.tangent, arc.normal), (arc.end_tangent, arc.end_normal)):
+            assert np.array(vectors) @ np.array(vectors).T == pytest.approx(np.eye(2), abs=1e-12)
+        inwards = (centre - np.array(end)) / radius
+        assert np.array(arc.end_normal) == pytest.approx(inwards, abs=1e-6)
+
+
+@pytest.mark.parametrize("turns", [0.25, -0.25, 1.0, -1.0, 2.75])
+def test_an_arc_about_an_axis_turns_right_handed(turns):
+    arc = arc_about(0, (1.0, 0.0, 5.0), (0.0, 0.0, 3.0), (0.0, 0.0, 2.0), turns * 2 * math.pi, 0.0)
+    angle = turns * 2.0 * math.pi
+    assert arc.end == pytest.approx((math.cos(angle), math.sin(angle), 5.0), abs=1e-12)
+    assert arc.length == pytest.approx(abs(angle))
+    assert arc.tangent == pytest.approx((0.0, math.copysign(1.0, turns), 0.0), abs=1e-15)
+    assert arc.end == pytest.approx(tuple(along(arc, (1.0, 0.0, 5.0), arc.length)), abs=1e-12)
+
+
+def test_a_full_circle_ends_where_it_begins():
+    start = (0.1, 0.2, 0.3)
+    arc = arc_about(0, start, (0.0, 0.2, 0.3), (0.0, 1.0, 0.0), 2.0 * math.pi, 0.0)
+    assert math.dist(arc.end, start) < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("via", "end", "number"),
+    [
+        ((0.05, 0.0, 0.0), (0.1, 0.0, 0.0), "inf m"),
+        ((0.2, 0.0, 0.0), (0.1, 0.0, 0.0), "inf m"),
+        ((0.05, 1e-7, 0.0), (0.1, 0.0, 0.0), "12500 m"),
+    ],
+)
+def test_no_arc_through_points_on_a_line(via, end, number):
+    with pytest.raises(NoArcError, match=rf"segment 3 is no arc: .*{number}.*at most 1000 m"):
+        arc_through(2, (0.0, 0.0, 0.0), via, end, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("via", "end"), [((0, 0, 0), (1, 0, 0)), ((1, 0, 0), (1, 0, 0)), ((1, 0, 0), (0, 0, 0))]
+)
+def test_no_arc_through_coincident_points(via, end):
+    with pytest.raises(ShortSegmentError, match="segment 1 ends where it begins"):
+        arc_through(0, (0, 0, 0), via, end, 0.0)
+
+
+def test_no_line_without_length():
+    with pytest.raises(ShortSegmentError, match=r"segment 8 .* 5e-10 m long, at least 1e-06 m"):
+        line(7, (0.0, 0.0, 0.0), (0.0, 0.0, 5e-10), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("centre", "axis", "angle", "text"),
+    [
+        ((1, 0, 0), (0, 0, 0), 1.0, "length of its axis = 0"),
+        ((0, 0, 7), (0, 0, 1), 1.0, "begins on its axis, its radius = 0 m"),
+        ((5000, 0, 0), (0, 0, 1), 1.0, "radius = 5000 m must be at most 1000 m"),
+    ],
+)
+def test_no_arc_about_nothing(centre, axis, angle, text):
+    with pytest.raises(NoArcError, match=text):
+        arc_about(0, (0.0, 0.0, 0.0), centre, axis, angle, 0.0)
+
+
+def test_no_arc_without_an_angle():
+    with pytest.raises(ShortSegmentError, match="0 m long"):
+        arc_about(0, (0.0, 0.0, 0.0), (1, 0, 0), (0, 0, 1), 0.0, 0.0)
+
+
+def test_reversed_segments_are_the_same_backwards():
+    path = PlatformPath.start((0, 0, 0)).line_to((0.1, 0, 0), 1e-3, 0.2)
+    path = path.arc_to((0.1, 0.05, 0.02), (0, 0.1, 0), 2e-3).line_to((0, 0.2, 0), 3e-3, 0.1)
+    forwards, backwards = path.segments, path.segments.reversed()
+    assert backwards.points.tolist() == forwards.points[::-1].tolist()
+    assert backwards.tolerances.tolist() == [2e-3, 1e-3, 3e-3]
+    assert backwards.speeds.tolist() == [0.1, math.inf, 0.2]
+    assert backwards.tangents[1] == pytest.approx(-forwards.end_tangents[1])
+    twice = backwards.reversed()
+    for name in ("points", "lengths", "tangents", "normals", "tolerances", "end_normals"):
+        assert (getattr(twice, name) == getattr(forwards, name)).all()

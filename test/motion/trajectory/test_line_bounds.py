@@ -1,0 +1,141 @@
+"""The bounds of a line plan hold between all samples, and are not much too large."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from strategies import DEFAULT_LIMITS
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.moves.line_ends import LineToPosition
+from tri_glide_kinematics.motion.moves.line_joining import LineJoining
+from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
+from tri_glide_kinematics.motion.trajectory.errors import PlanningError, SliderLimitError
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.line_bounds import derivative_bounds, slowdown
+from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
+from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
+from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.trajectory.verification import check_line_limits
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+LIMITS = SliderLimits((1.0, 0.8, 0.9), (10.0, 9.0, 8.0), (200.0, 250.0, 180.0))
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
+WORKSPACE = Workspace(MACHINE, DEFAULT_LIMITS)
+JOINING = LineJoining(MACHINE)
+SAMPLES = 100
+
+# Of velocity, acceleration and jerk. The last is a difference over as little as 0.3 us here.
+ROUNDING = (1e-7, 1e-7, 1e-5)
+
+
+def places(count: int, seed: int) -> list[list[float]]:
+    rng = np.random.default_rng(seed)
+    found = []
+    while len(found) < count:
+        place = rng.uniform((-0.2, -0.2, -0.1), (0.2, 0.2, 0.7)).tolist()
+        try:
+            WORKSPACE.check_position(place)
+        except KinematicsError:
+            continue
+        found.append(place)
+    return found
+
+
+def plans(count: int, seed: int, blended: bool):
+    """Yield line plans from rest, or such as begin in the middle of another one."""
+    motion = LinearMotion(MACHINE)
+    rng = np.random.default_rng(seed)
+    while count:
+        start, middle, end = places(3, int(rng.integers(1 << 30)))
+        try:
+            WORKSPACE.check_segment(start, middle)
+            plan = at_once(
+                motion.from_rest(StraightLine.between(DEFAULT_GEOMETRY, start, middle), LIMITS)
+            )
+            if blended:
+                state = plan.state(float(rng.random()) * plan.duration)
+                plan = at_once(
+                    JOINING.in_motion(state, LineToPosition(WORKSPACE, tuple(end)), LIMITS, 0.3)
+                )
+        except KinematicsError:
+            continue
+        if blended and plan.blend is None:
+            continue
+        count -= 1
+        yield plan
+
+
+def jerks(plan: LinePlan, times):
+    """Return the jerk between neighbouring ``times``, exact but for its change in between."""
+    accelerations = plan.sample(times).accelerations
+    return np.diff(accelerations, axis=0) / np.diff(times)[:, np.newaxis]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("blended", [False, True])
+def test_bounds_hold_between_the_knots_and_are_tight(blended):
+    excesses = []
+    for plan in plans(60, 3, blended):
+        bounds = derivative_bounds(plan.line, plan.scaling, plan.blend)
+        knots = plan.scaling.times
+        for piece in range(len(knots) - 1):
+            times = np.linspace(knots[piece], knots[piece + 1], SAMPLES)
+            sampled = plan.sample(times[:-1])
+            peaks = (
+                np.abs(sampled.velocities).max(axis=0),
+                np.abs(sampled.accelerations).max(axis=0),
+                np.abs(jerks(plan, times[:-1])).max(axis=0),
+            )
+            for values, peak, rounding in zip(bounds, peaks, ROUNDING):
+                assert (peak <= values[:, piece] * (1.0 + 1e-6) + rounding).all()
+        sampled = plan.sample(np.linspace(0.0, plan.duration, 5001))
+        excesses.append(
+            (
+                (bounds.velocity.max(axis=1) / np.abs(sampled.velocities).max(axis=0)).min(),
+                (bounds.acceleration.max(axis=1) / np.abs(sampled.accelerations).max(axis=0)).min(),
+            )
+        )
+    assert (np.median(excesses, axis=0) < (1.002, 1.01)).all()
+
+
+def test_slower_by_the_slowdown_just_keeps_the_limits():
+    for plan in plans(20, 4, blended=False):
+        scaling = plan.scaling.slower(0.6)
+        factor = float(slowdown(derivative_bounds(plan.line, scaling), LIMITS).max())
+        assert factor > 1.0
+        check_line_limits(LinePlan(plan.line, scaling.slower(factor)), LIMITS)
+        with pytest.raises(SliderLimitError) as caught:
+            check_line_limits(LinePlan(plan.line, scaling.slower(factor * 0.999)), LIMITS)
+        assert 1.0 < caught.value.slowdown <= 1.0 / 0.999 + 1e-9
+
+
+def test_only_what_is_left_of_a_plan_is_checked():
+    plan = next(plans(1, 5, blended=False))
+    half = SliderLimits(tuple(0.5 * v for v in LIMITS.velocity), LIMITS.acceleration, LIMITS.jerk)
+    with pytest.raises(SliderLimitError, match="velocity"):
+        check_line_limits(plan, half)
+    times = np.linspace(0.0, plan.duration, 1001)
+    slow = np.abs(plan.sample(times).velocities) <= 0.45 * np.array(LIMITS.velocity)
+    since = times[np.flatnonzero(~slow.all(axis=1)).max() + 25]
+    check_line_limits(plan, half, float(since))
+
+
+def test_going_back_is_noticed():
+    line = StraightLine.between(DEFAULT_GEOMETRY, (0.0, 0.0, 0.3), (0.1, 0.0, 0.3))
+    scaling = TimeScaling(
+        *np.array(([0.0, 1.0, 2.0], [0.0, 0.1, 0.09], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]))
+    )
+    assert derivative_bounds(line, scaling).backwards > 0.01
+    with pytest.raises(PlanningError, match="cannot stop"):
+        check_line_limits(LinePlan(line, scaling), LIMITS)
+
+
+def test_nan_is_never_inside_the_limits():
+    line = StraightLine.between(DEFAULT_GEOMETRY, (0.0, 0.0, 0.3), (0.1, 0.0, 0.3))
+    scaling = TimeScaling(*np.array(([0.0, 1.0], [0.0, 0.1], [0.0, np.nan], [0.0, 0.0])))
+    with pytest.raises((SliderLimitError, PlanningError)):
+        check_line_limits(LinePlan(line, scaling), LIMITS)

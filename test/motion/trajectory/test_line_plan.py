@@ -1,0 +1,45 @@
+"""The setpoint of a line plan at one instant, by its own formulas, is that of its samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
+from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, CubicPlan, SliderState
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
+from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+
+LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
+MOTION = LinearMotion(TriGlide(DEFAULT_GEOMETRY))
+
+
+def assert_states_are_samples(plan: LinePlan) -> None:
+    """Compare at instants in random order, within the plan and after it."""
+    times = np.random.default_rng(7).uniform(0.0, 1.1 * plan.duration, 500)
+    times = np.concatenate((times, plan.scaling.times, plan.scaling.times[::-1], [plan.duration]))
+    sampled = plan.sample(times)
+    states = np.array([plan.state(time) for time in times.tolist()])
+    for values, expected, peak in zip(states.transpose(1, 0, 2), sampled[1:], (1.0, 1.0, 10.0)):
+        assert np.abs(values - expected).max() <= 1e-13 * peak
+
+
+@pytest.mark.parametrize("sideways", [1e-3, 1e-8, 1e-11, 1e-12, 1e-13, 1e-16, 1e-200, 0.0])
+@pytest.mark.parametrize("rise", [0.1, -0.1])
+def test_near_vertical_and_vertical_lines(sideways, rise):
+    line = StraightLine(DEFAULT_GEOMETRY, (0.05, -0.02, 0.2), (sideways, 0.0, rise / 0.1), 0.1)
+    assert_states_are_samples(at_once(MOTION.from_rest(line, LIMITS)))
+
+
+@pytest.mark.parametrize("end", [(0.06, -0.04, 0.2), (-0.05, 0.05, 0.3), (0.0, 0.09, 0.15)])
+def test_level_and_slanted_lines_with_and_without_a_blend(end):
+    line = StraightLine.between(DEFAULT_GEOMETRY, (-0.06, -0.05, 0.2), end)
+    plan = at_once(MOTION.from_rest(line, LIMITS))
+    assert_states_are_samples(plan)
+    phases = [(0.05, jerk) for jerk in (4.0, -8.0, 4.0)]
+    blend = CubicPlan(SliderState((0.0, 1e-4, 0.0), AT_REST, AT_REST), (phases, phases, phases))
+    assert_states_are_samples(LinePlan(line, plan.scaling, blend))

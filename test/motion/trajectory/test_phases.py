@@ -1,0 +1,87 @@
+"""Profiles in phases of constant jerk."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from motion_plans import PHASES
+from strategies import reproducible
+
+from tri_glide_kinematics.motion.trajectory.phases import (
+    after,
+    evaluate,
+    rest_to_rest,
+    total_duration,
+)
+from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
+
+WAYS = st.floats(1e-6, 10.0)
+BOUNDS = st.tuples(st.floats(0.01, 2.0), st.floats(1.0, 20.0), st.floats(20.0, 500.0))
+
+
+def test_cubic_has_its_values_at_the_start_and_its_jerk_everywhere():
+    times = np.linspace(0.0, 0.8, 9)
+    value, rate, acceleration = after(
+        times, *(np.full(9, given) for given in (0.3, -1.2, 4.0, -7.0))
+    )
+    assert (value[0], rate[0], acceleration[0]) == (0.3, -1.2, 4.0)
+    assert np.diff(value, 3) / 0.1**3 == pytest.approx(np.full(6, -7.0))
+    assert np.diff(rate, 2) / 0.1**2 == pytest.approx(np.full(7, -7.0))
+    assert np.diff(acceleration) / 0.1 == pytest.approx(np.full(8, -7.0))
+    for index, time in enumerate(times.tolist()):
+        at_once = after(time, 0.3, -1.2, 4.0, -7.0)
+        assert at_once == pytest.approx((value[index], rate[index], acceleration[index]))
+
+
+@reproducible
+@given(PHASES, st.floats(-1.0, 1.0), st.floats(-5.0, 5.0))
+def test_coordinate_is_the_integral_of_its_jerks(phases, rate, acceleration):
+    phases = [*phases, (0.05, 0.0)]
+    times = np.linspace(0.0, total_duration(phases), 501)
+    profile = evaluate(phases, (0.3, rate, acceleration), times)
+    assert (profile.values[0], profile.rates[0], profile.accelerations[0]) == (
+        0.3,
+        rate,
+        acceleration,
+    )
+    step = times[1]
+    for lower, higher, bound in ((0, 1, 100.0), (1, 2, 400.0)):
+        values, rates = profile[1 + lower], profile[1 + higher]
+        mean = 0.5 * (rates[1:] + rates[:-1])
+        assert np.abs(np.diff(values) / step - mean).max() < bound * step + 1e-9
+
+
+@reproducible
+@given(WAYS, BOUNDS, st.floats(0.3, 1.0))
+def test_motion_from_rest_to_rest_arrives_and_keeps_its_limits(way, bounds, part):
+    speed, acceleration, jerk = bounds
+    phases = rest_to_rest(way, speed, acceleration, (jerk, part * jerk))
+    total = total_duration(phases)
+    times = np.linspace(0.0, total, 2001)
+    profile = evaluate(phases, (0.0, 0.0, 0.0), times)
+    assert min(duration for duration, _ in phases) >= 0.0
+    assert profile.values[-1] == pytest.approx(way, rel=1e-9)
+    assert abs(profile.rates[-1]) < 1e-9 * speed
+    assert abs(profile.accelerations[-1]) < 1e-9 * acceleration
+    assert profile.rates.max() <= speed * (1.0 + 1e-9)
+    assert np.abs(profile.accelerations).max() <= acceleration * (1.0 + 1e-9)
+    assert np.allclose(profile.values + profile.values[::-1], way, rtol=1e-9)
+    # Nothing is left unused: the speed is reached, or the acceleration, or its jerk all the time.
+    (ramp, _), (steady, _), (last, _), (cruise, _), *_ = phases
+    assert cruise <= 1e-9 * total or profile.rates.max() == pytest.approx(speed)
+    assert steady <= 1e-9 * total or ramp * jerk == pytest.approx(acceleration)
+    assert ramp * jerk == pytest.approx(last * part * jerk)
+
+
+@reproducible
+@given(WAYS, BOUNDS)
+def test_motion_from_rest_to_rest_is_the_fastest_if_both_jerks_are_one(way, bounds):
+    speed, acceleration, jerk = bounds
+    phases = rest_to_rest(way, speed, acceleration, (jerk, jerk))
+    (fastest,) = RuckigPlanner(1).to_rest_at(
+        [way], [0.0], [0.0], [0.0], ([speed], [acceleration], [jerk])
+    )
+    durations = [total_duration(found) for found in (phases, fastest)]
+    assert durations[0] == pytest.approx(durations[1], rel=1e-6)

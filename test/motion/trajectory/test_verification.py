@@ -1,0 +1,58 @@
+"""What is verified of plans in slider space: exact extremes of heights, and peaks below limits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from motion_plans import LIMITS, dense, heights, moving_plan
+from strategies import reproducible
+
+from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError
+from tri_glide_kinematics.motion.trajectory.verification import check_slider_limits, height_extremes
+
+
+@reproducible
+@given(heights(), heights(), st.floats(0.0, 0.95), st.floats(0.0, 1.0))
+def test_extremes_are_those_of_dense_samples(first, second, part, since):
+    plan = moving_plan(first, second, part)
+    sampled = dense(plan)
+    lowest, highest = height_extremes(plan)
+    assert (lowest <= sampled.heights.min(axis=0) + 1e-12).all()
+    assert (highest >= sampled.heights.max(axis=0) - 1e-12).all()
+    slack = 12.0 / 8.0 * sampled.times[1] ** 2 + 1e-12
+    assert (lowest >= sampled.heights.min(axis=0) - slack).all()
+    assert (highest <= sampled.heights.max(axis=0) + slack).all()
+    # What is left of the plan has the extremes of what is left of the samples.
+    left = sampled.times >= since * plan.duration
+    lowest, highest = height_extremes(plan, since * plan.duration)
+    assert (highest >= sampled.heights[left].max(axis=0) - 1e-12).all()
+    assert (highest <= sampled.heights[left].max(axis=0) + sampled.times[1] * 1.1).all()
+
+
+@reproducible
+@given(heights(), st.integers(0, 2), st.sampled_from(("velocity", "acceleration", "jerk")))
+def test_limits_are_compared_with_exact_peaks(target, slider, quantity):
+    plan = moving_plan((0.45, 0.75, 0.4), target, 0.5)
+    check_slider_limits(plan, LIMITS)
+    sampled = dense(plan)
+    order = ("velocity", "acceleration", "jerk").index(quantity)
+    peaks = (
+        np.abs(sampled.velocities).max(axis=0),
+        np.abs(sampled.accelerations).max(axis=0),
+        np.abs(plan.pieces[3]).max(axis=0),
+    )[order]
+    values = list(getattr(LIMITS, quantity))
+    values[slider] = peaks[slider] * 0.999 + 1e-9
+    lower = replace(LIMITS, **{quantity: tuple(values)})
+    if peaks[slider] > 1e-3:
+        with pytest.raises(SliderLimitError) as caught:
+            check_slider_limits(plan, lower)
+        assert (caught.value.slider, caught.value.quantity) == (slider, quantity)
+        assert caught.value.limit == values[slider]
+    between_samples = 400.0 * sampled.times[1]
+    values[slider] = max(peaks[slider] * 1.001 + between_samples, 1e-3)
+    check_slider_limits(plan, replace(LIMITS, **{quantity: tuple(values)}))

@@ -1,0 +1,460 @@
+"""The loop of a node: punctual, never held up, and it hears of everything, whatever happens."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+from joined_domain import joined_domain
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Int32
+from std_srvs.srv import Trigger
+
+from tri_glide_kinematics.ros.loop.cycle_loop import Cycle, CycleLoop
+
+pytestmark = [pytest.mark.nodes, pytest.mark.alone]
+
+PERIOD = 0.005  # s
+BOUND = 60.0  # s, for what takes a fraction of this
+LONG = 3600.0  # s: a period that no test waits for
+DEPTH = 10
+NUMBERS = itertools.count()
+
+
+class EndOfTest(Exception):  # noqa: N818 - it is none
+    """Ends a loop from within."""
+
+
+@pytest.fixture
+def context():
+    with joined_domain() as context:
+        yield context
+
+
+@pytest.fixture
+def node(context):
+    node = Node("cycling", namespace=f"/cycle_loop_{next(NUMBERS)}", context=context)
+    yield node
+    node.destroy_node()
+
+
+@pytest.fixture
+def run(node):
+    """Return a function that runs a loop until a condition holds, and gives the errors survived."""
+    loops = []
+
+    def run(until, *urgent, period=PERIOD, step=lambda: None, **more):
+        errors = []
+        end = time.monotonic() + BOUND
+
+        def survive(error):
+            if isinstance(error, (EndOfTest, TimeoutError)):
+                raise error
+            errors.append(error)
+
+        def step_or_end():
+            if until():
+                raise EndOfTest
+            if time.monotonic() > end:
+                raise TimeoutError("in vain")
+            step()
+
+        loop = CycleLoop(node, Cycle(urgent, period, step_or_end, **more), survive)
+        loops.append(loop)
+        with pytest.raises(EndOfTest):
+            loop.spin()
+        return errors
+
+    yield run
+    for loop in loops:
+        loop.close()
+
+
+@pytest.fixture
+def numbers(node):
+    """Return what makes a subscription of numbers, and one that publishes to all of them."""
+    publisher = node.create_publisher(Int32, "numbers", QoSProfile(depth=1000))
+
+    count = 0
+
+    def subscription(callback):
+        nonlocal count
+        made = node.create_subscription(Int32, "numbers", callback, DEPTH)
+        count += 1
+        end = time.monotonic() + BOUND
+        while publisher.get_subscription_count() < count:
+            assert time.monotonic() < end
+            time.sleep(0.001)
+        return made
+
+    return subscription, lambda number: publisher.publish(Int32(data=number))
+
+
+class Steps:
+    """Notes when each cycle came."""
+
+    def __init__(self, act=lambda count: None):
+        self.times = []
+        self._act = act
+
+    def __call__(self):
+        self.times.append(time.monotonic())
+        self._act(len(self.times))
+
+    def reach(self, count):
+        return lambda: len(self.times) >= count
+
+
+def occupy(duration):
+    """Keep the caller busy."""
+    end = time.monotonic() + duration
+    while time.monotonic() < end:
+        pass
+
+
+def assert_never_early(times, begin, period=PERIOD):
+    for index, moment in enumerate(times):
+        assert moment >= begin + index * period - 1e-6
+
+
+def test_no_cycle_comes_early_and_none_is_left_out(run):
+    steps = Steps()
+    begin = time.monotonic()
+    assert run(steps.reach(200), step=steps) == []
+    assert_never_early(steps.times, begin)
+    # Half of them, so that a busy computer may be late now and then.
+    late = [time - begin - index * PERIOD for index, time in enumerate(steps.times[:100])]
+    assert sorted(late)[50] < 20.0 * PERIOD
+
+
+def test_after_a_stall_no_cycle_is_made_up_for(run):
+    stall = 20
+    steps = Steps(lambda count: occupy(stall * PERIOD) if count == 10 else None)
+    begin = time.monotonic()
+    run(steps.reach(60), step=steps)
+    assert_never_early(steps.times[:10], begin)
+    assert_never_early(steps.times[10:], begin + (9 + stall) * PERIOD)
+
+
+def test_signals_do_not_shorten_the_sleep(run):
+    heard = []
+    before = signal.signal(signal.SIGALRM, lambda *_: heard.append(None))
+    signal.setitimer(signal.ITIMER_REAL, 0.3 * PERIOD, 0.3 * PERIOD)
+    try:
+        steps = Steps()
+        begin = time.monotonic()
+        run(lambda: len(steps.times) >= 100 and len(heard) >= 100, step=steps)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert_never_early(steps.times, begin)
+
+
+def test_messages_are_handled_in_order_and_none_is_lost(run, numbers):
+    subscription, publish = numbers
+    received = []
+
+    def publish_some(count):
+        if count <= 50:
+            for index in range(4):
+                publish(4 * count + index)
+
+    made = subscription(lambda message: received.append(message.data))
+    run(lambda: len(received) == 200, made, step=Steps(publish_some))
+    assert received == list(range(4, 204))
+
+
+def test_what_may_come_early_is_handled_in_the_sleep(run, numbers):
+    subscription, publish = numbers
+    period = 0.4
+    sent, delays = [], []
+
+    def step():
+        # What comes in while a first one is handled waits for the next cycle.
+        for number in range(2):
+            publish(number)
+        sent.append(time.monotonic())
+
+    made = subscription(lambda message: delays.append((message.data, time.monotonic() - sent[-1])))
+    run(lambda: len(delays) >= 9, made, period=period, step=step, early=(made,))
+    assert [number for number, _ in delays[:8]] == [0, 1] * 4
+    assert sorted(delay for number, delay in delays if number == 0)[2] < 0.5 * period
+    assert sorted(delay for number, delay in delays if number == 1)[2] > 0.5 * period
+
+
+def test_a_slow_callback_delays_a_cycle_by_itself_alone(run, numbers):
+    subscription, publish = numbers
+    handled = [[], []]
+    in_this_cycle = []
+
+    def slow(side):
+        def callback(message):
+            in_this_cycle.append(side)
+            handled[side].append(message.data)
+            occupy(2.0 * PERIOD)
+
+        return callback
+
+    urgent = [subscription(slow(side)) for side in (0, 1)]
+    for number in range(DEPTH):
+        publish(number)
+    most = []
+
+    def step():
+        most.append((in_this_cycle.count(0), in_this_cycle.count(1)))
+        in_this_cycle.clear()
+
+    run(lambda: all(len(side) == DEPTH for side in handled), *urgent, step=step)
+    # One that is slow does not keep another one from its turn.
+    assert max(most) == (1, 1)
+    assert handled == [list(range(DEPTH))] * 2
+
+
+def test_a_flood_neither_holds_a_cycle_nor_starves_anything(run, node, numbers):
+    subscription, publish = numbers
+    in_this_cycle = [0]
+    most = [0]
+    turns = []
+    others = []
+
+    def again(message):
+        in_this_cycle[0] += 1
+        # More than there is place for: the queue is always full.
+        for _ in range(3):
+            publish(0)
+
+    def step(_):
+        most[0] = max(most[0], in_this_cycle[0])
+        in_this_cycle[0] = 0
+
+    node.create_timer(0.02, lambda: turns.append(None))
+    quiet = node.create_subscription(Int32, "quiet", others.append, DEPTH)
+    to_quiet = node.create_publisher(Int32, "quiet", 1)
+    flooded = subscription(again)
+    for _ in range(DEPTH):
+        publish(0)
+    steps = Steps(step)
+
+    def until():
+        if not others:
+            to_quiet.publish(Int32())
+        return len(steps.times) >= 100 and len(turns) >= 5 and others
+
+    assert run(until, flooded, quiet, step=steps) == []
+    assert 1 < most[0] <= DEPTH
+
+
+def test_what_is_not_urgent_delays_a_cycle_by_one_callback(run, node):
+    in_this_cycle = [0]
+    calls = []
+    most = []
+
+    def slow(index):
+        in_this_cycle[0] += 1
+        calls.append(index)
+        occupy(2.0 * PERIOD)
+
+    for index in range(4):
+        node.create_timer(0.01, lambda index=index: slow(index))
+
+    def step():
+        most.append(in_this_cycle[0])
+        in_this_cycle[0] = 0
+
+    run(lambda: set(calls) == set(range(4)), step=step)
+    assert max(most) == 1
+
+
+def test_many_that_are_not_urgent_do_not_wait_20_ms_each(run, node, numbers):
+    count = 20
+    in_cycle = {}
+    steps = Steps()
+    for index in range(count):
+        node.create_timer(0.2, lambda index=index: in_cycle.setdefault(index, len(steps.times)))
+    run(lambda: len(in_cycle) == count, step=steps)
+    took = max(in_cycle.values()) - min(in_cycle.values())
+    # A busy computer leaves cycles out, and so can only make it fewer.
+    assert took < count * 0.5 * 0.02 / PERIOD
+
+    subscription, publish = numbers
+    in_cycle.clear()
+    subscription(lambda message: in_cycle.setdefault(message.data, len(steps.times)))
+    for index in range(DEPTH):
+        publish(index)
+    run(lambda: len(in_cycle) == DEPTH, step=steps)
+    took = max(in_cycle.values()) - min(in_cycle.values())
+    assert took < DEPTH * 0.5 * 0.02 / PERIOD
+
+
+def test_a_clock_that_is_set_changes_nothing(run, node):
+    node.set_parameters([Parameter("use_sim_time", value=True)])
+    (clock_type,) = (
+        subscription.msg_type
+        for subscription in node.subscriptions
+        if subscription.topic_name == "/clock"
+    )
+    publisher = node.create_publisher(clock_type, "/clock", 1)
+    hours = itertools.cycle((10_000, 5_000, 1, 20_000))
+    seen = set()
+
+    def set_clock(count):
+        if count % 10 == 0:
+            message = clock_type()
+            message.clock.sec = 3600 * next(hours)
+            publisher.publish(message)
+        seen.add(node.get_clock().now().nanoseconds // 3_600_000_000_000)
+
+    steps = Steps(set_clock)
+    begin = time.monotonic()
+    run(lambda: seen >= {1, 5_000, 10_000, 20_000}, step=steps)
+    assert_never_early(steps.times, begin)
+    run(steps.reach(len(steps.times) + 20), step=steps)
+
+
+def test_what_callbacks_raise_is_told_and_the_cycle_goes_on(run, node, numbers):
+    subscription, publish = numbers
+
+    calls = {}
+
+    def failing(name):
+        def callback(*_):
+            calls[name] = True
+            raise ValueError(name)
+
+        return callback
+
+    node.create_timer(0.01, failing("timer"))
+    urgent = subscription(failing("message"))
+    service = node.create_service(Trigger, "~/urgent", failing("request"))
+    client = node.create_client(Trigger, "~/urgent")
+    steps = Steps(lambda count: failing("step")() if count == 3 else publish(count))
+
+    def until():
+        if "request" not in calls and client.service_is_ready():
+            client.call_async(Trigger.Request())
+        return len(calls) == 4 and len(steps.times) > 20
+
+    errors = run(until, urgent, service, step=steps)
+    assert {str(error) for error in errors} == {"timer", "message", "request", "step"}
+
+
+def test_what_is_not_survived_ends_the_loop(node):
+    def step():
+        raise ValueError("fatal")
+
+    def survive(error):
+        raise error
+
+    loop = CycleLoop(node, Cycle((), PERIOD, step), survive)
+    with pytest.raises(ValueError, match="fatal"):
+        loop.spin()
+    loop.close()
+
+
+@pytest.mark.parametrize(
+    ("period", "is_urgent"),
+    # What is urgent waits for the next cycle.
+    [(PERIOD, True), (PERIOD, False), (LONG, False), (None, True), (None, False)],
+)
+def test_services_are_served(run, node, period, is_urgent):
+    service = node.create_service(Trigger, "~/called", lambda _, response: response)
+    client = node.create_client(Trigger, "~/called")
+    futures = []
+    begin = time.monotonic()
+
+    def look():
+        if client.service_is_ready() and all(future.done() for future in futures):
+            futures.append(client.call_async(Trigger.Request()))
+        if len(futures) > 20:
+            raise EndOfTest
+        assert time.monotonic() < begin + BOUND
+
+    node.create_timer(0.001, look)
+    run(lambda: False, *((service,) if is_urgent else ()), period=period)
+
+
+def test_a_node_without_a_period_reacts_to_each_message(run, numbers):
+    subscription, publish = numbers
+    received = []
+
+    def answer(message):
+        received.append(message.data)
+        publish(message.data + 1)
+
+    urgent = subscription(answer)
+    publish(0)
+    begin = time.monotonic()
+    run(lambda: len(received) >= 500, urgent, period=None)
+    assert received == list(range(len(received)))
+    # Each is answered as soon as it is there, and not at the next turn of all else.
+    assert time.monotonic() - begin < 500 * 0.02
+
+
+@pytest.mark.parametrize("period", [PERIOD, LONG, None])
+def test_a_shutdown_from_another_thread_ends_the_loop(node, context, numbers, period):
+    subscription, _ = numbers
+    errors = []
+    urgent = subscription(lambda message: None)
+    loop = CycleLoop(node, Cycle((urgent,), period), errors.append)
+    timer = threading.Timer(0.2, context.try_shutdown)
+    begin = time.monotonic()
+    timer.start()
+    loop.spin()
+    timer.join()
+    assert time.monotonic() - begin < BOUND
+    loop.close()
+
+
+NODE_THAT_SLEEPS = """
+import signal, rclpy
+from rclpy.node import Node
+from tri_glide_kinematics.ros.cycle_loop import Cycle, CycleLoop
+
+signal.signal(signal.SIGINT, lambda *_: None)
+rclpy.init(args=[])
+node = Node("sleeping")
+
+def survive(error):
+    if rclpy.ok():
+        raise error
+
+loop = CycleLoop(node, Cycle((), 3600.0, lambda: print("asleep", flush=True)), survive)
+loop.spin()
+loop.close()
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_the_sleep_ends_the_loop(context, number):
+    command = [sys.executable, "-c", NODE_THAT_SLEEPS]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, env=os.environ, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "asleep\n"
+        process.send_signal(number)
+        assert process.wait(BOUND) == 0
+
+
+def test_work_is_told_until_when_it_has_time(run):
+    steps = Steps()
+    given = []
+    run(
+        lambda: len(given) >= 50,
+        step=steps,
+        work=lambda until: given.append((until, len(steps.times), time.monotonic())),
+    )
+    assert [count for _, count, _ in given] == list(range(1, 51))
+    for (until, _, _), (later, _, _) in itertools.pairwise(given):
+        cycles = (later - until) / PERIOD
+        assert cycles == pytest.approx(round(cycles), abs=1e-6)
+        assert cycles > 0.5
+    in_time = [until for until, _, now in given if now < until]
+    assert len(in_time) > 25
+    assert all(until - now < PERIOD for until, _, now in given)

@@ -1,0 +1,238 @@
+"""The action server of a control cycle, in this process: who is told what, and for how long."""
+
+from __future__ import annotations
+
+import itertools
+import time
+
+import pytest
+from action_msgs.msg import GoalStatus, GoalStatusArray
+from action_msgs.srv import CancelGoal
+from geometry_msgs.msg import PoseStamped
+from joined_domain import joined_domain
+from rclpy.action import ActionClient
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from testing.client import Client
+from testing.domain import own_context
+from testing.goals import SentGoal
+from tri_glide_interfaces.action import MoveTo
+from tri_glide_kinematics.control.commands.goals import Goal, GoalCode
+from tri_glide_kinematics.control.commands.inbox import TargetPosition
+from tri_glide_kinematics.ros.serving import action_server, old_results
+from tri_glide_kinematics.ros.serving.action_server import ActionServer
+from tri_glide_kinematics.ros.serving.patient_services import PatientServices
+
+pytestmark = pytest.mark.nodes
+
+NUMBERS = itertools.count()
+# Answers are not kept by services, so a reader of kept ones is never connected to them.
+UNFIT = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+DEEP = QoSProfile(depth=200)
+BLOCK = 0.09  # s: the middleware waits for 0.1 s
+
+
+class Desk:
+    """A server and its client in one node, both served by one loop."""
+
+    def __init__(self, client):
+        self.client = client
+        self.begun = []
+        self.cancelled = []
+        node = client.node
+        self.patient = PatientServices(node, lambda: False)
+        self.server = ActionServer(
+            node,
+            MoveTo,
+            "~/move_to",
+            self.patient,
+            begin=self.begin,
+            cancel=self.cancel,
+            result=lambda goal: MoveTo.Result(code=int(goal.outcome.code), text=goal.outcome.text),
+            feedback=lambda goal: MoveTo.Feedback(way_remaining=1.0),
+        )
+        # A burst must not be lost on this side.
+        self.actions = ActionClient(
+            node,
+            MoveTo,
+            "~/move_to",
+            goal_service_qos_profile=DEEP,
+            result_service_qos_profile=DEEP,
+        )
+        self.longest = 0.0
+        spin_once = client.spin_once
+
+        def spin_and_serve(longest_nap=0.001):
+            begin = time.monotonic()
+            self.server.look()
+            self.server.answer()
+            self.server.publish()
+            self.longest = max(self.longest, time.monotonic() - begin)
+            spin_once(0.001)
+
+        client.spin_once = spin_and_serve
+        client.wait_for(self.actions.server_is_ready, "the server")
+
+    def begin(self, request):
+        if request.pose.header.frame_id == "raise":
+            raise RuntimeError("a mistake")
+        goal = Goal(TargetPosition((0.0, 0.0, 0.0)))
+        self.begun.append(goal)
+        return goal
+
+    def cancel(self, goal):
+        self.cancelled.append(goal)
+
+    def send(self, frame=""):
+        pose = PoseStamped()
+        pose.header.frame_id = frame
+        return SentGoal(self.client, self.actions, MoveTo.Goal(pose=pose))
+
+
+@pytest.fixture
+def desk():
+    with joined_domain() as context:
+        client = Client(context, f"/desk_{next(NUMBERS)}")
+        yield Desk(client)
+        client.close()
+
+
+@pytest.mark.parametrize("code", GoalCode)
+def test_each_end_has_its_status(desk, code):
+    sent = desk.send().wait_until_accepted()
+    desk.server.tell_progress()
+    desk.client.wait_for(lambda: sent.feedback, "feedback")
+    if code is GoalCode.CANCELED:
+        assert sent.cancel().return_code == CancelGoal.Response.ERROR_NONE
+        assert desk.cancelled == desk.begun
+    desk.begun[0].end(code, "because")
+    result = sent.result()
+    expected = {
+        GoalCode.SUCCEEDED: GoalStatus.STATUS_SUCCEEDED,
+        GoalCode.CANCELED: GoalStatus.STATUS_CANCELED,
+    }
+    assert sent.status == expected.get(code, GoalStatus.STATUS_ABORTED)
+    assert (result.code, result.text) == (code, "because")
+
+
+def test_a_goal_that_has_ended_already_is_not_cancelled(desk):
+    sent = desk.send().wait_until_accepted()
+    # Its end is known, but not told yet.
+    future = sent.cancel_without_waiting()
+    desk.begun[0].end(GoalCode.SUCCEEDED, "there")
+    desk.client.wait_for(future.done, "an answer")
+    assert not future.result().goals_canceling
+    sent.result()
+    assert sent.status == GoalStatus.STATUS_SUCCEEDED
+    assert desk.cancelled == []
+    assert sent.cancel().return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
+
+
+def test_all_goals_are_cancelled_by_a_request_that_names_none(desk):
+    sent = [desk.send().wait_until_accepted() for _ in range(3)]
+    service = desk.client.node.create_client(CancelGoal, "~/move_to/_action/cancel_goal")
+    desk.client.wait_for(service.service_is_ready, "the service")
+    future = service.call_async(CancelGoal.Request())
+    desk.client.wait_for(future.done, "an answer")
+    assert len(future.result().goals_canceling) == 3
+    for goal in desk.begun:
+        goal.end(GoalCode.CANCELED, "cancelled")
+    for each in sent:
+        each.result()
+        assert each.status == GoalStatus.STATUS_CANCELED
+
+
+def test_the_list_of_states_stays_short_and_results_are_forgotten_later(monkeypatch, request):
+    monkeypatch.setattr(action_server, "STATE_TOLD", 0.2)
+    desk = request.getfixturevalue("desk")
+    states = desk.client.record(
+        GoalStatusArray,
+        "~/move_to/_action/status",
+        QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+    )
+    old = desk.send().wait_until_accepted()
+    desk.begun[0].end(GoalCode.SUCCEEDED, "there")
+    old.result()
+
+    def is_listed():
+        desk.server.tell_progress()
+        newer = desk.send().wait_until_accepted()
+        desk.begun[-1].end(GoalCode.SUCCEEDED, "there")
+        newer.result()
+        return len(states[-1].status_list) < len(desk.begun)
+
+    def status():
+        desk.server.tell_progress()
+        again = old.ask_again()
+        desk.client.wait_for(again.done, "an answer")
+        return again.result().status
+
+    desk.client.wait_for(is_listed, "the first goal to be listed no more", 5.0)
+    assert status() == GoalStatus.STATUS_SUCCEEDED
+    monkeypatch.setattr(old_results, "KEPT", 0.0)
+    assert status() == GoalStatus.STATUS_UNKNOWN
+
+
+def test_of_many_results_the_newest_are_kept(monkeypatch, request):
+    monkeypatch.setattr(action_server, "STATE_TOLD", 0.01)
+    monkeypatch.setattr(old_results, "MOST", 2)
+    desk = request.getfixturevalue("desk")
+    sent = []
+    for _ in range(4):
+        sent.append(desk.send().wait_until_accepted())
+        desk.begun[-1].end(GoalCode.SUCCEEDED, "there")
+        sent[-1].result()
+
+    def known():
+        desk.server.tell_progress()
+        answers = [each.ask_again() for each in sent]
+        desk.client.wait_for(lambda: all(answer.done() for answer in answers), "the answers")
+        return [answer.result().status == GoalStatus.STATUS_SUCCEEDED for answer in answers]
+
+    desk.client.wait_for(lambda: known() == [False, False, True, True], "two results", 5.0)
+
+
+def test_no_goal_of_a_burst_is_lost(desk):
+    sent = [desk.send() for _ in range(60)]
+    desk.client.wait_for(lambda: all(each.accepted for each in sent), "all to be accepted")
+    for number, goal in enumerate(desk.begun):
+        goal.end(GoalCode.SUPERSEDED, f"{number}")
+    assert [each.result().text for each in sent] == [f"{number}" for number in range(60)]
+
+
+def test_a_mistake_in_a_goal_is_survived(desk, capfd):
+    assert desk.send("raise").wait_until_accepted().accepted is False
+    assert "dropped a request: RuntimeError: a mistake" in capfd.readouterr().err
+    sent = desk.send().wait_until_accepted()
+    desk.begun[0].end(GoalCode.SUCCEEDED, "there")
+    assert sent.result().text == "there"
+
+
+def test_a_client_that_is_not_connected_in_full_holds_nobody_up(desk, unfit_context):
+    unfit = unfit_context.create_client(
+        MoveTo.Impl.SendGoalService,
+        f"{desk.client.node.get_fully_qualified_name()}/move_to/_action/send_goal",
+        qos_profile=UNFIT,
+    )
+
+    def heard():
+        unfit.call_async(MoveTo.Impl.SendGoalService.Request())
+        desk.client.spin_once()
+        return desk.begun
+
+    desk.client.wait_for(heard, "its request")
+    desk.client.spin_for(0.3)
+    assert desk.longest < BLOCK
+    unfit_context.destroy_client(unfit)
+    before = len(desk.begun)
+    sent = desk.send().wait_until_accepted()
+    desk.begun[before].end(GoalCode.SUCCEEDED, "there")
+    assert sent.result().text == "there"
+
+
+@pytest.fixture
+def unfit_context(desk):
+    with own_context() as context:
+        client = Client(context, "/unfit")
+        yield client.node
+        client.close()

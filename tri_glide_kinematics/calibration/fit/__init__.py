@@ -1,0 +1,1 @@
+"""Calibration: measurements in, the machine and what is known of it out."""

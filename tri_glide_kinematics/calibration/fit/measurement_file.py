@@ -1,0 +1,299 @@
+"""Files of measurements: the nominal machine, what is known of it, and what was measured.
+
+Heights are reported ones. Lengths are in the unit that the file names. An example:
+
+    unit: mm
+    nominal:
+      anchors: [[0, -200], [173.2, 100], [-173.2, 100]]
+      arm_lengths: [400, 400, 400]
+      height_offsets: [0, 0, 0]              # without it: zeros
+    priors: {anchors: 1, arm_lengths: 0.5, height_offsets: 2}   # or: none; without it: these
+    plates:
+      bed: {height: 0, tilt: [0, 0]}         # or: unknown, for one or both
+    touches:
+      - {heights: [346.4, 346.4, 346.4], plate: bed, standard_deviation: 0.01}
+    positions:
+      - {heights: [...], position: [...], frame: camera, standard_deviation: 0.05}
+    distances:
+      - {from: [...], to: [...], distance: 240, standard_deviation: 0.05}
+    workspace: {lower_heights: [...], ...}   # or without it, see workspace_keys.py
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar
+
+from tri_glide_kinematics import keys
+from tri_glide_kinematics.calibration.fit.errors import MeasurementFileError
+from tri_glide_kinematics.calibration.fit.machine import MachineParameters
+from tri_glide_kinematics.calibration.fit.measurements import (
+    BASE,
+    Distance,
+    MeasuredPosition,
+    Plate,
+    Touch,
+)
+from tri_glide_kinematics.calibration.fit.priors import Priors
+from tri_glide_kinematics.calibration.fit.workspace_keys import NONE, read_workspace, workspace_keys
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.files import replace_file
+from tri_glide_kinematics.keys import UNITS, load_yaml, whole_yaml
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY, TriGlideGeometry
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace.limits import WorkspaceLimits
+
+# Of a file that is written here: no other is overwritten.
+FIRST_LINE = "# Measurements of one machine."
+UNKNOWN = "unknown"
+PRIOR_KINDS = ("anchors", "arm_lengths", "height_offsets")
+
+Made = TypeVar("Made")
+
+
+@dataclass(frozen=True)
+class MeasurementFile:
+    """What a file holds.
+
+    Attributes:
+        nominal: the machine as it was drawn, with the offsets that are assumed.
+        priors: how far the real one may be from it; None if that is not known at all.
+        touches: of plates.
+        positions: that were measured.
+        distances: that were measured.
+        workspace: where the platform may be, with the travel of the sliders as the drives report
+            it; None if that is not said.
+    """
+
+    nominal: MachineParameters = field(default_factory=lambda: MachineParameters(DEFAULT_GEOMETRY))
+    priors: Priors | None = field(default_factory=Priors)
+    touches: tuple[Touch, ...] = ()
+    positions: tuple[MeasuredPosition, ...] = ()
+    distances: tuple[Distance, ...] = ()
+    workspace: WorkspaceLimits | None = None
+
+
+class _Keys(keys.Keys):
+    """Keys whose mistakes are a ``MeasurementFileError``."""
+
+    error_class = MeasurementFileError
+
+
+def load_measurements(file: str | Path) -> MeasurementFile:
+    """Read a file.
+
+    Raises:
+        MeasurementFileError: if it cannot be read, or something in it has no meaning; the text
+            names file, measurement and number.
+    """
+    return _Reader(str(file), load_yaml(file, MeasurementFileError)).read()
+
+
+def measurement_text(content: MeasurementFile, unit: str = "mm") -> str:
+    """Return the text of a file that ``load_measurements`` reads as the same."""
+    return f"{FIRST_LINE}\n{whole_yaml(_as_keys(content, unit))}"
+
+
+def save_measurements(file: str | Path, content: MeasurementFile, unit: str = "mm") -> None:
+    """Write a file that ``load_measurements`` reads as the same; an older one is kept.
+
+    Raises:
+        MeasurementFileError: if it cannot be written, or a file is there that was not written so.
+    """
+    try:
+        replace_file(file, measurement_text(content, unit))
+    except OSError as error:
+        reason = f"cannot be written: {error.strerror or error}"
+        raise MeasurementFileError(file, "", reason) from error
+
+
+class _Reader:
+    """Reads one file."""
+
+    def __init__(self, file: str, content: Any) -> None:
+        self._file = file
+        self._keys = _Keys(file, "", content)
+        self._unit = self._keys.unit()
+        self._plates: dict[str, Plate] = {}
+
+    def read(self) -> MeasurementFile:
+        nominal, priors, plates = self._nominal(), self._priors(), self._section("plates", {})
+        for name in plates:
+            self._plates[str(name)] = self._plate(str(name), plates[name])
+        measurements = MeasurementFile(
+            nominal,
+            priors,
+            self._all("touches", "touch", self._touch),
+            self._all("positions", "position", self._position),
+            self._all("distances", "distance", self._distance),
+            self._workspace(),
+        )
+        self._keys.finish()
+        return measurements
+
+    def _section(self, key: str, default: Any = None) -> Mapping[Any, Any]:
+        value = self._keys.value(key, default)
+        if not isinstance(value, Mapping):
+            raise self._keys.error(f"is {keys.shortened(value)}, must be keys with values", key)
+        return value
+
+    def _nominal(self) -> MachineParameters:
+        section = _Keys(self._file, "nominal", self._section("nominal"))
+
+        def read() -> MachineParameters:
+            rows = enumerate(section.entries("anchors"))
+            anchors = [self._lengths(section, f"anchors[{i}]", row, 2) for i, row in rows]
+            arms = self._lengths(section, "arm_lengths", section.value("arm_lengths"), 3)
+            offsets = section.value("height_offsets", [0.0, 0.0, 0.0])
+            x, y, z = self._lengths(section, "height_offsets", offsets, 3)
+            return MachineParameters(TriGlideGeometry(anchors, arms), (x, y, z))
+
+        return self._made(section, read)
+
+    def _priors(self) -> Priors | None:
+        value = self._keys.value("priors", {})
+        if value == NONE:
+            return None
+        section = _Keys(self._file, "priors", value)
+        usual = [getattr(Priors(), kind) / self._unit for kind in PRIOR_KINDS]
+
+        def read() -> Priors:
+            anchors, arms, offsets = (
+                self._unit * section.number(*each) for each in zip(PRIOR_KINDS, usual)
+            )
+            return Priors(anchors, arms, offsets)
+
+        return self._made(section, read)
+
+    def _workspace(self) -> WorkspaceLimits | None:
+        value = self._keys.value("workspace", NONE)
+        if value == NONE:
+            return None
+        section = _Keys(self._file, "workspace", value)
+        return self._made(section, partial(read_workspace, section, self._unit))
+
+    def _plate(self, name: str, values: Any) -> Plate:
+        section = _Keys(self._file, f"plate {name!r}", values)
+
+        def read() -> Plate:
+            height, tilt = section.value("height", 0.0), section.value("tilt", [0.0, 0.0])
+            return Plate(
+                name,
+                None if height == UNKNOWN else self._unit * section.number("height", 0.0),
+                None if tilt == UNKNOWN else self._pair(section, "tilt", tilt),
+            )
+
+        return self._made(section, read)
+
+    def _touch(self, section: _Keys) -> Touch:
+        name = section.text("plate", "bed")
+        if name not in self._plates and name != "bed":
+            known = ", ".join(self._plates) or "none"
+            raise section.error(
+                f"is {name!r}, which `plates` does not name (it has: {known})", "plate"
+            )
+        heights = self._heights(section, "heights")
+        plate = self._plates.get(name, Plate(name))
+        return Touch(heights, plate, self._deviation(section))
+
+    def _position(self, section: _Keys) -> MeasuredPosition:
+        heights, position = self._heights(section, "heights"), self._heights(section, "position")
+        return MeasuredPosition(
+            heights, position, section.text("frame", BASE), self._deviation(section)
+        )
+
+    def _distance(self, section: _Keys) -> Distance:
+        ends = self._heights(section, "from"), self._heights(section, "to")
+        distance = self._unit * section.number("distance")
+        return Distance(*ends, distance, self._deviation(section))
+
+    def _all(self, key: str, name: str, read: Callable[[_Keys], Made]) -> tuple[Made, ...]:
+        entries = self._keys.value(key, [])
+        if not isinstance(entries, list):
+            raise self._keys.error(f"is {keys.shortened(entries)}, must be a list", key)
+        sections = [_Keys(self._file, f"{name} {i}", each) for i, each in enumerate(entries, 1)]
+        return tuple(self._made(section, partial(read, section)) for section in sections)
+
+    def _made(self, section: _Keys, read: Callable[[], Made]) -> Made:
+        """Return what is read; what its numbers cannot mean is an error of the file."""
+        try:
+            made = read()
+        except MeasurementFileError:
+            raise
+        except KinematicsError as error:
+            raise section.error(str(error)) from error
+        section.finish()
+        return made
+
+    def _heights(self, section: _Keys, key: str) -> Vector3:
+        x, y, z = (self._unit * value for value in section.vector(key))
+        return x, y, z
+
+    def _deviation(self, section: _Keys) -> float:
+        return self._unit * section.number("standard_deviation")
+
+    def _lengths(self, section: _Keys, key: str, values: Any, count: int) -> tuple[float, ...]:
+        return tuple(self._unit * value for value in section.numbers(key, values, count))
+
+    def _pair(self, section: _Keys, key: str, values: Any) -> tuple[float, float]:
+        first, second = section.numbers(key, values, 2)
+        return first, second
+
+
+def _as_keys(content: MeasurementFile, unit: str) -> dict[str, Any]:
+    """Return the content as YAML writes it."""
+
+    def lengths(values: Any) -> list[float]:
+        # Twelve digits: what is left of a change of units is not written.
+        return [float(f"{value / UNITS[unit]:.12g}") for value in values]
+
+    def common(measurement: Touch | MeasuredPosition | Distance) -> dict[str, Any]:
+        return {"standard_deviation": lengths([measurement.standard_deviation])[0]}
+
+    geometry = content.nominal.geometry
+    plates = {touch.plate.name: touch.plate for touch in content.touches}
+    priors, workspace = content.priors, content.workspace
+    return {
+        "unit": unit,
+        "nominal": {
+            "anchors": [lengths(anchor) for anchor in geometry.anchors],
+            "arm_lengths": lengths(geometry.arm_lengths),
+            "height_offsets": lengths(content.nominal.height_offsets),
+        },
+        "priors": NONE
+        if priors is None
+        else {kind: lengths([getattr(priors, kind)])[0] for kind in PRIOR_KINDS},
+        "plates": {
+            name: {
+                "height": UNKNOWN if plate.height is None else lengths([plate.height])[0],
+                "tilt": UNKNOWN if plate.tilt is None else list(plate.tilt),
+            }
+            for name, plate in plates.items()
+        },
+        "touches": [
+            {"heights": lengths(touch.heights), "plate": touch.plate.name, **common(touch)}
+            for touch in content.touches
+        ],
+        "positions": [
+            {
+                "heights": lengths(one.heights),
+                "position": lengths(one.position),
+                "frame": one.frame,
+                **common(one),
+            }
+            for one in content.positions
+        ],
+        "distances": [
+            {
+                "from": lengths(one.heights_from),
+                "to": lengths(one.heights_to),
+                "distance": lengths([one.distance])[0],
+                **common(one),
+            }
+            for one in content.distances
+        ],
+        "workspace": NONE if workspace is None else workspace_keys(workspace, lengths),
+    }

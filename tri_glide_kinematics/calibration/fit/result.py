@@ -1,0 +1,261 @@
+"""The result of a calibration: the machine, and how well it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import chdtrc
+
+from tri_glide_kinematics.calibration.fit.directions import along_named, in_words
+from tri_glide_kinematics.calibration.fit.knowledge import Knowledge, Spectrum
+from tri_glide_kinematics.calibration.fit.machine import PARAMETER_NAMES, MachineParameters
+from tri_glide_kinematics.calibration.fit.measurements import Measurement, Plate
+from tri_glide_kinematics.calibration.fit.model import position_derivatives
+from tri_glide_kinematics.calibration.fit.next_points import Proposal, next_points
+from tri_glide_kinematics.calibration.fit.priors import Priors
+from tri_glide_kinematics.calibration.fit.region import Region, plane_basis
+from tri_glide_kinematics.calibration.fit.solving import Solution
+from tri_glide_kinematics.calibration.fit.unknowns import MACHINE, FramePlacement, Unknowns
+from tri_glide_kinematics.checks import finite_array, finite_vector
+from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+# Residuals that are larger than stated by this factor, and not by chance, are no matter of degree.
+GROSS = 3.0
+GROSS_BY_CHANCE = 1e-6
+# One of a thousand machines is farther from what was assumed, by chance (standard deviations).
+FAR_FROM_PRIORS = 4.0
+# A change of the position by less than this part of a direction's own is rounding.
+UNTOUCHED = 1e-6
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What is left of a measurement.
+
+    Attributes:
+        name: kind and number, for example ``touch 3``.
+        measurement: itself.
+        error: predicted minus measured: one number, or three for a position [m].
+        left_out: the same, predicted by all other measurements; 0 where they say nothing [m].
+        size: of ``left_out`` by its standard deviation (root mean square of three); NaN if the
+            others say nothing.
+        is_outlier: whether it was left out of the fit.
+    """
+
+    name: str
+    measurement: Measurement
+    error: tuple[float, ...]
+    left_out: tuple[float, ...]
+    size: float
+    is_outlier: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A calibrated machine.
+
+    Attributes:
+        machine: geometry and height offsets.
+        nominal: where the fit began.
+        priors: that were used, with their mean; None if there were none.
+        unidentified: in words, what the data do not determine. There the machine is exactly as it
+            was assumed to be.
+        covariance: of the twelve parameters, in the order of ``MachineParameters.vector``. Without
+            priors, of what the data determine: the rest is in ``standard_deviations`` and
+            ``position_uncertainty`` only. Shape (12, 12) [m^2].
+        residuals: of all measurements: touches, positions, distances.
+        plates: of touches, with height and tilt as they were fitted.
+        frames: of positions that were fitted.
+        chi_squared: sum of squared residuals by their standard deviations, priors included.
+        degrees_of_freedom: what ``chi_squared`` should be, within twice the root of twice that.
+        warnings: in words; empty if all is well.
+    """
+
+    machine: MachineParameters
+    nominal: MachineParameters
+    priors: Priors | None
+    unidentified: tuple[str, ...]
+    covariance: FloatArray
+    residuals: tuple[Residual, ...]
+    plates: Mapping[str, Plate]
+    frames: Mapping[str, FramePlacement]
+    chi_squared: float
+    degrees_of_freedom: int
+    warnings: tuple[str, ...]
+    _solution: Solution
+    _knowledge: Knowledge
+    _unknowns: Unknowns
+
+    @property
+    def geometry(self) -> TriGlideGeometry:
+        """Anchors and arm lengths."""
+        return self.machine.geometry
+
+    @property
+    def height_offsets(self) -> Vector3:
+        """What is added to reported slider heights to get the true ones. Shape (3,) [m]."""
+        return self.machine.height_offsets
+
+    @property
+    def outliers(self) -> tuple[str, ...]:
+        """Names of the measurements that were left out, as they contradict the others."""
+        return tuple(one.name for one in self.residuals if one.is_outlier)
+
+    @property
+    def is_contradicted(self) -> bool:
+        """Whether something that was stated is wrong, so that the result is not to be used."""
+        return self.has_gross_residuals or bool(self.far_from_priors)
+
+    @property
+    def has_gross_residuals(self) -> bool:
+        """Whether residuals are so large that the standard deviations are not valid."""
+        freedom, squares = self.degrees_of_freedom, self.chi_squared
+        return squares > GROSS * GROSS * freedom > 0 and chdtrc(freedom, squares) < GROSS_BY_CHANCE
+
+    @property
+    def far_from_priors(self) -> dict[str, float]:
+        """What is farther from what was assumed than chance explains, and by how many deviations.
+
+        Of the directions with a meaning the farthest, if it is farther than any parameter; then
+        parameters.
+        """
+        if self.priors is None:
+            return {}
+        sizes = self.prior_residuals
+        found = dict(zip(PARAMETER_NAMES, np.abs(sizes).tolist()))
+        scale = np.diag(self.priors.deviations())
+        ways = along_named(self.nominal.vector, scale, sizes)
+        name = max(ways, key=lambda each: abs(ways[each]))
+        if abs(ways[name]) > max(found.values()):
+            found = {name: abs(ways[name]), **found}
+        return {name: size for name, size in found.items() if size > FAR_FROM_PRIORS}
+
+    @property
+    def prior_residuals(self) -> FloatArray:
+        """Each parameter less what was assumed, by its standard deviation there. Shape (12,)."""
+        if self.priors is None:
+            return np.zeros(MACHINE)
+        mean = self.priors.mean or self.nominal
+        return np.asarray((self.machine.vector - mean.vector) / self.priors.deviations())
+
+    @property
+    def standard_deviations(self) -> FloatArray:
+        """Of the twelve parameters; infinite where nothing is known. Shape (12,) [m]."""
+        return self._deviations(np.eye(MACHINE))
+
+    def position_uncertainty(self, position: Sequence[float], *, aligned: bool = False) -> Vector3:
+        """Return the standard deviations of the platform's x, y and z at a position.
+
+        Args:
+            position: Shape (3,) [m].
+            aligned: whether a shift in x and y and a turn about z of the whole region count as no
+                error. Only positions in the frame of the machine can tell these.
+
+        Returns:
+            Shape (3,) [m]; infinite where nothing is known, NaN where the arms do not reach.
+        """
+        place = finite_vector("position", position, 3)
+        x, y, z = self.position_uncertainties([place], aligned=aligned)[0].tolist()
+        return x, y, z
+
+    def position_uncertainties(self, positions: ArrayLike, *, aligned: bool = False) -> FloatArray:
+        """Return the same for many positions. Shape (n, 3) [m]."""
+        rows = _position_rows(self.machine, positions, aligned)
+        return self._deviations(rows.reshape(-1, MACHINE)).reshape(-1, 3)
+
+    def position_uncertainty_before(
+        self, position: Sequence[float], *, aligned: bool = False
+    ) -> Vector3:
+        """Return the same before the calibration: by the priors; infinite without any."""
+        place = finite_vector("position", position, 3)
+        x, y, z = self.position_uncertainties_before([place], aligned=aligned)[0].tolist()
+        return x, y, z
+
+    def position_uncertainties_before(
+        self, positions: ArrayLike, *, aligned: bool = False
+    ) -> FloatArray:
+        """Return the same before the calibration, for many positions. Shape (n, 3) [m]."""
+        rows = _position_rows(self.nominal, positions, aligned)
+        if not self._knowledge.is_prior:
+            return np.full((len(rows), 3), np.inf)
+        return np.asarray(np.linalg.norm(rows @ self._knowledge.scale, axis=2))
+
+    def next_points(
+        self,
+        count: int,
+        *,
+        kinds: Mapping[str, float] | None = None,
+        workspace: Workspace | None = None,
+    ) -> tuple[Proposal, ...]:
+        """Return the measurements that would help most, the best first.
+
+        Args:
+            count: how many.
+            kinds: ``touch``, ``position``, ``distance``, each with its standard deviation [m];
+                those that were measured so far if None.
+            workspace: in which the platform has to stay.
+        """
+        return next_points(
+            self._solution,
+            self._knowledge,
+            self._unknowns,
+            [one.measurement for one in self.residuals],
+            count,
+            kinds,
+            workspace,
+        )
+
+    def _deviations(self, rows: FloatArray) -> FloatArray:
+        """Return the standard deviations of linear functions of the parameters. Shape (n,)."""
+        spectrum, deviations = _spread(self._solution, self._knowledge)
+        parts = rows @ self._knowledge.scale @ spectrum.directions
+        # Infinity times nothing is nothing.
+        touched = np.isfinite(deviations) | (np.abs(parts) > UNTOUCHED)
+        return np.asarray(np.linalg.norm(parts * np.where(touched, deviations, 0.0), axis=1))
+
+
+def _position_rows(machine: MachineParameters, positions: ArrayLike, aligned: bool) -> FloatArray:
+    """Return how positions change with the parameters. Shape (n, 3, 12)."""
+    places = finite_array("positions", positions, (None, 3))
+    rows = position_derivatives(machine.vector, places)
+    if aligned:
+        region = Region.of(machine.geometry)
+        motion = region.plane_motion(region.derivatives(machine.vector))
+        rows = rows - plane_basis(places, region.center) @ motion
+    return rows
+
+
+def covariance_of(solution: Solution, knowledge: Knowledge) -> FloatArray:
+    """Return the covariance of the twelve parameters, at the machine that was found.
+
+    What was not fitted is as uncertain as before: by the priors. Without them, it is left out.
+
+    Returns:
+        Shape (12, 12) [m^2].
+    """
+    spectrum, deviations = _spread(solution, knowledge)
+    if not knowledge.is_prior:
+        deviations[solution.basis.shape[1] :] = 0.0
+    spread = knowledge.scale @ spectrum.directions * deviations
+    return np.asarray(spread @ spread.T)
+
+
+def _spread(solution: Solution, knowledge: Knowledge) -> tuple[Spectrum, FloatArray]:
+    """Return directions of u with the standard deviation along each. Shape (12,)."""
+    spectrum = knowledge.spectrum(solution.matrix)
+    deviations = spectrum.deviations
+    if knowledge.is_prior:
+        # What was not fitted is as uncertain as before.
+        deviations[solution.basis.shape[1] :] = 1.0
+    return spectrum, deviations
+
+
+def unidentified_of(solution: Solution, knowledge: Knowledge) -> tuple[str, ...]:
+    """Return in words what the data of a solution do not determine."""
+    unknown = solution.spectrum.directions[:, solution.basis.shape[1] :]
+    return in_words(solution.state.machine, knowledge.scale, unknown)

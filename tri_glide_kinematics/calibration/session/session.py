@@ -1,0 +1,185 @@
+"""The list of what has been measured so far, as a user makes it one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from tri_glide_kinematics.calibration.fit.machine import MachineParameters
+from tri_glide_kinematics.calibration.fit.measurement_file import MeasurementFile
+from tri_glide_kinematics.calibration.fit.measurements import (
+    BASE,
+    Distance,
+    MeasuredPosition,
+    Measurement,
+    Plate,
+    Touch,
+)
+from tri_glide_kinematics.calibration.fit.priors import Priors
+from tri_glide_kinematics.calibration.session.errors import RecordingError
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.wording import number_text, vector_text
+from tri_glide_kinematics.workspace.limits import WorkspaceLimits
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """Standard deviations of measurements that come without one.
+
+    Attributes:
+        touch: [m].
+        position: of each coordinate [m].
+        distance: [m].
+    """
+
+    touch: float
+    position: float
+    distance: float
+
+
+class Session:
+    """Measurements in the order in which they were made, counted from 1.
+
+    Attributes:
+        measurements: all that are whole.
+    """
+
+    def __init__(
+        self, plate: Plate, deviations: Deviations, keep: Callable[[], None] = lambda: None
+    ) -> None:
+        """Begin without any.
+
+        Args:
+            plate: that is meant where none is named; plates of other names are known in nothing.
+            deviations: of measurements that come without one.
+            keep: is called after each change of the measurements, to keep them. If it raises an
+                error, the change is taken back.
+        """
+        self._keep = keep
+        self.measurements: list[Measurement] = []
+        self._plate = plate
+        self._deviations = deviations
+        self._first_end: Vector3 | None = None
+
+    def touch(self, heights: Vector3, plate: str = "", deviation: float = 0.0) -> int:
+        """Note a touch and return its number.
+
+        Args:
+            heights: as reported. Shape (3,) [m].
+            plate: by its name; empty for the usual one.
+            deviation: standard deviation; 0 for the usual one [m].
+
+        Raises:
+            KinematicsError: if a number has no meaning.
+        """
+        known = self._plate if plate in ("", self._plate.name) else Plate(plate, None, None)
+        return self._add(Touch(heights, known, deviation or self._deviations.touch))
+
+    def position(
+        self, heights: Vector3, position: Vector3, frame: str = "", deviation: float = 0.0
+    ) -> int:
+        """Note where another instrument sees the platform [m], and return the number of that.
+
+        Raises:
+            KinematicsError: if a number has no meaning.
+        """
+        deviation = deviation or self._deviations.position
+        return self._add(MeasuredPosition(heights, position, frame or BASE, deviation))
+
+    def distance_end(self, heights: Vector3, distance: float, deviation: float = 0.0) -> int:
+        """Note an end of a distance; return the number of the measurement, 0 after the first end.
+
+        Args:
+            heights: as reported. Shape (3,) [m].
+            distance: from the first end [m]; 0 for the first end, which is noted anew.
+            deviation: standard deviation; 0 for the usual one [m].
+
+        Raises:
+            RecordingError: if no first end has been noted.
+            KinematicsError: if a number has no meaning.
+        """
+        if distance == 0.0:
+            self._first_end = heights
+            return 0
+        if self._first_end is None:
+            raise RecordingError("the first end is missing: note it with distance 0")
+        deviation = deviation or self._deviations.distance
+        number = self._add(Distance(self._first_end, heights, distance, deviation))
+        self._first_end = None
+        return number
+
+    def replace(self, measurements: Iterable[Measurement]) -> None:
+        """Go on with other measurements than those that were made."""
+        self._use([*measurements])
+        self._first_end = None
+
+    def drop(self, number: int) -> str:
+        """Forget a measurement, or all for the number 0, and return in words what was forgotten.
+
+        Raises:
+            RecordingError: if there is no such measurement.
+        """
+        count = len(self.measurements)
+        if number == 0:
+            self._use([])
+            self._first_end = None
+            return f"{count} measurements"
+        if not 1 <= number <= count:
+            raise RecordingError(f"there is no measurement {number}, only {count}")
+        dropped = self.measurements[number - 1]
+        self._use([*self.measurements[: number - 1], *self.measurements[number:]])
+        return in_words(dropped)
+
+    def lines(self) -> list[str]:
+        """Return each measurement in words."""
+        return [f"{index}: {in_words(each)}" for index, each in enumerate(self.measurements, 1)]
+
+    @property
+    def missing(self) -> str:
+        """What has been begun and is not whole, in words; empty if there is nothing."""
+        return "" if self._first_end is None else "the second end of a distance"
+
+    def content(
+        self,
+        nominal: MachineParameters,
+        priors: Priors | None,
+        workspace: WorkspaceLimits | None = None,
+    ) -> MeasurementFile:
+        """Return all of it, and what is known of the machine, as a file holds that."""
+        return MeasurementFile(
+            nominal,
+            priors,
+            tuple(each for each in self.measurements if isinstance(each, Touch)),
+            tuple(each for each in self.measurements if isinstance(each, MeasuredPosition)),
+            tuple(each for each in self.measurements if isinstance(each, Distance)),
+            workspace,
+        )
+
+    def _add(self, measurement: Measurement) -> int:
+        self._use([*self.measurements, measurement])
+        return len(self.measurements)
+
+    def _use(self, measurements: list[Measurement]) -> None:
+        before, self.measurements = self.measurements, measurements
+        try:
+            self._keep()
+        except Exception:
+            self.measurements = before
+            raise
+
+
+def in_words(measurement: Measurement) -> str:
+    """Return a measurement in words."""
+    deviation = f"±{number_text(1e6 * measurement.standard_deviation, 4)} µm"
+    if isinstance(measurement, Touch):
+        place = vector_text(measurement.heights, 7)
+        return f"touch of plate {measurement.plate.name!r} {deviation} at heights {place} m"
+    if isinstance(measurement, MeasuredPosition):
+        position = vector_text(measurement.position, 7)
+        place = vector_text(measurement.heights, 7)
+        frame = measurement.frame
+        return f"position {position} m in frame {frame!r} {deviation} at heights {place} m"
+    ends = (measurement.heights_from, measurement.heights_to)
+    first, second = (vector_text(heights, 7) for heights in ends)
+    length = number_text(1e3 * measurement.distance, 7)
+    return f"distance {length} mm {deviation} from heights {first} to {second} m"

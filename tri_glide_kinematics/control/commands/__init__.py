@@ -1,0 +1,1 @@
+"""What the controller was asked for, and what becomes of it."""

@@ -1,0 +1,297 @@
+"""Brings commands to the motion engine, each when it is its turn."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+from tri_glide_kinematics.control.commands.inbox import (
+    Command,
+    Inbox,
+    Kind,
+    NewLimits,
+    Target,
+    TargetPath,
+    TargetPosition,
+    TargetVelocity,
+    TrackedTarget,
+)
+from tri_glide_kinematics.control.commands.path_making import PathMaking
+from tri_glide_kinematics.control.commands.streams import Streams
+from tri_glide_kinematics.control.errors import CommandRefusedError
+from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.errors import KinematicsError, Refusal
+from tri_glide_kinematics.motion.engine.engine import MotionEngine, MotionPhase, SliderState
+from tri_glide_kinematics.motion.trajectory.errors import NoRoomError
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+
+NO_PATH_BEFORE = "the path that it goes on from was refused"
+TRACKING_REASON = "follows a moving target"
+
+
+class CarriedOut(NamedTuple):
+    """A target that the engine has taken.
+
+    Attributes:
+        target: where, or how, the platform is to move.
+        reason: for the new state.
+    """
+
+    target: Target
+    reason: Reason
+
+
+class EngineCommands:
+    """Commands for an engine: a target and limits at most that wait, and one that is planned."""
+
+    def __init__(
+        self,
+        engine: MotionEngine,
+        period: float,
+        streams: Streams,
+        on_refusal: Callable[[KinematicsError], None],
+    ) -> None:
+        """Hold nothing yet.
+
+        Args:
+            engine: that carries them out.
+            period: time of one cycle [s].
+            streams: are told which of their commands are carried out.
+            on_refusal: gets the error if the engine does not carry out what it had to put off.
+        """
+        self._engine = engine
+        self._period = period
+        self._on_refusal = on_refusal
+        self._streams = streams
+        self._now = 0.0
+        self._inbox = Inbox(period)
+        self._limits = NewLimits(engine.limits, engine.speed_scale)
+        self._cycle = 0
+        self._rests_first = False
+        self._begun: Command | None = None
+        self._paths = PathMaking(engine)
+        self._extensions: deque[TargetPath] = deque()
+        # Those that waited behind a path that was refused.
+        self._orphans: frozenset[TargetPath] = frozenset()
+        self.refused: Command | None = None
+
+    @property
+    def target(self) -> Target | None:
+        """The newest target that waits, or is being planned."""
+        if self._extensions:
+            return self._extensions[-1]
+        for command in (self._inbox.peek(Kind.TARGET), self._begun):
+            if command is not None and not isinstance(command, NewLimits):
+                return command
+        return None
+
+    def next_cycle(self, now: float) -> None:
+        """Begin a new cycle ``now`` [s]."""
+        self._cycle += 1
+        self._now = now
+
+    def rest_first(self) -> None:
+        """Carry out nothing before the next setpoint, which so is one of rest."""
+        self._rests_first = True
+
+    def put(self, target: Target) -> None:
+        """Let a ``target`` wait: in place of older ones, or behind them if it extends a path."""
+        if isinstance(target, TargetPath) and target.extends:
+            self._extensions.append(target)
+        else:
+            self._extensions.clear()
+            self._inbox.put(Kind.TARGET, target)
+
+    def drop_target(self) -> Target | None:
+        """Forget the targets that wait or are being planned; return the newest."""
+        target = self.target
+        self._extensions.clear()
+        self._inbox.drop(Kind.TARGET)
+        if not isinstance(self._begun, NewLimits):
+            self._give_up_begun()
+        return target
+
+    def holds(self, target: Target | None) -> bool:
+        """Return whether this very ``target`` waits, or is being planned."""
+        held = (self._begun, self._inbox.peek(Kind.TARGET), *self._extensions)
+        return target is not None and any(target is each for each in held)
+
+    def withdraw(self, target: Target | None) -> bool:
+        """Forget this very ``target`` if it waits or is being planned; return whether it did."""
+        if not self.holds(target):
+            return False
+        if isinstance(target, TargetPath) and target in self._extensions:
+            self._extensions.remove(target)
+        elif target is self._inbox.peek(Kind.TARGET):
+            self._inbox.drop(Kind.TARGET)
+        else:
+            self._give_up_begun()
+        return True
+
+    def drop_twist(self) -> None:
+        """Forget the newest target, if it is a twist."""
+        if isinstance(self.target, TargetVelocity):
+            self.drop_target()
+
+    def stop(self) -> None:
+        """Let the engine come to rest; a place or path that waits, or is planned, waits on."""
+        begun = self._begun
+        self._extensions.clear()
+        if begun is not None and not isinstance(begun, NewLimits):
+            self._begun = None
+            self._paths.give_up()
+            waits_on = isinstance(begun, TargetPosition) or (
+                isinstance(begun, TargetPath) and not begun.extends
+            )
+            if waits_on and self._inbox.peek(Kind.TARGET) is None:
+                self._inbox.put(Kind.TARGET, begun)
+        self._engine.stop()
+
+    def put_limits(self, limits: SliderLimits, speed_scale: float) -> None:
+        """Let limits wait, in place of older ones, unless they are the newest already."""
+        new = NewLimits(limits, speed_scale)
+        if new != self._limits:
+            self._limits = new
+            self._inbox.put(Kind.LIMITS, new)
+
+    def carry_out(
+        self, moving: bool, may_go_on: Callable[[], bool] | None = None
+    ) -> CarriedOut | None:
+        """Carry out the command whose turn it is; return a target that was taken.
+
+        Args:
+            moving: whether the engine moves to a position: a jog without room does not end that.
+            may_go_on: asked, after each piece of planning, for another one. None to plan nothing
+                now, unless the engine plans within its commands.
+
+        Raises:
+            KinematicsError: if the engine refuses the command.
+        """
+        if self._rests_first:
+            return None
+        refusal = None
+        if not self._is_busy:
+            in_each = self._engine.tracks or self._engine.phase is MotionPhase.IDLE
+            command: Command | None = self._inbox.take(self._cycle, in_each)
+            if command is None and self._extensions and self._inbox.is_empty:
+                command = self._extensions.popleft()
+            if command is not None:
+                self._begun = command
+                refusal = self._begin(command)
+        if may_go_on is not None:
+            refusal = self._paths.work(may_go_on) or refusal
+            if not self._paths.goes_on:
+                self._engine.work(may_go_on)
+        return self.taken(moving, refusal)
+
+    def taken(self, moving: bool, refusal: KinematicsError | None = None) -> CarriedOut | None:
+        """Return the target that the engine has taken, if it has just done so.
+
+        Args:
+            moving: whether the engine moves to a position.
+            refusal: why it was refused, if that is known already.
+
+        Raises:
+            KinematicsError: if the engine refuses the command.
+        """
+        if refusal is None and self._is_busy:
+            return None
+        command, self._begun = self._begun, None
+        if command is None:
+            return None
+        refusal = refusal or self._engine.take_refusal()
+        if isinstance(command, TargetVelocity):
+            return self._jogged(command, refusal, moving)
+        if refusal is not None:
+            self.refused = command
+            if isinstance(command, TargetPath):
+                self._orphans = frozenset(self._extensions)
+            raise refusal
+        if isinstance(command, TrackedTarget):
+            return self._tracked(command)
+        if isinstance(command, NewLimits):
+            return None
+        return CarriedOut(command, Reason(Cause.COMMAND, str(command)))
+
+    def step(self) -> SliderState:
+        """Advance the engine by a cycle, and return its setpoint."""
+        self._rests_first = False
+        return self._engine.step(self._period)
+
+    def tell_refusal(self) -> None:
+        """Tell why the engine did not carry out what it had to put off, if that is known."""
+        refusal = self._engine.take_refusal()
+        if refusal is not None:
+            self._on_refusal(refusal)
+
+    @property
+    def _is_busy(self) -> bool:
+        """Whether the next command has to wait: one is begun, and its plan is not held yet.
+
+        While a path is followed its next part is nearly always planned; that may be begun anew.
+        """
+        if self._paths.goes_on:
+            # A newer command takes the place of a path that is still put together.
+            return self._inbox.peek(Kind.TARGET) is None
+        follows = self._begun is None and self._engine.phase is MotionPhase.FOLLOWING
+        return self._engine.preparing and not follows
+
+    def _give_up_begun(self) -> None:
+        self._begun = None
+        self._paths.give_up()
+        self._engine.keep_goal()
+
+    def _begin(self, command: Command) -> KinematicsError | None:
+        """Give a ``command`` to the engine; return why it refuses it, if that is known at once."""
+        self._paths.give_up()
+        try:
+            if isinstance(command, NewLimits):
+                self._engine.set_limits(command.sliders, command.speed_scale)
+            elif isinstance(command, TargetPosition):
+                self._engine.move_to(command.position)
+            elif isinstance(command, TargetVelocity):
+                self._engine.jog(command.velocity)
+            elif isinstance(command, TargetPath):
+                if command in self._orphans:
+                    raise CommandRefusedError(NO_PATH_BEFORE, Refusal.NO_PATH)
+                self._paths.begin(command)
+            else:
+                # The next setpoint is for now; the present one of the engine is a period older.
+                age = max(self._now, command.received) - self._period - command.seen
+                self._engine.track(command.position, command.velocity, age)
+        except KinematicsError as error:
+            return error
+        return None
+
+    def _tracked(self, target: TrackedTarget) -> CarriedOut:
+        self._streams.targets.accept(target.received)
+        remark = self._streams.targets.remark(target.pause)
+        try:
+            self._engine.check_position(target.position)
+        except KinematicsError as error:
+            text = f"{TRACKING_REASON}, held at the edge: {error}{remark}"
+            return CarriedOut(target, Reason(Cause.EDGE, text))
+        return CarriedOut(target, _streamed(TRACKING_REASON, remark))
+
+    def _jogged(
+        self, twist: TargetVelocity, refusal: KinematicsError | None, moving: bool
+    ) -> CarriedOut:
+        if isinstance(refusal, NoRoomError) and not moving:
+            # A move goes on. A jog comes to rest, as its direction is not wanted any more.
+            self._engine.stop()
+            text = f"{twist}, held at the edge: {refusal}"
+            done = CarriedOut(twist, Reason(Cause.EDGE, text))
+        elif refusal is not None:
+            self.refused = twist
+            raise refusal
+        else:
+            remark = self._streams.twists.remark(twist.pause)
+            done = CarriedOut(twist, _streamed(str(twist), remark))
+        self._streams.twists.accept(twist.received)
+        return done
+
+
+def _streamed(text: str, remark: str) -> Reason:
+    """Return the reason of a motion by a stream; the ``remark`` says if that is too slow."""
+    return Reason(Cause.SLOW_STREAM if remark else Cause.COMMAND, f"{text}{remark}")

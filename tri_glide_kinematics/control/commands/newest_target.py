@@ -1,0 +1,99 @@
+"""The newest target, and what has become of it."""
+
+from __future__ import annotations
+
+from tri_glide_kinematics.control.commands.engine_commands import CarriedOut
+from tri_glide_kinematics.control.commands.inbox import Target
+from tri_glide_kinematics.control.in_position import Arrival, InPosition, InPositionBounds
+from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.vectors import Vector3
+
+CAUSE_OF = {
+    Arrival.REACHED: Cause.TARGET_REACHED,
+    Arrival.NOT_REACHED: Cause.TARGET_NOT_REACHED,
+    Arrival.TOO_FAR: Cause.TARGET_TOO_FAR,
+}
+
+
+class NewestTarget:
+    """The newest target that the engine has taken.
+
+    A position is judged from when the setpoints stand still, until the next target. If it is not
+    reached it is judged on: what holds the sliders back may give way.
+
+    Attributes:
+        bounds: when a position counts as reached.
+        command: the target; None before the first.
+        text: the target in words; empty before the first.
+        position: its place, of a path its end. Shape (3,) [m]; None if it has none.
+        held_at_edge: whether it leads out of the workspace, so that the platform is held there.
+        decided: what has become of it once the machine stood still.
+        distance: that was measured when this was decided [m]; None before that.
+    """
+
+    def __init__(self, bounds: InPositionBounds) -> None:
+        """Know no target yet."""
+        self.bounds = bounds
+        self.command: Target | None = None
+        self.text = ""
+        self.position: Vector3 | None = None
+        self.held_at_edge = False
+        self.decided = Arrival.SETTLING
+        self.distance: float | None = None
+        self._in_position: InPosition | None = None
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether measured distances matter."""
+        return self._in_position is not None
+
+    @property
+    def is_reached(self) -> bool:
+        """Whether the machine stands still and is measured there."""
+        return self.decided is Arrival.REACHED
+
+    @property
+    def is_missed(self) -> bool:
+        """Whether the machine stands still and is not measured there."""
+        return self.decided in (Arrival.NOT_REACHED, Arrival.TOO_FAR)
+
+    def take(self, command: CarriedOut, end: Vector3 | None = None) -> None:
+        """Take a target in place of the last one.
+
+        Args:
+            command: that was carried out.
+            end: where the engine leads the platform to [m]; None if it knows no such place.
+        """
+        self.command = command.target
+        self.text = str(command.target)
+        self.position = command.target.position or end
+        self.held_at_edge = command.reason.cause is Cause.EDGE
+        self.end()
+
+    def judge_from(self, now: float) -> None:
+        """Judge the measured distances from ``now`` [s] on."""
+        self._in_position = InPosition(self.bounds, now)
+
+    def measured(self, distance: float, now: float) -> None:
+        """Take in a ``distance`` [m] from the target that was measured ``now`` [s]."""
+        if self._in_position is not None:
+            self._in_position.measured(distance, now)
+
+    def end(self) -> None:
+        """Judge no more, and call nothing missed."""
+        self._in_position = None
+        self.decided, self.distance = Arrival.SETTLING, None
+
+    def arrival(self, now: float) -> tuple[Arrival, Reason | None]:
+        """Return what has become of the target by ``now`` [s], and the reason for a new state.
+
+        There is none while that is not decided.
+        """
+        position = self._in_position
+        if position is None or (arrival := position.arrival(now)) is Arrival.SETTLING:
+            return Arrival.SETTLING, None
+        if arrival is not self.decided:
+            self.decided, self.distance = arrival, position.distance
+        if arrival is not Arrival.NOT_REACHED:
+            self._in_position = None
+        return arrival, Reason(CAUSE_OF[arrival], position.text(arrival, self.text))

@@ -1,0 +1,278 @@
+"""Parts of all pictures of mechanisms: the plane they lie in, their links, and angle axes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MultipleLocator
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.drawing.style import MILLIMETRES
+from tri_glide_kinematics.rounding import SAME_PART, directions, first_largest
+from tri_glide_kinematics.vectors import FloatArray
+
+# Colours that stay apart for colour-blind readers as well (Okabe and Ito).
+BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+INK = "0.15"
+GRID_STYLE: dict[str, Any] = {"alpha": 0.3, "linewidth": 0.6}
+
+_LARGE = 3.0  # m, from which on a mechanism is drawn in metres
+
+
+@dataclass(frozen=True)
+class LengthUnit:
+    """The unit of the axes of a plane.
+
+    Attributes:
+        name: its symbol.
+        per_metre: how many of it make a metre.
+    """
+
+    name: str
+    per_metre: float
+
+    @classmethod
+    def fitting(cls, size: float) -> LengthUnit:
+        """Return millimetres for all but large mechanisms; ``size`` is the largest length [m]."""
+        return cls("m", 1.0) if size >= _LARGE else cls("mm", MILLIMETRES)
+
+
+@dataclass(frozen=True)
+class Link:
+    """A bar between two points of a skeleton, both given by index."""
+
+    start: int
+    end: int
+    colour: str
+    width: float = 2.2
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """How the points of a mechanism are joined; positions are arrays of shape (k, 2).
+
+    Attributes:
+        names: of the k points, as written beside them.
+        links: bars.
+        plate: indices of the corners of the rigid body with more than two points.
+        plate_colour: of its edge and, lighter, of its face.
+        pivots: indices of the points that are fixed.
+        traced: indices of the points whose paths are of interest, with their colours.
+    """
+
+    names: tuple[str, ...]
+    links: tuple[Link, ...]
+    plate: tuple[int, ...]
+    plate_colour: str
+    pivots: tuple[int, ...]
+    traced: tuple[tuple[int, str], ...]
+
+
+class DrawnMechanism:
+    """A mechanism on axes, which can be moved from one position to another."""
+
+    def __init__(
+        self,
+        axes: Axes,
+        skeleton: Skeleton,
+        points: FloatArray,
+        unit: LengthUnit,
+        named: bool = False,
+    ) -> None:
+        """Draw the skeleton.
+
+        Args:
+            axes: of :func:`plane_axes`.
+            skeleton: what is joined to what.
+            points: shape (k, 2) [m].
+            unit: of the axes.
+            named: whether to write the names of the points beside them.
+        """
+        self._skeleton = skeleton
+        self._unit = unit
+        self._plate = Polygon(
+            np.zeros((3, 2)),
+            facecolor=to_rgba(skeleton.plate_colour, 0.15),
+            edgecolor=skeleton.plate_colour,
+            linewidth=1.8,
+            joinstyle="round",
+            zorder=3,
+        )
+        axes.add_patch(self._plate)
+        self._links = [
+            axes.plot(
+                [], [], color=link.colour, linewidth=link.width, solid_capstyle="round", zorder=4
+            )[0]
+            for link in skeleton.links
+        ]
+        (self._joints,) = axes.plot(
+            [],
+            [],
+            linestyle="",
+            marker="o",
+            markersize=5.0,
+            markerfacecolor="white",
+            markeredgecolor=INK,
+            markeredgewidth=1.1,
+            zorder=6,
+        )
+        draw_pivots(axes, points[list(skeleton.pivots)], unit)
+        self.move(points)
+        if named:
+            self._write_names(axes, points)
+
+    def move(self, points: FloatArray) -> list[Line2D | Polygon]:
+        """Move the drawing to other points, shape (k, 2) [m], and return what has changed."""
+        scaled = points * self._unit.per_metre
+        self._plate.set_xy(scaled[list(self._skeleton.plate)])
+        for line, link in zip(self._links, self._skeleton.links):
+            line.set_data(*scaled[[link.start, link.end]].T)
+        self._joints.set_data(*scaled.T)
+        return [self._plate, *self._links, self._joints]
+
+    def _write_names(self, axes: Axes, points: FloatArray) -> None:
+        """Write each name on the side of its point to which no link leads."""
+        edges = [(link.start, link.end) for link in self._skeleton.links]
+        plate = self._skeleton.plate
+        edges += list(zip(plate, plate[1:] + plate[:1]))
+        for index, name in enumerate(self._skeleton.names):
+            neighbours = [a if b == index else b for a, b in edges if index in (a, b)]
+            x, y = _free_direction(points[neighbours] - points[index])
+            drop = 0.0
+            if index in self._skeleton.pivots:
+                x, y = 0.0, -1.0 if y < -SAME_PART else 1.0
+                drop = 6.0 if y < 0.0 else 0.0  # the bearing stands there
+            axes.annotate(
+                name,
+                points[index] * self._unit.per_metre,
+                xytext=(8.0 * x, 8.0 * y - drop),
+                textcoords="offset points",
+                ha="center" if abs(x) < 0.4 else "left" if x > 0.0 else "right",
+                va="center" if abs(y) < 0.4 else "bottom" if y > 0.0 else "top",
+                fontsize=9,
+                color=INK,
+                path_effects=[withStroke(linewidth=2.5, foreground="white")],
+                zorder=7,
+            )
+
+
+def _free_direction(vectors: FloatArray) -> tuple[float, float]:
+    """Return the unit vector in the middle of the widest gap between vectors, shape (k, 2)."""
+    angles = np.sort(directions(vectors[:, 0] + 1j * vectors[:, 1]))
+    gaps = np.diff(angles, append=angles[0] + math.tau)
+    widest = first_largest(gaps)
+    middle = float(angles[widest] + 0.5 * gaps[widest])
+    return math.cos(middle), math.sin(middle)
+
+
+def draw_pivots(axes: Axes, pivots: FloatArray, unit: LengthUnit) -> None:
+    """Draw fixed points, shape (k, 2) [m], as bearings."""
+    axes.plot(
+        *(pivots * unit.per_metre).T,
+        linestyle="",
+        marker="^",
+        markersize=12.0,
+        markerfacecolor="0.75",
+        markeredgecolor=INK,
+        markeredgewidth=0.8,
+        zorder=2,
+    )
+
+
+def bounds(places: FloatArray, margin: float = 0.1) -> FloatArray:
+    """Return the corners of a box around all places.
+
+    Args:
+        places: rows with NaN do not count. Shape (..., 2) [m].
+        margin: free border over the larger side.
+
+    Returns:
+        Lowest and highest x and y, shape (2, 2) [m].
+    """
+    flat = places.reshape(-1, 2)
+    low, high = np.nanmin(flat, axis=0), np.nanmax(flat, axis=0)
+    border = margin * float(np.max(high - low))
+    return np.array([low - border, high + border])
+
+
+def plane_axes(axes: Axes, box: FloatArray, unit: LengthUnit) -> Axes:
+    """Turn axes into a plane with equal scales that shows a box of :func:`bounds`."""
+    (left, bottom), (right, top) = (box * unit.per_metre).tolist()
+    axes.set(
+        xlim=(left, right),
+        ylim=(bottom, top),
+        xlabel=f"x [{unit.name}]",
+        ylabel=f"y [{unit.name}]",
+    )
+    axes.set_aspect("equal")
+    axes.grid(**GRID_STYLE)
+    return axes
+
+
+def plane_figure(box: FloatArray, unit: LengthUnit, beside: float = 0.0) -> tuple[Figure, Axes]:
+    """Return a figure of the proportions of a box, with one plane.
+
+    Args:
+        box: of :func:`bounds`.
+        unit: of the axes.
+        beside: room to the right of the plane for a legend [inch].
+    """
+    width, height = (box[1] - box[0]).tolist()
+    scale = 6.0 / max(width, height)
+    figure = Figure(
+        figsize=(max(3.0, scale * width) + 1.0 + beside, max(3.0, scale * height) + 1.2),
+        layout="constrained",
+    )
+    return figure, plane_axes(figure.add_subplot(), box, unit)
+
+
+def angle_axis(axes: Axes, which: str, low: float, high: float) -> None:
+    """Set limits and round ticks of an axis that shows angles; limits in [deg]."""
+    span = high - low
+    steps = (1, 2, 5, 10, 15, 30, 45, 60, 90, 180)
+    step = next((step for step in steps if span / step < 9.0 + SAME_PART), 360)
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    axis.set_major_locator(MultipleLocator(step))
+    (axes.set_xlim if which == "x" else axes.set_ylim)(low, high)
+
+
+def wraps(*angles: FloatArray) -> NDArray[np.intp]:
+    """Return the indices before which one of several angles jumps by a full turn.
+
+    A curve is broken there by ``np.insert(curve, wraps(...), np.nan)``.
+
+    Args:
+        angles: each within one turn, shape (n,) [rad].
+    """
+    steps = np.max([np.abs(np.diff(values)) for values in angles], axis=0)
+    return np.flatnonzero(steps > math.pi) + 1
+
+
+def legend_beside(axes: Axes) -> None:
+    """Put a legend to the right of the axes, each label once."""
+    handles = dict(zip(*reversed(axes.get_legend_handles_labels())))
+    axes.legend(
+        handles.values(),
+        handles.keys(),
+        loc="upper left",
+        bbox_to_anchor=(1.01, 1.0),
+        borderaxespad=0.0,
+        frameon=False,
+        fontsize=9,
+    )
+
+
+def degrees_text(angle: float, digits: int = 2) -> str:
+    """Write an angle [rad] in degrees, with a minus sign instead of a hyphen."""
+    # Adding zero takes the sign off a zero.
+    rounded = round(math.degrees(angle), digits) + 0.0
+    return f"{rounded:.{digits}f}°".replace("-", "\N{MINUS SIGN}")

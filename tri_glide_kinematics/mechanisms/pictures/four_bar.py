@@ -1,0 +1,243 @@
+"""Pictures of a four-bar linkage: its coupler curve, its angles and its transmission angle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tri_glide_kinematics.drawing.style import LIMIT_STYLE
+from tri_glide_kinematics.mechanisms.errors import CrankLimitError
+from tri_glide_kinematics.mechanisms.four_bar import (
+    AssembledFourBar,
+    Branch,
+    BranchSweep,
+    FourBar,
+)
+from tri_glide_kinematics.mechanisms.pictures.drawing import (
+    BLUE,
+    GREEN,
+    GRID_STYLE,
+    ORANGE,
+    PURPLE,
+    DrawnMechanism,
+    LengthUnit,
+    Link,
+    Skeleton,
+    angle_axis,
+    bounds,
+    degrees_text,
+    legend_beside,
+    plane_figure,
+    wraps,
+)
+from tri_glide_kinematics.rounding import SAME_ANGLE
+from tri_glide_kinematics.vectors import FloatArray
+
+SAMPLES = 721
+"""Crank angles for each interval that the crank can reach."""
+
+BRANCH_STYLES = {Branch.OPEN: "-", Branch.CROSSED: "--"}
+
+SKELETON = Skeleton(
+    names=("crank pivot", "crank pin", "rocker pin", "rocker pivot", "P"),
+    links=(Link(0, 1, BLUE), Link(3, 2, GREEN)),
+    plate=(1, 2, 4),
+    plate_colour=ORANGE,
+    pivots=(0, 3),
+    traced=((4, PURPLE),),
+)
+
+
+def crank_angles(linkage: FourBar, samples: int = SAMPLES) -> list[FloatArray]:
+    """Return crank angles over each interval that the crank can reach, each of shape (n,) [rad].
+
+    They lie denser towards the limits, where all other angles change without bound. A full turn
+    starts at zero.
+    """
+    if linkage.crank_turns_fully:
+        return [np.linspace(0.0, math.tau, samples)]
+    parts = np.sin(np.linspace(-0.5 * math.pi, 0.5 * math.pi, samples))
+    return [
+        np.clip(0.5 * (low + high) + 0.5 * (high - low) * parts, low, high)
+        for low, high in sorted(linkage.crank_ranges)
+    ]
+
+
+def interval_around(linkage: FourBar, crank_angle: float) -> FloatArray:
+    """Return those of :func:`crank_angles` whose interval holds ``crank_angle`` [rad].
+
+    Raises:
+        CrankLimitError: if none does.
+    """
+    for angles in crank_angles(linkage):
+        middle = 0.5 * (angles[0] + angles[-1])
+        if abs(math.remainder(crank_angle - middle, math.tau)) <= angles[-1] - middle + SAME_ANGLE:
+            return angles
+    raise CrankLimitError(crank_angle, linkage.crank_ranges)
+
+
+def skeleton_points(
+    linkage: FourBar, sweep: BranchSweep, coupler_point: tuple[float, float]
+) -> FloatArray:
+    """Return the points of :data:`SKELETON` over a sweep. Shape (n, 5, 2) [m]."""
+    pins = sweep.crank_pins
+    columns = [
+        np.broadcast_to(linkage.crank_pivot, pins.shape),
+        pins,
+        sweep.rocker_pins,
+        np.broadcast_to(linkage.rocker_pivot, pins.shape),
+        sweep.point_of_coupler_plane(*coupler_point).position,
+    ]
+    points: FloatArray = np.stack(columns, axis=1)
+    return points
+
+
+def coupler_curve_figure(
+    linkage: FourBar,
+    coupler_point: tuple[float, float],
+    branch: Branch = Branch.OPEN,
+    crank_angle: float | None = None,
+) -> Figure:
+    """Draw the path of a point of the coupler plane on both branches, and the linkage on it.
+
+    Args:
+        linkage: to be drawn.
+        coupler_point: x from the crank pin towards the rocker pin, y to the left of it [m].
+        branch: on which the linkage is drawn.
+        crank_angle: at which it is drawn [rad]; by default that of :func:`default_crank_angle`.
+
+    Raises:
+        CrankLimitError: if the linkage cannot be closed at the crank angle.
+    """
+    if crank_angle is None:
+        crank_angle = default_crank_angle(linkage)
+    linkage.pose(crank_angle, branch)
+    shown = linkage.sweep([crank_angle]).branch(branch)
+    (pose,) = skeleton_points(linkage, shown, coupler_point)
+    paths = [
+        (drawn, skeleton_points(linkage, linkage.sweep(angles).branch(drawn), coupler_point))
+        for angles in crank_angles(linkage)
+        for drawn in Branch
+    ]
+    unit = LengthUnit.fitting(linkage.lengths.longest)
+    box = bounds(np.concatenate([pose, *(points.reshape(-1, 2) for _, points in paths)]), 0.14)
+    figure, axes = plane_figure(box, unit, beside=2.4)
+    for drawn, points in paths:
+        scaled = points * unit.per_metre
+        axes.plot(
+            *scaled[:, 4].T,
+            color=PURPLE,
+            linestyle=BRANCH_STYLES[drawn],
+            linewidth=1.8,
+            label=f"path of P, {drawn.value} branch",
+        )
+        for pin, colour in ((1, BLUE), (2, GREEN)):
+            axes.plot(*scaled[:, pin].T, color=colour, linewidth=0.7, alpha=0.6)
+    for link, colour in (("crank", BLUE), ("coupler", ORANGE), ("rocker", GREEN)):
+        length = getattr(linkage, link) * unit.per_metre
+        axes.plot([], [], color=colour, linewidth=2.2, label=f"{link}, {length:.4g} {unit.name}")
+    DrawnMechanism(axes, SKELETON, pose, unit, named=True)
+    axes.set_title(
+        f"Four-bar linkage, {linkage.grashof_class.value}\n"
+        f"at crank angle {degrees_text(crank_angle)}, {branch.value} branch",
+        fontsize=11,
+    )
+    legend_beside(axes)
+    return figure
+
+
+def angles_figure(linkage: FourBar) -> Figure:
+    """Draw coupler, rocker and transmission angle of both branches over the crank angle."""
+    figure = Figure(figsize=(9.0, 8.0), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))
+    intervals = crank_angles(linkage)
+    for angles in intervals:
+        sweep = linkage.sweep(angles)
+        for branch in Branch:
+            part = sweep.branch(branch)
+            for name, values, colour in (
+                ("coupler", part.coupler_angles, ORANGE),
+                ("rocker", part.rocker_angles, GREEN),
+            ):
+                x, y = np.insert(np.degrees([angles, values]), wraps(values), np.nan, axis=1)
+                upper.plot(
+                    x,
+                    y,
+                    color=colour,
+                    linestyle=BRANCH_STYLES[branch],
+                    linewidth=1.6,
+                    label=f"{name}, {branch.value} branch",
+                )
+        lower.plot(
+            np.degrees(angles),
+            np.degrees(sweep.open.transmission_angles),
+            color=BLUE,
+            linewidth=1.6,
+            label="both branches",
+        )
+    _mark_extremes(lower, linkage, intervals)
+    _mark_limits((upper, lower), linkage)
+    upper.set(
+        title=f"Four-bar linkage, {linkage.grashof_class.value}", ylabel="angle from the x axis [°]"
+    )
+    lower.set(xlabel="crank angle [°]", ylabel="transmission angle [°]")
+    angle_axis(upper, "y", -180.0, 180.0)
+    angle_axis(lower, "y", 0.0, 180.0)
+    ends = np.degrees([(angles[0], angles[-1]) for angles in intervals])
+    border = 0.0 if linkage.crank_turns_fully else 0.05 * float(np.ptp(ends))
+    angle_axis(lower, "x", float(ends.min()) - border, float(ends.max()) + border)
+    for axes in (upper, lower):
+        axes.grid(**GRID_STYLE)
+        legend_beside(axes)
+    return figure
+
+
+def default_crank_angle(linkage: FourBar) -> float:
+    """Return the crank angle [rad] at which a linkage was given, or one that is no special one."""
+    if isinstance(linkage, AssembledFourBar):
+        return linkage.assembled_crank_angle
+    low, high = linkage.crank_ranges[0]
+    return low + 0.7 * (high - low)
+
+
+def _mark_limits(plots: Sequence[Axes], linkage: FourBar) -> None:
+    """Draw the crank's limits as lines; a crank that turns fully has none."""
+    if linkage.crank_turns_fully:
+        return
+    limits = sorted({limit for ends in linkage.crank_ranges for limit in ends})
+    label = "\n".join(["limits of the crank:", *(degrees_text(limit, 3) for limit in limits)])
+    for axes in plots:
+        for limit in limits:
+            axes.axvline(math.degrees(limit), **LIMIT_STYLE, label=label)
+
+
+def _mark_extremes(axes: Axes, linkage: FourBar, intervals: Sequence[FloatArray]) -> None:
+    """Mark the smallest and the largest transmission angle wherever they are met."""
+    extremes = linkage.transmission_extremes
+    lowest, highest = intervals[0][0], intervals[-1][-1]
+    for angle, value, name, marker in (
+        (extremes.smallest_at, extremes.smallest, "smallest", "v"),
+        (extremes.largest_at, extremes.largest, "largest", "^"),
+    ):
+        # The transmission angle is symmetric to the ground line.
+        mirrored = 2.0 * linkage.ground_angle - angle
+        places = {
+            round(place, 12)
+            for start in (angle, mirrored)
+            for place in (start - math.tau, start, start + math.tau)
+            if lowest - 1e-9 <= place <= highest + 1e-9
+        }
+        axes.plot(
+            np.degrees(sorted(places)),
+            np.degrees([value] * len(places)),
+            linestyle="",
+            marker=marker,
+            color=ORANGE if marker == "v" else GREEN,
+            clip_on=False,
+            zorder=5,
+            label=f"{name}: {degrees_text(value)}",
+        )

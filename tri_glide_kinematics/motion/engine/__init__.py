@@ -1,0 +1,1 @@
+"""The engine: commands in, setpoints out; it always holds a verified trajectory to rest."""

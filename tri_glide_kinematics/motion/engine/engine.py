@@ -1,0 +1,563 @@
+"""The motion engine: targets in, slider setpoints out; no clock and no ROS.
+
+At every instant the engine holds a plan that leads to rest and was verified as a whole. A command
+makes a new plan from a setpoint of it; only if that is verified too does it replace the held one.
+So whatever is commanded, and in whatever order, all that comes out is part of a verified plan.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from tri_glide_kinematics.checks import finite, finite_vector, member
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine.commands import (
+    Command,
+    DriveLimits,
+    Follow,
+    Jog,
+    Move,
+    Track,
+    jog_of,
+)
+from tri_glide_kinematics.motion.engine.execution import PlanExecution
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, MotionPhase, PlanRole
+from tri_glide_kinematics.motion.engine.plan_holder import PlanHolder
+from tri_glide_kinematics.motion.engine.progress import PathProgress
+from tri_glide_kinematics.motion.moves.search import MotionKind
+from tri_glide_kinematics.motion.path.driven_path import DrivenPath
+from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.trajectory.cubic import SampledPlan, SliderState
+from tri_glide_kinematics.motion.trajectory.errors import NewerGoalError, NoPathError
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.tri_glide.errors import NoPoseError
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.wording import vector_text
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+__all__ = [
+    "MotionEngine",
+    "MotionKind",
+    "MotionPhase",
+    "SampledPlan",
+    "SliderLimits",
+    "SliderState",
+]
+
+
+class MotionEngine:
+    """Commanded state of the three sliders, stepped by a given time.
+
+    Commands never touch the setpoint itself: they replace the plan of what comes next. Each raises
+    a ``KinematicsError`` with the reason if it is refused; the engine goes on with what it did.
+
+    A plan takes some milliseconds in mid-motion. By default it is made within the call of the
+    command. With ``in_pieces`` it is made in calls of ``work``, in what time a control cycle has
+    left: it begins at a later setpoint, and until then the held plan goes on. Why there is none is
+    told by ``take_refusal`` then. A new goal takes the place of one that is still ``preparing``; a
+    caller that receives goals faster than they are carried out should hold back the newest until
+    then, as the controller of the node does.
+    """
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        limits: SliderLimits,
+        *,
+        kind: MotionKind = MotionKind.SLIDER,
+        speed_scale: float = 1.0,
+        in_pieces: bool = False,
+    ) -> None:
+        """Prepare the engine; ``start`` begins.
+
+        Args:
+            workspace: where the platform may be, and of which machine.
+            limits: of the sliders.
+            kind: of moves to a position. A jog is straight in both.
+            speed_scale: factor of the velocity limits and of the speed of jogs, in (0, 1].
+                Accelerations and jerks are not scaled, so that a stop is never slower.
+            in_pieces: whether plans are made by ``work``, and not within a command.
+
+        Raises:
+            NotAChoiceError: if ``kind`` is no ``MotionKind``, but its name, for example.
+            NotFiniteError: if the scale is NaN or infinite.
+            OutOfBoundsError: if it is not in (0, 1].
+        """
+        member("kind", kind, MotionKind)
+        self._holder = PlanHolder(DriveLimits(limits, speed_scale))
+        self._execution = PlanExecution(self._holder, workspace, kind, in_pieces)
+        self._workspace = workspace
+        self._in_pieces = in_pieces
+        self._machine: TriGlide = workspace.machine
+        self._kind = kind
+
+    def __repr__(self) -> str:
+        """Return what it does and where the sliders are commanded to be."""
+        if self._holder.motion is None:
+            return f"<MotionEngine, {self._kind.name}, not started>"
+        heights = vector_text(self.state.heights)
+        return f"<MotionEngine, {self._kind.name}, {self.phase.name}, heights {heights} m>"
+
+    @property
+    def kind(self) -> MotionKind:
+        """How moves go to their target."""
+        return self._kind
+
+    def start(self, heights: Sequence[float]) -> None:
+        """Begin, or begin anew, at rest at measured heights.
+
+        A place outside the workspace is taken as it is: from there, moves are accepted that make
+        nothing worse.
+
+        Args:
+            heights: of the sliders. Shape (3,) [m].
+
+        Raises:
+            WrongShapeError: if there are not three numbers.
+            NotFiniteError: if one of them is NaN or infinite.
+            NoPoseError: if no pose of the platform belongs to them.
+        """
+        h1, h2, h3 = finite_vector("heights", heights, 3)
+        self._machine.forward((h1, h2, h3))
+        self._execution.preparation = None
+        self._execution.tracks = False
+        self._execution.replace(
+            self._execution.replanning.at_rest((h1, h2, h3), self._holder.newest_limits)
+        )
+
+    def move_to(self, position: Sequence[float]) -> None:
+        """Move the platform to a position and rest there.
+
+        The position that is being moved to, or was reached, changes nothing. While limits are
+        pending the motion is planned when they are in force; ``take_refusal`` says if that fails.
+
+        Args:
+            position: Shape (3,) [m].
+
+        Raises:
+            NotStartedError: before the start.
+            KinematicsError: if the position is no place in the workspace, or there is no way.
+        """
+        held = self._holder.held
+        x, y, z = finite_vector("position", position, 3)
+        move = Move((x, y, z))
+        if move == held.goal:
+            self.keep_goal()
+        else:
+            self._workspace.check_position((x, y, z))
+            self._prepare_goal(move)
+
+    def jog(self, velocity: Sequence[float]) -> None:
+        """Move the platform along a direction, up to the edge of the workspace at most.
+
+        Limits of the sliders reduce the speed, never the direction. The same velocity again changes
+        nothing while the platform moves; a velocity below 1e-7 m/s is a stop.
+
+        Args:
+            velocity: of the platform. Shape (3,) [m/s].
+
+        Raises:
+            NotStartedError: before the start.
+            NoRoomError: if the edge is too near in that direction. At the edge it is raised again
+                for each twist that leads outwards.
+            KinematicsError: if the velocity is no finite vector, or there is no way.
+        """
+        held = self._holder.held
+        x, y, z = finite_vector("velocity", velocity, 3)
+        jog = jog_of((x, y, z))
+        if jog is None:
+            self.stop()
+        elif (
+            isinstance(held.goal, Jog)
+            and held.goal.is_renewed_by(jog)
+            and self.phase is not MotionPhase.IDLE
+        ):
+            self.keep_goal()
+        elif not self._execution.track_jog(held, jog):
+            self._prepare_goal(jog)
+
+    def track(self, position: Sequence[float], velocity: Sequence[float], age: float = 0.0) -> None:
+        """Follow a target that moves; it is taken to go on as it does until the next call.
+
+        The machine catches up with it and then follows it, as far as limits and workspace let it:
+        at an edge it waits for the target to come back.
+
+        Args:
+            position: of the target. Shape (3,) [m].
+            velocity: of the target. Shape (3,) [m/s].
+            age: how long ago, before the present setpoint, it was so [s].
+
+        Raises:
+            NotStartedError: before the start.
+            KinematicsError: if the numbers are not finite or no vectors, or if the following begins
+                with a target or a platform outside the workspace.
+        """
+        held = self._holder.held
+        x, y, z = finite_vector("position", position, 3)
+        dx, dy, dz = finite_vector("velocity", velocity, 3)
+        target = Track((x, y, z), (dx, dy, dz), finite("age", age))
+        self.keep_goal()
+        begins = not (self._execution.tracks and isinstance(held.goal, Track))
+        if begins:
+            self._workspace.check_heights(held.plan.state(self._holder.time).heights)
+            self._workspace.check_position(target.position)
+        self._execution.pursuit.report(target, begins=begins)
+        if begins:
+            self._execution.begin_to_track(target)
+        else:
+            self._execution.replace(replace(held, goal=target))
+
+    def stop(self) -> None:
+        """Come to rest as soon as the limits allow, and forget the goal.
+
+        Raises:
+            NotStartedError: before the start.
+        """
+        held = self._holder.held
+        self.keep_goal()
+        if held.goal is None:
+            return
+        self._execution.tracks = False
+        self._execution.preparation = None
+        self._execution.replace(replace(held, goal=None, role=PlanRole.EARLIER))
+        self._execution.prepare_braking(urgent=True, stays=not isinstance(held.goal, Track))
+
+    def follow(self, path: PlatformPath) -> None:
+        """Move the platform along a path, without a stop where it is smooth, and rest at its end.
+
+        The whole path is looked at before the first setpoint. From rest elsewhere the platform goes
+        to its start on a straight line; from a motion it comes to rest before.
+
+        Args:
+            path: of one segment at least.
+
+        Raises:
+            NotStartedError: before the start.
+            KinematicsError: if a place of it cannot be driven to, with the segment and the place.
+        """
+        self._prepare_goal(Follow(path))
+
+    def extend(self, path: PlatformPath) -> None:
+        """Go on along another path behind the one that is followed, or was followed last.
+
+        The joint is rounded like any other, as far as the platform is not too close to it already.
+
+        Args:
+            path: begins where the present one ends.
+
+        Raises:
+            NotStartedError: before the start.
+            NoPathError: if no path is followed.
+            KinematicsError: if a place of it cannot be driven to, with the segment and the place.
+        """
+        if not isinstance(self._holder.held.goal, Follow):
+            raise NoPathError("to extend")
+        self._prepare_goal(Follow(path, extends=True))
+
+    def pause(self) -> None:
+        """Come to rest on the path, from where ``resume`` goes on.
+
+        Raises:
+            NotStartedError: before the start.
+            NoPathError: if no path is followed.
+            NewerGoalError: if another goal is being planned already.
+        """
+        held, goal = self._followed("to pause on")
+        if goal.is_paused:
+            return
+        extension = self._extension
+        self._execution.preparation = None
+        paused = replace(
+            held, goal=replace(goal, place=held.place(self._holder.time), is_paused=True)
+        )
+        if held.role is PlanRole.LEADS_TO_GOAL and self._holder.time < held.plan.duration:
+            paused = replace(paused, role=PlanRole.EARLIER)
+        self._execution.replace(paused)
+        if paused.waits(self._holder.time):
+            self._execution.prepare_braking(urgent=True)
+        if extension is not None:
+            self._prepare_goal(extension)
+
+    def resume(self) -> None:
+        """Go on along the path after a pause; without a pause nothing changes.
+
+        Raises:
+            NotStartedError: before the start.
+            NoPathError: if no path is followed.
+            NewerGoalError: if another goal is being planned already.
+        """
+        held, goal = self._followed("to go on")
+        if not goal.is_paused:
+            return
+        extension = self._extension
+        self._execution.preparation = None
+        self._execution.replace(replace(held, goal=replace(goal, is_paused=False)))
+        if extension is not None:
+            self._prepare_goal(extension)
+        elif held.pending is None:
+            self._execution.prepare(self._execution.replanning.continued)
+
+    def keep_goal(self) -> None:
+        """Give up a new goal that is still being prepared; what is held goes on."""
+        if self._execution.goal_in_preparation is not None:
+            self._execution.preparation = None
+            self._execution.look_ahead()
+
+    def set_limits(self, limits: SliderLimits, speed_scale: float | None = None) -> None:
+        """Change the limits of the sliders, and the scale with them if one is given.
+
+        They are in force at once if a plan inside them can be made. Otherwise the motion slows
+        down inside the old ones until that is so; meanwhile ``limits_pending`` is true.
+
+        Args:
+            limits: already checked as a set by their class.
+            speed_scale: in (0, 1]; None leaves it as it is.
+
+        Raises:
+            NotFiniteError: if the scale is NaN or infinite.
+            OutOfBoundsError: if it is not in (0, 1].
+        """
+        if speed_scale is None:
+            speed_scale = self._holder.newest_limits.speed_scale
+        self._change(DriveLimits(limits, speed_scale))
+
+    def set_speed_scale(self, speed_scale: float) -> None:
+        """Change the scale of the velocities, as ``set_limits`` changes limits.
+
+        Args:
+            speed_scale: in (0, 1].
+
+        Raises:
+            NotFiniteError: if it is NaN or infinite.
+            OutOfBoundsError: if it is not in (0, 1].
+        """
+        self._change(DriveLimits(self._holder.newest_limits.sliders, speed_scale))
+
+    @property
+    def limits(self) -> SliderLimits:
+        """Limits of the sliders in force, before the scale; new ones may still be pending."""
+        return self._holder.limits.sliders
+
+    @property
+    def speed_scale(self) -> float:
+        """Scale in force."""
+        return self._holder.limits.speed_scale
+
+    @property
+    def limits_pending(self) -> bool:
+        """Whether new limits wait for the motion to become slow enough."""
+        return self._holder.motion is not None and self._holder.motion.pending is not None
+
+    @property
+    def started(self) -> bool:
+        """Whether the engine knows where the sliders are."""
+        return self._holder.motion is not None
+
+    @property
+    def phase(self) -> MotionPhase:
+        """What the engine is doing. Idle is at rest with nothing that waits."""
+        return self._holder.phase
+
+    @property
+    def remaining(self) -> float:
+        """Time to the end of what was asked for; inf where it is not known [s].
+
+        It is 0 if, and only if, nothing is left to do: what was asked for has ended at rest, was
+        refused, or was stopped. It is not known while a new goal is planned or waits for limits; of
+        a path, until its end is planned, and while it is paused; of a moving target, and of a jog
+        in motion, which have no end. A stop may be over sooner.
+        """
+        return self._execution.remaining
+
+    @property
+    def time_to_rest(self) -> float:
+        """Time until the held plan is at rest, at its goal or before [s].
+
+        The held plan of a path leads to rest somewhere on it, and the next one takes its place
+        before. ``remaining`` is the time to the end of what was asked for.
+        """
+        return self._holder.time_to_rest
+
+    @property
+    def plan_number(self) -> int:
+        """Counts the plans held so far: a new number is a new plan."""
+        return self._holder.plan_number
+
+    @property
+    def target(self) -> Vector3 | None:
+        """Position of the platform that is being moved to or was reached [m]."""
+        return self._holder.target
+
+    @property
+    def driven_path(self) -> DrivenPath | None:
+        """The path that is followed, or was followed last; None without one."""
+        return self._holder.driven_path
+
+    @property
+    def path_progress(self) -> PathProgress | None:
+        """How far the path is driven that is followed, or was followed last; None without one.
+
+        It is None, too, as long as the length of a path is still worked out in pieces.
+        """
+        driven = self._holder.driven_path
+        if driven is None or (self._in_pieces and not driven.is_measured):
+            return None
+        return self._holder.path_progress
+
+    @property
+    def state(self) -> SliderState:
+        """Present setpoint.
+
+        Raises:
+            NotStartedError: before the start.
+        """
+        return self._holder.state
+
+    def sample_plan(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints of the held plan at ``times`` from now on.
+
+        Args:
+            times: Shape (n,) [s]; after ``time_to_rest`` the sliders rest.
+
+        Raises:
+            NotStartedError: before the start.
+        """
+        return self._holder.sample(times)
+
+    @property
+    def preparing(self) -> bool:
+        """Whether a plan is being made, or waits for the setpoint at which it begins."""
+        return self._execution.preparation is not None
+
+    @property
+    def tracks(self) -> bool:
+        """Whether something is tracked, so that a new velocity or target needs no plan."""
+        return self._execution.tracks
+
+    def step(self, dt: float) -> SliderState:
+        """Advance by ``dt`` [s] and return the setpoint.
+
+        Raises:
+            NotStartedError: before the start.
+            OutOfBoundsError: if ``dt`` is not greater than zero, or NaN.
+        """
+        return self._execution.step(dt)
+
+    def work(self, may_go_on: Callable[[], bool]) -> None:
+        """Go on with what is being prepared, by one piece at least; else with what can wait.
+
+        Args:
+            may_go_on: asked after each piece, which takes some tenths of a millisecond.
+        """
+        self._execution.work(may_go_on)
+
+    def take_refusal(self) -> KinematicsError | None:
+        """Return, once, why something that had to wait could not be done after all."""
+        return self._execution.take_refusal()
+
+    def keep_to_plan(self) -> None:
+        """Forget all but the held plan, and drive that to its end.
+
+        Nothing is planned for this: so it can be done, whatever has failed.
+        """
+        self._execution.keep_to_plan()
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether the path that is followed is paused, or comes to rest for that."""
+        goal = self._holder.motion.goal if self._holder.motion is not None else None
+        return isinstance(goal, Follow) and goal.is_paused
+
+    def check_position(self, position: Sequence[float]) -> None:
+        """Check what can be said of a target without a plan: that it is inside the workspace.
+
+        Args:
+            position: Shape (3,) [m].
+
+        Raises:
+            KinematicsError: if it is no place in the workspace.
+        """
+        self._workspace.check_position(position)
+
+    @property
+    def tracking_distance(self) -> float:
+        """How far the platform, by the setpoint, is from the moving target; NaN without one [m]."""
+        if not isinstance(self._holder.motion.goal if self._holder.motion else None, Track):
+            return math.nan
+        return self._execution.pursuit.distance(self.state.heights)
+
+    def distance_from_target(self, heights: Sequence[float]) -> float:
+        """Return how far the platform at measured ``heights`` is from the target.
+
+        Args:
+            heights: of the sliders. Shape (3,) [m].
+
+        Returns:
+            Distance [m]; NaN without a target, infinite if no pose belongs to the heights.
+        """
+        target = self.target
+        if target is None:
+            return math.nan
+        try:
+            return math.dist(target, self._machine.forward(heights))
+        except NoPoseError:
+            return math.inf
+
+    def _change(self, limits: DriveLimits) -> None:
+        """Put limits in force now, or slow down until that is possible."""
+        held = self._holder.motion
+        if held is None:
+            self._holder.first_limits = limits
+        elif limits != self._holder.newest_limits:
+            goal = self._execution.goal_in_preparation
+            if isinstance(goal, Follow):
+                # The whole path is looked at first; then it waits for the limits, too.
+                self._execution.replace(replace(held, pending=limits))
+                return
+            if goal is not None:
+                # It is planned when the limits are in force.
+                self._execution.tracks = False
+                held = replace(held, goal=goal, role=PlanRole.EARLIER)
+            self._execution.replace(replace(held, pending=limits))
+            # The next step of tracking keeps them, if it can.
+            if not self._execution.tracks:
+                self._execution.prepare(self._execution.replanning.tried_again)
+
+    def _followed(self, purpose: str) -> tuple[HeldMotion, Follow]:
+        """Return what is held, and the path that is followed.
+
+        Args:
+            purpose: for the text, if there is none.
+
+        Raises:
+            NotStartedError: before the start.
+            NoPathError: if no path is followed.
+            NewerGoalError: if another goal is being planned already.
+        """
+        held = self._holder.held
+        newer = self._execution.goal_in_preparation
+        if newer is not None and self._extension is None:
+            raise NewerGoalError
+        if not isinstance(held.goal, Follow) or self.phase is MotionPhase.IDLE:
+            raise NoPathError(purpose)
+        return held, held.goal
+
+    @property
+    def _extension(self) -> Follow | None:
+        """An extension of the path that is being prepared."""
+        goal = self._execution.goal_in_preparation
+        return goal if isinstance(goal, Follow) and goal.extends else None
+
+    def _prepare_goal(self, goal: Command) -> None:
+        held = self._holder.held
+        if held.pending is not None and not isinstance(goal, Follow):
+            # It has its turn when the limits are in force; what is prepared for them knows it then.
+            self._execution.tracks = False
+            self._execution.replace(replace(held, goal=goal))
+            if self._execution.preparation is not None:
+                self._execution.prepare(self._execution.replanning.tried_again)
+        else:
+            self._execution.prepare(self._execution.making(goal), goal)

@@ -1,0 +1,348 @@
+"""Carries out the held plan step by step, while the next one is prepared.
+
+What could not be done at once is tried again: a braking that would break a limit just now, and
+limits that the motion cannot keep yet.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
+from tri_glide_kinematics.motion.engine.commands import Command, Follow, Jog, Track
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, MotionPhase, PlanRole
+from tri_glide_kinematics.motion.engine.path_measuring import PathMeasuring
+from tri_glide_kinematics.motion.engine.plan_holder import PlanHolder
+from tri_glide_kinematics.motion.engine.preparation import LeadTime, Making, Preparation, only_held
+from tri_glide_kinematics.motion.engine.pursuit import Pursuit
+from tri_glide_kinematics.motion.engine.replanning import Replanning
+from tri_glide_kinematics.motion.moves.search import MotionKind
+from tri_glide_kinematics.motion.trajectory.cubic import SliderState
+from tri_glide_kinematics.motion.trajectory.tracked_step import TrackedStep
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+# What could not be done at once is tried again after this time of motion [s].
+RETRY_INTERVAL = 0.008
+
+# A stop may take so many pieces within its call. Nearly all take fewer.
+URGENT_PIECES = 14
+
+# The first step of tracking, before any other was made, is taken to be this long [s].
+FIRST_STEP = 0.002
+
+
+class PlanExecution:
+    """Steps a held plan, and prepares at most one that takes its place.
+
+    While something is tracked, each step is a plan of its own, made when it is its turn.
+
+    Attributes:
+        holder: of the plan.
+        tracks: whether something is tracked, so that a new velocity or target needs no plan.
+        preparation: of the next plan; None if there is none.
+        replanning: makes what is held next.
+        pursuit: makes steps of tracking.
+    """
+
+    def __init__(
+        self, holder: PlanHolder, workspace: Workspace, kind: MotionKind, in_pieces: bool
+    ) -> None:
+        """Prepare for what ``holder`` holds.
+
+        Args:
+            holder: of the plan.
+            workspace: where the platform may be, and of which machine.
+            kind: of moves.
+            in_pieces: whether plans are made by ``work``, and not when they are asked for.
+        """
+        self.holder = holder
+        self.tracks = False
+        self.preparation: Preparation | None = None
+        self._in_pieces = in_pieces
+        self._workspace = workspace
+        self.replanning = Replanning(workspace, kind)
+        self.pursuit = Pursuit(workspace)
+        self._lead_time = LeadTime()
+        # The next part of a path takes longer, but is known to be needed long before.
+        self._path_lead_time = LeadTime()
+        # All of a path is looked at before it is followed, or goes on.
+        self._goal_lead_time = LeadTime()
+        self._last_step = 0.0
+        self._retry_at = math.inf
+        self._event_at = math.inf
+        self._refusal: KinematicsError | None = None
+        self._path_measuring = PathMeasuring()
+
+    @property
+    def goal_in_preparation(self) -> Command | None:
+        """The goal of the plan that is being prepared; None if there is none."""
+        return self.preparation.goal if self.preparation is not None else None
+
+    @property
+    def remaining(self) -> float:
+        """Time to the end of what was asked for; inf where it is not known [s]."""
+        held = self.holder.motion
+        if held is None:
+            return 0.0
+        if self.goal_in_preparation is not None:
+            return math.inf
+        return held.remaining(self.holder.time)
+
+    def step(self, dt: float) -> SliderState:
+        """Advance by ``dt`` [s] and return the setpoint.
+
+        Raises:
+            NotStartedError: before the start.
+            OutOfBoundsError: if ``dt`` is not greater than zero, or NaN.
+        """
+        holder = self.holder
+        held = holder.motion
+        time = holder.time + dt
+        # Nearly always there is nothing to do but go on. NaN is not greater than zero, either.
+        if held is None or not dt > 0.0 or time >= self._event_at:
+            if not 0.0 < dt < math.inf:
+                raise OutOfBoundsError("dt", dt, "finite and greater than 0", "s")
+            held = holder.held
+            self._on_event(dt)
+            held = holder.held
+            if self.tracks:
+                self.pursuit.advance(dt)
+            # A plan that has just begun may do so a rounding error later.
+            time = max(holder.time + dt, 0.0)
+        setpoint = held.plan.state(time)
+        holder.time = time
+        return setpoint
+
+    def work(self, may_go_on: Callable[[], bool]) -> None:
+        """Go on with what is being prepared, by one piece at least; else with what can wait.
+
+        Args:
+            may_go_on: asked after each piece, which takes some tenths of a millisecond.
+        """
+        preparation = self.preparation
+        if preparation is None or preparation.ready is not None:
+            self._path_measuring.work(self.holder.driven_path, may_go_on)
+            return
+        try:
+            self._work(may_go_on)
+        except KinematicsError as error:
+            self._refusal = error
+
+    def take_refusal(self) -> KinematicsError | None:
+        """Return, once, why something that had to wait could not be done after all."""
+        refusal, self._refusal = self._refusal, None
+        return refusal
+
+    def keep_to_plan(self) -> None:
+        """Forget all but the held plan, and drive that to its end.
+
+        Nothing is planned for this: so it can be done, whatever has failed.
+        """
+        self.preparation = None
+        self.tracks = False
+        self._retry_at = self._event_at = math.inf
+        if self.holder.motion is not None:
+            self.holder.motion = replace(
+                self.holder.motion, goal=None, role=PlanRole.BRAKES, pending=None
+            )
+
+    def prepare(self, making: Making, goal: Command | None = None, *, urgent: bool = False) -> None:
+        """Make what is held next, unless that is for later; at rest, a first piece of it.
+
+        What is ``urgent`` begins now. If it is not ready after some pieces, it begins later, too.
+        """
+        lead_time = self._goal_lead_time if isinstance(goal, Follow) else self._lead_time
+        pieces = URGENT_PIECES if urgent else 0
+        lead = 0.0 if urgent or not self._in_pieces else lead_time.after(self._last_step)
+        start = self.holder.time + lead
+        self._begin(
+            Preparation(making, goal, self.holder.held, self.holder.time, start, lead_time), pieces
+        )
+
+    def _prepare_next_part(self) -> None:
+        """Make the next part of the path that is followed."""
+        held = self.holder.held
+        lead = self._path_lead_time.after(self._last_step) if self._in_pieces else 0.0
+        # Exactly there, so that the motion is the same whatever the steps are.
+        start = max(self.holder.time + lead, held.goes_on_at)
+        making = self.replanning.continued
+        preparation = Preparation(making, None, held, self.holder.time, start, self._path_lead_time)
+        self._begin(preparation)
+
+    def _begin(self, preparation: Preparation, pieces: int = 0) -> None:
+        """Begin with a ``preparation``, and with so many ``pieces`` of it at once."""
+        self.preparation = preparation
+        self.look_ahead()
+        if not self._in_pieces:
+            self._work(lambda: True)
+        elif pieces or preparation.begins_at_rest:
+            left = iter(range(pieces - 1))
+            self._work(lambda: next(left, None) is not None)
+
+    def _work(self, may_go_on: Callable[[], bool]) -> None:
+        preparation = self.preparation
+        if preparation is None or preparation.ready is not None:
+            return
+        try:
+            preparation.work(may_go_on)
+        except BaseException as error:
+            self.preparation = None
+            self.look_ahead()
+            # A goal that was taken before comes to rest where it cannot go on.
+            if isinstance(error, KinematicsError) and preparation.goal is None:
+                return
+            raise
+        if preparation.ready is not None:
+            preparation.note_time(self.holder.time)
+            if preparation.has_begun(self.holder.time):
+                self._take(preparation)
+
+    def _take(self, preparation: Preparation) -> None:
+        """Hold what is ready, as it begins now or in the next step."""
+        assert preparation.ready is not None
+        self.preparation = None
+        if preparation.goal is not None:
+            self.tracks = False
+        held, refusal = preparation.ready
+        # Limits that have come meanwhile, while something is tracked, go on waiting.
+        newest = self.holder.held.pending
+        if newest is not preparation.held.pending:
+            held = replace(held, pending=newest)
+        self.replace(held, refusal, preparation.elapsed(self.holder.time))
+
+    def _on_event(self, dt: float) -> None:
+        """Do what is due before a step of ``dt`` [s].
+
+        A plan that begins inside the step is held from before the step on, with a negative time in
+        it, so nothing of the earlier plan is seen beyond the place and time where both agree.
+        Several parts of a path may begin and end inside one step.
+        """
+        self._last_step = dt
+        preparation = self.preparation
+        if self.tracks and (preparation is None or preparation.goal is None):
+            if self._take_step(dt):
+                return
+        held = None
+        while held is not self.holder.motion:
+            held = self.holder.motion
+            if self.preparation is None:
+                self._prepare_what_is_due()
+            preparation = self.preparation
+            if preparation is None or not preparation.is_due(self.holder.time, dt):
+                continue
+            if preparation.ready is not None:
+                self._take(preparation)
+            elif not preparation.begins_at_rest:
+                preparation.begin_anew(self.holder.time, dt)
+                self.look_ahead()
+
+    def _prepare_what_is_due(self) -> None:
+        """Try again what had to wait, or make the next part of a path."""
+        if self.holder.time >= self._retry_at and not self.tracks:
+            self.prepare(self.replanning.tried_again)
+        elif math.isinf(self._retry_at) and math.isfinite(self.holder.held.goes_on_at):
+            self._prepare_next_part()
+
+    def track_jog(self, held: HeldMotion, jog: Jog) -> bool:
+        """Go over to a ``jog`` in motion at once, if there is a certified step; return whether.
+
+        From rest, and outside the workspace, a jog is planned.
+        """
+        if self.holder.phase is MotionPhase.IDLE or held.region is not self._workspace:
+            return False
+        tracking = replace(held, goal=jog)
+        if not (self.tracks and isinstance(held.goal, Jog)):
+            step = self.pursuit.next(tracking, self.holder.time, self._last_step or FIRST_STEP)
+            if step is None:
+                return False
+            tracking = step
+        self.tracks = True
+        self.preparation = None
+        self.replace(tracking)
+        return True
+
+    def begin_to_track(self, target: Track) -> None:
+        """Track a ``target`` as soon as a step is certified, and brake until then."""
+        held = replace(self.holder.held, goal=target, region=self._workspace)
+        self.tracks = True
+        self.preparation = None
+        if self.holder.time < held.plan.duration and held.role is not PlanRole.BRAKES:
+            self.replace(replace(held, role=PlanRole.EARLIER))
+            self.prepare_braking(urgent=False)
+        else:
+            self.replace(held)
+
+    def prepare_braking(self, *, urgent: bool, stays: bool = True) -> None:
+        """Make a braking; an ``urgent`` one begins at once, which takes a millisecond.
+
+        One that must not leave its path may take longer, so it begins some setpoints later.
+
+        Args:
+            urgent: whether it is made at once.
+            stays: whether the platform stays on its line where that takes little longer.
+        """
+        self.prepare(
+            lambda held, time: only_held(self.replanning.braked(held, time, stays=stays)),
+            urgent=urgent and self.holder.held.path_plan is None,
+        )
+
+    def _take_step(self, dt: float) -> bool:
+        """Track for ``dt`` [s] if such a step is certified; return whether it is."""
+        held = self.holder.held
+        tracking = self.pursuit.next(held, self.holder.time, dt)
+        if tracking is not None:
+            self.preparation = None
+            self.replace(tracking)
+        elif self.holder.time >= held.plan.duration and held.pending is not None:
+            self.replace(replace(held, limits=held.pending, pending=None))
+        if isinstance(held.goal, Jog):
+            self._look_after_jog(held.goal, is_certified=tracking is not None)
+        return tracking is not None
+
+    def _look_after_jog(self, jog: Jog, *, is_certified: bool) -> None:
+        """End the tracking of a ``jog`` that has come to rest, or for which there is no step.
+
+        Where there is none once, near an edge, there are some and none in turn, and the platform
+        would swerve. So the jog is planned there, as from rest.
+        """
+        held = self.holder.held
+        plan = held.plan
+        if is_certified:
+            self.tracks = not (isinstance(plan, TrackedStep) and plan.ends_at_rest)
+        else:
+            self.tracks = False
+            self.replace(replace(held, role=PlanRole.BRAKES))
+            if held.pending is None and self.holder.time < plan.duration:
+                self.prepare(self.making(jog))
+        self.look_ahead()
+
+    def making(self, goal: Command) -> Making:
+        """Return what makes a plan to a ``goal``."""
+        return lambda held, time: only_held(self.replanning.with_goal(held, time, goal))
+
+    def replace(
+        self, held: HeldMotion, refusal: KinematicsError | None = None, elapsed: float = 0.0
+    ) -> None:
+        """Hold something else, keep a ``refusal``, and see to it that what waits is tried again."""
+        self.holder.hold(held, elapsed)
+        self._refusal = refusal or self._refusal
+        waits = held.waits(self.holder.time)
+        self._retry_at = (
+            min(self.holder.time + RETRY_INTERVAL, held.plan.duration) if waits else math.inf
+        )
+        self.look_ahead()
+
+    def look_ahead(self) -> None:
+        """Note when there is something to do besides going on."""
+        if self.tracks:
+            self._event_at = -math.inf
+        elif self.preparation is not None:
+            self._event_at = self.preparation.start
+        elif math.isfinite(self._retry_at):
+            self._event_at = self._retry_at
+        else:
+            # The next part of a path is made as soon as it is known to be needed.
+            goes_on = math.isfinite(self.holder.held.goes_on_at)
+            self._event_at = -math.inf if goes_on else math.inf

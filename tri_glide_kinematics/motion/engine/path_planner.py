@@ -1,0 +1,117 @@
+"""Plans along a path: what can be said of it as a whole, and its parts one after the other."""
+
+from __future__ import annotations
+
+from math import inf
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.engine.commands import DriveLimits
+from tri_glide_kinematics.motion.path.place_check import check_place
+from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.path_timing import braking as path_braking
+from tri_glide_kinematics.motion.path_timing import windows as path_timing
+from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
+from tri_glide_kinematics.motion.trajectory.path_plan import PathPlan
+from tri_glide_kinematics.motion.trajectory.sound import SOUND
+from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+
+class PathPlanner:
+    """Plans the parts of a path inside one workspace."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        """Prepare for paths inside ``workspace``."""
+        self._workspace = workspace
+
+    def begun(self, path: PlatformPath) -> Interruptible[PathHeights]:
+        """Return a ``path`` as driven, seen from the sliders; all of it is inside the workspace.
+
+        Raises:
+            KinematicsError: if a place of it is not, or it has no segment.
+        """
+        driven = yield from path.driven_in_pieces()
+        yield from check_place(driven, self._workspace)
+        return PathHeights(driven, self._workspace.machine.geometry)
+
+    def extended(
+        self, heights: PathHeights, path: PlatformPath, place: float
+    ) -> Interruptible[PathHeights]:
+        """Return a path with another one behind it.
+
+        Args:
+            heights: of the path before.
+            path: begins where that one ends.
+            place: up to which it stays as it is [m].
+
+        Raises:
+            KinematicsError: if a place of it is outside the workspace, or it begins elsewhere.
+        """
+        driven = yield from heights.driven.extended(path.segments, place)
+        yield from check_place(driven, self._workspace, place)
+        return PathHeights(driven, self._workspace.machine.geometry)
+
+    def from_rest(
+        self, heights: PathHeights, place: float, limits: DriveLimits
+    ) -> Interruptible[PathPlan]:
+        """Return the plan of the next part of a path, from rest at a ``place`` on it [m].
+
+        Raises:
+            PathTimingError: if none is found.
+        """
+        start = PathStart(place, 0.0, 0.0)
+        heights = heights.at_speed_scale(limits.speed_scale)
+        planning = path_timing.plan_window(heights, start, limits.effective)
+        with SOUND:
+            return PathPlan(heights, (yield from planning))
+
+    def going_on(
+        self, plan: PathPlan, heights: PathHeights, time: float, limits: DriveLimits
+    ) -> Interruptible[PathPlan]:
+        """Return the plan of what comes after a part of a path, without a stop.
+
+        Args:
+            plan: of that part.
+            heights: of the path, which is the same as that of the ``plan`` up to there.
+            time: when the next one begins, in the ``plan`` [s].
+            limits: for the next part.
+
+        Raises:
+            PathTimingError: if none is found.
+        """
+        start, held = plan.at(time), plan.scaling.since(time)
+        heights = heights.at_speed_scale(limits.speed_scale)
+        planning = path_timing.plan_window(heights, start, limits.effective, held)
+        with SOUND:
+            return PathPlan(heights, (yield from planning))
+
+    def brake_hard(
+        self, plan: PathPlan, time: float, limits: DriveLimits, longest: float
+    ) -> Interruptible[PathPlan]:
+        """Return the hardest braking on the path, from a ``time`` in a ``plan`` on [s].
+
+        It takes a millisecond, and there is none where the path bends too much.
+
+        Raises:
+            KinematicsError: if it does not keep all limits, or takes more than ``longest`` [s].
+        """
+        start = plan.at(time)
+        braking = path_braking.brake_hard(plan.heights, start, limits.effective, longest)
+        with SOUND:
+            return PathPlan(plan.heights, (yield from braking))
+
+    def brake(self, plan: PathPlan, time: float, limits: DriveLimits) -> Interruptible[PathPlan]:
+        """Return a plan that comes to rest soon on the path, from a ``time`` in a ``plan`` [s].
+
+        Raises:
+            KinematicsError: if none keeps all limits just now.
+        """
+        try:
+            return (yield from self.brake_hard(plan, time, limits, inf))
+        except KinematicsError:
+            yield
+        start = plan.at(time)
+        braking = path_braking.brake(plan.heights, start, limits.effective)
+        with SOUND:
+            return PathPlan(plan.heights, (yield from braking))

@@ -1,0 +1,68 @@
+"""How far a path is driven, and how long the rest may take."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.motion.trajectory.cubic import Plan
+from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
+from tri_glide_kinematics.motion.trajectory.path_plan import PathPlan
+
+
+class PathProgress(NamedTuple):
+    """How far a path is driven.
+
+    Attributes:
+        segment: number of the present one, from 0.
+        way: driven from the start of the path [m].
+        way_remaining: to its end [m].
+        time_remaining: as far as it is planned; beyond that, at the mean speed of what is; NaN
+            where nothing of it is planned [s].
+        deviation: the largest distance from the path as programmed may be this, up to here [m].
+    """
+
+    segment: int
+    way: float
+    way_remaining: float
+    time_remaining: float
+    deviation: float
+
+
+def progress(heights: PathHeights, place: float, plan: Plan, time: float) -> PathProgress:
+    """Return how far the path is driven.
+
+    Args:
+        heights: on the path.
+        place: where the platform is, or left it [m].
+        plan: that is carried out.
+        time: that has passed in it [s].
+    """
+    driven = heights.driven
+    way = _way(heights, place)
+    remaining = max(plan.duration - time, 0.0)
+    left = driven.arc_length.total - way
+    if not isinstance(plan, PathPlan):
+        # It leads to where the path begins, or stands still on it.
+        remaining = math.nan if left > 0.0 else 0.0
+    elif plan.heights.driven is heights.driven and not plan.ends_path:
+        planned = _way(heights, plan.place(plan.duration)) - way
+        rest = left - planned
+        speed = planned / remaining if remaining > 0.0 else 0.0
+        remaining = remaining + rest / speed if speed > 0.0 else math.nan
+    return PathProgress(
+        int(driven.segment_of(place)), way, left, remaining, _deviation(heights, place)
+    )
+
+
+def _way(heights: PathHeights, place: float) -> float:
+    return float(heights.driven.ways(np.array([place]))[0])
+
+
+def _deviation(heights: PathHeights, place: float) -> float:
+    """Return a bound of the distance from the path as programmed, up to a ``place`` [m]."""
+    driven = heights.driven
+    begun = driven.rounded.ways - driven.widths.reaches < place
+    return float(driven.widths.deviations[begun].max(initial=0.0))

@@ -1,1 +1,0 @@
-"""Motion of the platform along straight lines."""

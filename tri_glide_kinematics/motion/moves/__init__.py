@@ -1,0 +1,1 @@
+"""Moves to a position, jogs and stops, from rest or in motion."""

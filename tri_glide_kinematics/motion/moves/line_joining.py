@@ -1,0 +1,303 @@
+"""How a motion that is under way goes over to a line without a stop, as soon as may be.
+
+The motion of the sliders is divided (``line_entry.py``): the line takes over its part along it, and
+a blend brings the rest to zero. Or the blend brakes all of it, and the line begins meanwhile.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from operator import attrgetter
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.moves.blends import Entry, LineEntry, check_length
+from tri_glide_kinematics.motion.moves.line_ends import LineBuilder
+from tri_glide_kinematics.motion.moves.line_timing import NORM, LineTiming, MovingFactors
+from tri_glide_kinematics.motion.moves.parametrisation import PathParametrisation, parametrise
+from tri_glide_kinematics.motion.trajectory import verification
+from tri_glide_kinematics.motion.trajectory.cubic import SliderState
+from tri_glide_kinematics.motion.trajectory.errors import PlanningError, SliderLimitError
+from tri_glide_kinematics.motion.trajectory.knots import shortest_piece, with_knots_of
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.line_bounds import derivative_bounds, slowdown
+from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
+from tri_glide_kinematics.motion.trajectory.phases import total_duration
+from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+
+# In mid-motion a time scaling cannot be stretched, as its first speed is given. It is made again,
+# slower or faster: this many times at most, by more than the limits ask for. These are the factors
+# of time while the blend lasts and after it; each further attempt has them several times.
+ATTEMPTS = 5
+MARGIN = 1.02
+AFTER_MARGIN = 1.003
+
+# It is not made faster if it uses this part of the limits after the blend, and given up if it has
+# less than this part of them while the blend lasts.
+WELL_USED = 0.98
+LEAST_BEGIN = 0.1
+
+# Fractions of acceleration and jerk that blends of moves use; the line has what is left.
+BLEND_FRACTIONS = (0.2, 0.4, 0.6)
+
+# A blend may take this many times as long as a stop.
+LONGEST_BLEND = 4.0
+
+# Fractions of a braking that are over when a new line begins.
+DELAYS = (0.3, 0.5, 0.7, 0.8, 0.9, 1.0)
+
+# What a line takes longer, about, that begins while a gentle braking lasts.
+GENTLY_SLOWER = 1.2
+
+# Gentler brakings leave more for a line that begins sooner: the fraction of acceleration and jerk
+# that they use, and how much slower the line is and its delay, one after the other. Of many
+# combinations these make up for nearly all others, over a hundred random turns.
+GENTLE_BRAKINGS = (
+    (0.7, ((1.0, 0.0), (1.0, 0.2), (1.25, 0.0), (1.5, 0.0))),
+    (0.5, ((1.0, 0.1), (1.25, 0.0), (1.25, 0.2), (1.5, 0.0))),
+)
+
+# The wait before is divided into so many pieces, as bounds of long ones are wide.
+WAITING_PIECES = 12
+
+
+class WayOnto(NamedTuple):
+    """A way to go over from a motion to a line.
+
+    Attributes:
+        entry: how the line takes the motion over.
+        expected: how long its plan will take, about [s].
+        plan: makes the plan, which keeps the limits, or raises a KinematicsError.
+    """
+
+    entry: Entry
+    expected: float
+    plan: Callable[[], Interruptible[LinePlan]]
+
+
+class LineJoining:
+    """Finds ways onto lines for one machine; keeps nothing of a motion."""
+
+    def __init__(self, machine: TriGlide) -> None:
+        """Prepare ruckig for ``machine``."""
+        self._entry = LineEntry(machine)
+        self._timing = LineTiming()
+
+    def ways(
+        self, state: SliderState, builder: LineBuilder, limits: SliderLimits
+    ) -> Interruptible[list[WayOnto]]:
+        """Return the ways to go over from ``state`` to a line without stopping.
+
+        Args:
+            state: of the sliders.
+            builder: makes the line.
+            limits: of the sliders.
+
+        Returns:
+            Those that are expected to be over first come first; there may be none.
+        """
+        ways: list[WayOnto] = []
+        for fraction in BLEND_FRACTIONS:
+            try:
+                ways.append((yield from self._blending(state, builder, limits, fraction)))
+            except KinematicsError:
+                continue
+            yield
+            if ways[-1].entry.blend is None:
+                # The others are the same.
+                break
+        try:
+            entry = yield from self._entry.resting(state, builder, limits, 1.0)
+            undelayed = yield from self._timing.from_rest(entry.line, limits)
+        except KinematicsError:
+            pass
+        else:
+            ways += [_delayed(entry, undelayed, delay, limits) for delay in DELAYS]
+            for gentle in GENTLE_BRAKINGS:
+                ways.append(self._gentle(state, builder, limits, entry, undelayed, gentle))
+        return sorted(ways, key=attrgetter("expected"))
+
+    def soonest(self, ways: list[WayOnto]) -> Interruptible[LinePlan]:
+        """Return the plan that is over first, of all ``ways`` that may be so.
+
+        Its way is taken off the list, and so are those that have no plan.
+
+        Raises:
+            KinematicsError: if none keeps the limits.
+        """
+        best: tuple[LinePlan, WayOnto] | None = None
+        refusal: KinematicsError = PlanningError("no line is joined without a stop")
+        for way in list(ways):
+            if best is not None and best[0].duration <= way.expected:
+                break
+            yield
+            try:
+                plan = yield from way.plan()
+            except KinematicsError as error:
+                ways.remove(way)
+                refusal = error
+            else:
+                if best is None or plan.duration < best[0].duration:
+                    best = plan, way
+        if best is None:
+            raise refusal
+        ways.remove(best[1])
+        return best[0]
+
+    def in_motion(
+        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
+    ) -> Interruptible[LinePlan]:
+        """Return a plan that goes over from ``state`` to a line without stopping.
+
+        Args:
+            state: of the sliders.
+            builder: makes the line.
+            limits: of the sliders.
+            fraction: of acceleration and jerk for the blend; the line gets what is left.
+
+        Raises:
+            KinematicsError: if it does not keep the limits, or there is none.
+        """
+        way = yield from self._blending(state, builder, limits, fraction)
+        return (yield from way.plan())
+
+    def _blending(
+        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
+    ) -> Interruptible[WayOnto]:
+        """Return the way with a blend that gets a ``fraction`` of acceleration and jerk."""
+        entry = yield from self._entry.moving(state, builder, limits, fraction)
+        check_length(entry.blend, state, limits, LONGEST_BLEND)
+        yield
+        parametrisation = parametrise(entry.line, limits, NORM)
+        factors = MovingFactors(1.0 - fraction, 1.0)
+        phases = self._timing.phases(entry, parametrisation, factors)
+
+        def plan() -> Interruptible[LinePlan]:
+            return (yield from self._adapted(entry, parametrisation, factors, limits))
+
+        return WayOnto(entry, total_duration(phases), plan)
+
+    def _gentle(
+        self,
+        state: SliderState,
+        builder: LineBuilder,
+        limits: SliderLimits,
+        hard: Entry,
+        undelayed: TimeScaling,
+        gentle: tuple[float, Sequence[tuple[float, float]]],
+    ) -> WayOnto:
+        """Return the way that brakes gently, and meanwhile begins with the line.
+
+        Args:
+            state: of the sliders.
+            builder: makes the line.
+            limits: of the sliders.
+            hard: the entry at rest after the hardest braking.
+            undelayed: time scaling of its line.
+            gentle: one of ``GENTLE_BRAKINGS``.
+        """
+        fraction, choices = gentle
+        assert hard.blend is not None
+        braking = hard.blend.duration / fraction
+        expected = max(GENTLY_SLOWER * float(undelayed.times[-1]), braking)
+
+        def plan() -> Interruptible[LinePlan]:
+            entry = yield from self._entry.resting(state, builder, limits, fraction)
+            scaling = yield from self._timing.from_rest(entry.line, limits)
+            ways = [_delayed(entry, scaling.slower(slow), part, limits) for slow, part in choices]
+            for way in ways[:-1]:
+                try:
+                    return (yield from way.plan())
+                except KinematicsError:
+                    yield
+            return (yield from ways[-1].plan())
+
+        return WayOnto(hard, expected, plan)
+
+    def _adapted(
+        self,
+        entry: Entry,
+        parametrisation: PathParametrisation,
+        factors: MovingFactors,
+        limits: SliderLimits,
+    ) -> Interruptible[LinePlan]:
+        """Return a plan that uses the limits nearly in full, while the blend lasts and after it.
+
+        Raises:
+            KinematicsError: if none keeps the limits.
+        """
+        blend = entry.blend
+        best: LinePlan | None = None
+        refusal: SliderLimitError | None = None
+        for attempt in range(ATTEMPTS):
+            if attempt:
+                yield
+            scaling = self._timing.in_motion(entry, parametrisation, factors)
+            plan = LinePlan(entry.line, scaling, blend)
+            bounds = derivative_bounds(entry.line, scaling, blend)
+            slower = slowdown(bounds, limits)
+            begins = scaling.times[:-1] < (blend.duration if blend is not None else 0.0)
+            begin = float(slower[begins].max(initial=0.0))
+            after = float(slower[~begins].max(initial=0.0))
+            try:
+                verification.check_line_bounds(bounds, scaling.times, limits)
+            except SliderLimitError as error:
+                if best is None and attempt == ATTEMPTS - 1:
+                    raise
+                refusal = error
+            else:
+                if best is None or plan.duration < best.duration:
+                    best = plan
+                if after > WELL_USED:
+                    break
+            fast = float((bounds.velocity[:, begins] / limits.table[0, :, None]).max(initial=0.0))
+            rate = min(factors.begin_rate, 1.0) / (MARGIN * fast) if fast > 1.0 else None
+            factors = MovingFactors(
+                factors.begin / (MARGIN * begin) ** (3 + 3 * attempt)
+                if begin > 1.0
+                else factors.begin,
+                factors.after / (AFTER_MARGIN ** (1 + 2 * attempt) * after)
+                if after > 0.0
+                else factors.after,
+                rate or factors.begin_rate,
+            )
+            if factors.begin < LEAST_BEGIN:
+                break
+        if best is None:
+            raise refusal or PlanningError("no way")
+        return best
+
+
+def _delayed(entry: Entry, undelayed: TimeScaling, delay: float, limits: SliderLimits) -> WayOnto:
+    """Return the way that brakes, and begins with the line when a part of that is over.
+
+    Args:
+        entry: at rest.
+        undelayed: time scaling of its line.
+        delay: this part of the braking.
+        limits: of the sliders.
+    """
+    blend = entry.blend
+    assert blend is not None
+    shortest = shortest_piece(entry.line.length, max(limits.acceleration))
+    expected = max(float(undelayed.times[-1]) + delay * blend.duration, blend.duration)
+
+    def plan() -> Interruptible[LinePlan]:
+        yield from ()
+        wait = delay * blend.duration
+        scaling = undelayed.delayed(wait)
+        times = scaling.times.tolist()
+        if wait > 0.0:
+            times[:1] = np.linspace(0.0, wait, WAITING_PIECES, endpoint=False).tolist()
+        if blend.duration > times[-1]:
+            times.append(blend.duration)
+        scaling = scaling.with_knots(np.array(with_knots_of(times, blend, shortest)))
+        joined = LinePlan(entry.line, scaling, blend)
+        verification.check_line_limits(joined, limits)
+        return joined
+
+    return WayOnto(entry, expected, plan)

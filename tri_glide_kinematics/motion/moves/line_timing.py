@@ -1,0 +1,202 @@
+"""Time scalings of moves to a target and of braking, from rest and in mid-motion."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.moves.blends import Entry
+from tri_glide_kinematics.motion.moves.hard_braking import hardest_braking
+from tri_glide_kinematics.motion.moves.parametrisation import (
+    PathParametrisation,
+    SpeedNorm,
+    parametrise,
+)
+from tri_glide_kinematics.motion.trajectory.errors import PlanningError
+from tri_glide_kinematics.motion.trajectory.knots import (
+    knots,
+    knots_with_blend,
+    lasting,
+    shortest_piece,
+    with_knots_of,
+)
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.line_bounds import derivative_bounds, slowdown
+from tri_glide_kinematics.motion.trajectory.phases import (
+    Phases,
+    evaluate,
+    first_of,
+    rest_to_rest,
+    total_duration,
+)
+from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
+from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
+
+# The path parametrisation of moves to a target. A motion from rest begins with all the jerk of the
+# path parameter; next to its top speed it uses less, by up to this fraction, as the bends of the
+# heights need jerk as well. Found by trial over thousands of random lines.
+NORM = SpeedNorm(6, 1.1)
+JERK_OF_BENDS = 0.5
+
+# Speed against the direction of the line, as a fraction of the largest speed, that is rounding.
+NO_WAY_BACK = 1e-9
+
+# Number of quintics in a time scaling.
+PIECES = 48
+
+
+class MovingFactors(NamedTuple):
+    """How much of the limits a motion along a line uses that goes on from another one.
+
+    Attributes:
+        begin: part of acceleration and jerk while the blend lasts.
+        after: how much faster than the limits of the coordinate ask for it is after that: of the
+            rate this part is used, of the acceleration its square, of the jerk its cube.
+    """
+
+    begin: float
+    after: float
+    begin_rate: float = 1.0
+
+
+class LineTiming:
+    """Finds time scalings of moves and brakings; keeps nothing of a motion."""
+
+    def __init__(self) -> None:
+        """Prepare ruckig."""
+        self._ruckig = RuckigPlanner(1)
+
+    def from_rest(self, line: StraightLine, limits: SliderLimits) -> Interruptible[TimeScaling]:
+        """Return the shortest time scaling found from rest to rest at the end of ``line``.
+
+        It is stretched by the factor with which all limits just hold.
+
+        Args:
+            line: of positive length.
+            limits: of the sliders.
+
+        Raises:
+            PlanningError: if the line comes so close to the reach of an arm that none is found.
+        """
+        parametrisation = parametrise(line, limits, NORM)
+        yield
+        target, rate, acceleration, jerk = (
+            float(parametrisation.coordinates[-1]),
+            float(parametrisation.rates.min()),
+            float(parametrisation.accelerations.min()),
+            float(parametrisation.jerks.min()),
+        )
+        # Each phase is to be long enough for knots of its own, however large the jerk may be.
+        shortest = shortest_piece(target, acceleration)
+        jerk = min(jerk, 0.5 * acceleration / shortest, 0.25 * rate / shortest**2)
+        jerks = jerk, (1.0 - JERK_OF_BENDS * parametrisation.bend_fraction) * jerk
+        phases = rest_to_rest(target, rate, acceleration, jerks)
+        times = np.array(knots(phases, PIECES, shortest))
+        scaling = parametrisation.time_scaling(evaluate(phases, (0.0, 0.0, 0.0), times))
+        scaling = scaling.with_ends((0.0, 0.0, 0.0), line.length)
+        yield
+        bounds = derivative_bounds(line, scaling)
+        # This is looked at before the motion is stretched, which would hide it.
+        if not bounds.backwards <= NO_WAY_BACK * float(scaling.speeds.max()):
+            raise PlanningError("the line comes too close to where an arm lies flat")
+        return scaling.slower(float(slowdown(bounds, limits).max()))
+
+    def in_motion(
+        self,
+        entry: Entry,
+        parametrisation: PathParametrisation,
+        factors: MovingFactors,
+    ) -> TimeScaling:
+        """Return the time scaling that continues ``entry`` to rest at the end of its line.
+
+        Args:
+            entry: line, speed and acceleration at its start, and blend.
+            parametrisation: of the line, with ``NORM``.
+            factors: how much of the limits is used.
+
+        Raises:
+            PlanningError: if ruckig finds none.
+        """
+        initial = parametrisation.start(entry.speed, entry.acceleration)
+        phases = self.phases(entry, parametrisation, factors)
+        shortest = shortest_piece(
+            float(parametrisation.coordinates[-1]), float(parametrisation.accelerations.min())
+        )
+        times = knots_with_blend(phases, PIECES, shortest, entry.blend)
+        scaling = parametrisation.time_scaling(evaluate(phases, initial, times))
+        return scaling.with_ends((0.0, entry.speed, entry.acceleration), entry.line.length)
+
+    def phases(
+        self, entry: Entry, parametrisation: PathParametrisation, factors: MovingFactors
+    ) -> Phases:
+        """Return the phases of the coordinate; the arguments are those of ``in_motion``.
+
+        While the blend lasts it has its part of the limits; after it the line has all of them.
+        """
+        state = parametrisation.start(entry.speed, entry.acceleration)
+        phases: Phases = []
+        if entry.blend is not None:
+            until = entry.blend.duration
+            phases = self._to_end(parametrisation, state, factors.begin_rate, factors.begin)
+            if total_duration(phases) <= until:
+                return lasting(phases, entry.blend)
+            phases = first_of(phases, until)
+            value, rate, acceleration = evaluate(phases, state, np.array([until]))[1:]
+            state = float(value[0]), float(rate[0]), float(acceleration[0])
+        speed = factors.after
+        return [*phases, *self._to_end(parametrisation, state, speed, speed * speed, speed)]
+
+    def _to_end(
+        self,
+        parametrisation: PathParametrisation,
+        state: tuple[float, float, float],
+        rate: float,
+        fraction: float,
+        of_jerk: float = 1.0,
+    ) -> Phases:
+        """Return the phases from a ``state`` of the coordinate to rest at the end of the line."""
+        acceleration = fraction * float(parametrisation.accelerations.min())
+        jerk = of_jerk * fraction * float(parametrisation.jerks.min())
+        (phases,) = self._ruckig.to_rest_at(
+            [float(parametrisation.coordinates[-1])],
+            [state[0]],
+            [state[1]],
+            [state[2]],
+            ([rate], [acceleration], [jerk]),
+        )
+        return phases
+
+    def braking(
+        self, entry: Entry, limits: SliderLimits, fraction: float, longest: float
+    ) -> TimeScaling:
+        """Return the time scaling that brakes the motion of ``entry`` along its line.
+
+        Args:
+            entry: line, speed and acceleration at its start, and blend.
+            limits: of the sliders.
+            fraction: of acceleration and jerk that is used.
+            longest: time that it may take [s].
+
+        Raises:
+            PlanningError: if none is found.
+        """
+        line, speed, acceleration, blend = entry
+        scaling = TimeScaling(
+            *hardest_braking(
+                lambda ways: line.derivatives(ways)[1:],
+                (0.0, speed, acceleration),
+                limits,
+                fraction=fraction,
+                longest=longest,
+            )
+        )
+        if blend is None:
+            return scaling
+        times = scaling.times.tolist()
+        shortest = shortest_piece(float(scaling.ways[-1]), max(limits.acceleration))
+        if blend.duration > times[-1] + shortest:
+            times.append(blend.duration)
+        return scaling.with_knots(np.array(with_knots_of(times, blend, shortest)))

@@ -1,0 +1,256 @@
+"""Search for a plan: candidates are made one after the other until one passes verification.
+
+A candidate that fails is dropped. If all fail, the error of the last one says why: it takes the
+most time, so it is refused for nothing that more time would help.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from enum import Enum
+from functools import partial
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible, coarser
+from tri_glide_kinematics.motion.moves.line_ends import LineToEdge, LineToPosition
+from tri_glide_kinematics.motion.moves.line_joining import LineJoining, WayOnto
+from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
+from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
+from tri_glide_kinematics.motion.moves.stopping import Stopping
+from tri_glide_kinematics.motion.trajectory import verification
+from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan, Plan, SequencePlan, SliderState
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
+from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+# Fraction of acceleration and jerk that blends use at most; the line has what is left.
+BLEND_FRACTIONS = (0.3, 0.6)
+FROM_REST_BLEND_FRACTION = 0.1
+
+# So many places of a blend are looked at between two breaks: that takes a tenth of a millisecond.
+SAMPLES_IN_PIECE = 8
+
+# Targets closer than this are reached [m].
+SAME_PLACE = 1e-9
+
+Candidate = Callable[[], Interruptible[Plan]]
+
+
+class MotionKind(Enum):
+    """How the platform goes to a target."""
+
+    SLIDER = "slider"
+    LINEAR = "linear"
+
+
+class MotionPlanner:
+    """Finds verified plans for one machine.
+
+    Attributes:
+        stopping: finds stops.
+    """
+
+    def __init__(self, workspace: Workspace, kind: MotionKind) -> None:
+        """Prepare for moves of a ``kind`` inside ``workspace``."""
+        self._machine = workspace.machine
+        self._geometry = workspace.machine.geometry
+        self._workspace = workspace
+        self._kind = kind
+        self._sliders = SliderMotion()
+        self._lines = LinearMotion(workspace.machine)
+        self._joining = LineJoining(workspace.machine)
+        self.stopping = Stopping(self._lines)
+
+    def move(
+        self,
+        state: SliderState,
+        position: Vector3,
+        limits: SliderLimits,
+        region: Workspace,
+        moving: bool,
+        held: SequencePlan | None = None,
+    ) -> Interruptible[Plan]:
+        """Return a plan to rest at a platform ``position`` [m].
+
+        Args:
+            state: of the sliders.
+            position: inside the workspace.
+            limits: of the sliders.
+            region: where the platform may be on its way.
+            moving: whether the sliders are in motion.
+            held: plan that leads from ``state`` to rest, after which the move may begin.
+
+        Raises:
+            KinematicsError: if there is no way, with the reason.
+        """
+        if not moving:
+            return (yield from self._move_from_rest(state, position, limits, region))
+        ways: list[WayOnto] = []
+        if self._kind is MotionKind.LINEAR:
+            builder = LineToPosition(region, position)
+            ways = yield from self._joining.ways(state, builder, limits)
+
+        def candidates() -> Iterator[Candidate]:
+            if self._kind is MotionKind.SLIDER:
+                yield partial(self._slider_move, state, position, limits, region)
+            else:
+                yield from self._line_moves(ways, limits, region)
+            for braking in self.stopping.candidates(state, limits, region):
+                yield partial(self._then_move, braking, position, limits)
+            if held is not None:
+                yield partial(self._move_after, held, position, limits)
+
+        return (yield from _first(candidates()))
+
+    def jog(
+        self,
+        state: SliderState,
+        direction: Vector3,
+        speed: float,
+        limits: SliderLimits,
+        region: Workspace,
+        moving: bool,
+    ) -> Interruptible[Plan]:
+        """Return a plan along ``direction`` up to the edge of the workspace.
+
+        Args:
+            state: of the sliders.
+            direction: of the platform, a unit vector.
+            speed: of the platform at most [m/s].
+            limits: of the sliders.
+            region: where the platform may be on its way.
+            moving: whether the sliders are in motion.
+
+        Raises:
+            KinematicsError: if there is no way, with the reason.
+        """
+        builder = LineToEdge(region, direction, speed)
+        if not moving:
+            fraction = FROM_REST_BLEND_FRACTION
+            return (yield from self._lines.jog(state, builder, limits, fraction, speed))
+
+        def candidates() -> Iterator[Candidate]:
+            for fraction in BLEND_FRACTIONS:
+                jog = partial(self._lines.jog, state, builder, limits, fraction, speed)
+                yield partial(self._blended, jog, limits, region)
+            for braking in self.stopping.candidates(state, limits, region):
+                yield partial(self._then_jog, braking, direction, limits, speed)
+
+        return (yield from _first(candidates()))
+
+    def region(self, state: SliderState, region_of_motion: Workspace | None = None) -> Workspace:
+        """Return where the platform may be on a way that begins at ``state``.
+
+        That is the workspace. If the sliders are outside it, the way back must not be worse than
+        the place where it began: the region of the present motion stays, and a new motion gets a
+        workspace that is widened to its start.
+
+        Args:
+            state: of the sliders.
+            region_of_motion: region of the plan that is carried out, None at rest.
+        """
+        try:
+            self._workspace.check_heights(state.heights)
+        except OutsideWorkspaceError:
+            return region_of_motion or self._workspace.widened_to(state.heights)
+        return self._workspace
+
+    def _move_from_rest(
+        self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
+    ) -> Interruptible[Plan]:
+        """Return the plan of the kind of motion, which has no alternatives from rest."""
+        if self._kind is MotionKind.SLIDER:
+            return (yield from self._slider_move(state, position, limits, region))
+        return (yield from self.line(state, position, limits, region))
+
+    def line(
+        self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
+    ) -> Interruptible[Plan]:
+        """Return a plan along a straight line, from rest to rest at a ``position`` [m].
+
+        The arguments are those of ``move``.
+
+        Raises:
+            KinematicsError: if the line leaves the ``region``.
+        """
+        start = self._machine.forward(state.heights)
+        if math.dist(start, position) < SAME_PLACE:
+            return CubicPlan(state, ((), (), ()))
+        yield from region.way_check(start, position)
+        line = StraightLine.between(self._geometry, start, position)
+        return (yield from self._lines.from_rest(line, limits))
+
+    def _then_move(
+        self, braking: Candidate, position: Vector3, limits: SliderLimits
+    ) -> Interruptible[Plan]:
+        """Return a braking and then the move from where it rests."""
+        first = yield from braking()
+        return (yield from self._move_after(first, position, limits))
+
+    def _move_after(
+        self, first: Plan, position: Vector3, limits: SliderLimits
+    ) -> Interruptible[Plan]:
+        """Return the plan ``first`` and then the move from where it rests."""
+        stopped = first.state(first.duration)
+        region = self.region(stopped)
+        second = yield from self._move_from_rest(stopped, position, limits, region)
+        return SequencePlan((first, second))
+
+    def _then_jog(
+        self, braking: Candidate, direction: Vector3, limits: SliderLimits, speed: float
+    ) -> Interruptible[Plan]:
+        """Return a braking and then the jog from where it rests."""
+        first = yield from braking()
+        stopped = first.state(first.duration)
+        region = self.region(stopped)
+        second = yield from self.jog(stopped, direction, speed, limits, region, moving=False)
+        return SequencePlan((first, second))
+
+    def _slider_move(
+        self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
+    ) -> Interruptible[Plan]:
+        plan = yield from self._sliders.move(state, self._machine.inverse(position), limits)
+        yield
+        yield from verification.check_slider_path(plan, self._workspace.limits, region)
+        return plan
+
+    def _line_moves(
+        self, ways: list[WayOnto], limits: SliderLimits, region: Workspace
+    ) -> Iterator[Candidate]:
+        """Yield plans that go over to a line without a stop, the soonest first."""
+        while ways:
+            yield partial(self._blended, partial(self._joining.soonest, ways), limits, region)
+
+    def _blended(
+        self,
+        candidate: Callable[[], Interruptible[LinePlan]],
+        limits: SliderLimits,
+        region: Workspace,
+    ) -> Interruptible[Plan]:
+        """Return the plan of ``candidate`` if its blend is inside the workspace."""
+        plan = yield from candidate()
+        yield
+        check = verification.check_blend(plan, limits, self._workspace.limits, region)
+        yield from coarser(check, SAMPLES_IN_PIECE)
+        return plan
+
+
+def _first(candidates: Iterable[Candidate]) -> Interruptible[Plan]:
+    """Return the first plan that can be made.
+
+    Raises:
+        KinematicsError: that of the last candidate.
+    """
+    refusal: KinematicsError | None = None
+    for candidate in candidates:
+        try:
+            return (yield from candidate())
+        except KinematicsError as error:
+            refusal = error
+        yield
+    assert refusal is not None
+    raise refusal

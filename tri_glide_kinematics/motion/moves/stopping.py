@@ -1,0 +1,219 @@
+"""How a motion comes to rest: of the stops that can be verified, the soonest.
+
+The sliders' own stop, each slider as soon as it can, is the shortest of all, but on it the platform
+leaves its line. So a motion along a line or a path brakes on it, unless that takes much longer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from math import inf
+from typing import NamedTuple
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible, coarser
+from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
+from tri_glide_kinematics.motion.tracking.braking import (
+    Braking,
+    braking_alone,
+    braking_together,
+)
+from tri_glide_kinematics.motion.tracking.clearance import first_certified
+from tri_glide_kinematics.motion.tracking.slider_way import SliderWay
+from tri_glide_kinematics.motion.trajectory import verification
+from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan, Plan, SliderState
+from tri_glide_kinematics.motion.trajectory.errors import PlanningError
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.phases import total_duration
+from tri_glide_kinematics.workspace.workspace import Workspace
+
+# On a line or a path a stop may take this many times the sliders' own stop.
+LONGEST_ON_LINE = 1.5
+
+# The braking of a tracked step keeps its direction only nearly; so it may take this many times.
+LONGEST_TRACKED = 1.4
+
+# A held plan that ends within this many times the soonest stop is the stop.
+NEARLY = 1.05
+
+# Braking along a line: the part of acceleration and jerk that is used, and what of it leads onto
+# the line where the platform is beside it. The last is for what no other braking is found for.
+LINE_BRAKINGS = ((1.0, 0.1), (0.9, 0.3))
+GENTLE_LINE_BRAKING = (0.9, 0.5)
+
+# A braking along a line that is not found in so many pieces is not waited for: the sliders' own
+# stop is at hand.
+ALONG_PIECES = 10
+
+# A stop may be traced at this many places; more would take too long for a control cycle.
+TRACE_SAMPLES = 140
+SAMPLES_IN_PIECE = 12
+
+# Makes a braking along a line or a path that takes a time at most [s].
+Along = Callable[[float], Interruptible[Plan]]
+
+
+class OwnStop(NamedTuple):
+    """The stop of each slider by itself, not verified.
+
+    Attributes:
+        ways: phases of each slider.
+        duration: until the last of them rests [s].
+    """
+
+    ways: list[Braking]
+    duration: float
+
+
+def own_stop(state: SliderState, limits: SliderLimits) -> OwnStop:
+    """Return the shortest stop of each slider by itself, from a ``state`` within ``limits``."""
+    return _timed(braking_alone(_under_way(state), limits))
+
+
+class Stopping:
+    """Finds stops for one machine."""
+
+    def __init__(self, lines: LinearMotion) -> None:
+        """Brake along straight lines as ``lines`` does."""
+        self._lines = lines
+
+    def soonest(
+        self,
+        state: SliderState,
+        own: OwnStop,
+        limits: SliderLimits,
+        region: Workspace,
+        left: float,
+        along: Along | None,
+    ) -> Interruptible[Plan | None]:
+        """Return the soonest stop that can be verified.
+
+        Args:
+            state: of the sliders, in motion.
+            own: stop of the sliders from this state.
+            limits: of the sliders.
+            region: where the platform may be.
+            left: time until the held plan rests, on its own line if it has one [s].
+            along: brakes along the line or the path of the motion, None if it has none.
+
+        Returns:
+            The stop; None if the held plan is to be kept, as it rests as soon.
+
+        Raises:
+            PlanningError: if none is found now that is sooner than the held plan.
+        """
+        if left <= NEARLY * own.duration:
+            return None
+        longest = LONGEST_ON_LINE * own.duration
+        if along is not None:
+            try:
+                return (yield from _at_hand(along(min(longest, left))))
+            except KinematicsError:
+                yield
+            if left <= longest:
+                return None
+        try:
+            return (yield from self._certified(state, own, limits, region))
+        except PlanningError:
+            yield
+        if along is not None and left > longest:
+            try:
+                return (yield from along(left))
+            except KinematicsError:
+                yield
+        together = _timed(braking_together(_under_way(state), limits))
+        if together.duration < left:
+            try:
+                return (yield from self._certified(state, together, limits, region))
+            except PlanningError:
+                yield
+        if along is not None:
+            raise PlanningError("no braking keeps all limits just now")
+        return (yield from self.along_line(state, limits, region, left))
+
+    def candidates(
+        self, state: SliderState, limits: SliderLimits, region: Workspace
+    ) -> Iterator[Callable[[], Interruptible[Plan]]]:
+        """Yield the makings of stops from which another motion may begin, the best first."""
+        for braking in LINE_BRAKINGS:
+            yield partial(self._on_line, state, limits, region, braking)
+        yield lambda: self._certified(state, own_stop(state, limits), limits, region)
+        yield partial(self._on_line, state, limits, region, GENTLE_LINE_BRAKING)
+
+    def along_line(
+        self, state: SliderState, limits: SliderLimits, region: Workspace, longest: float
+    ) -> Interruptible[Plan]:
+        """Return a stop along the direction in which the platform moves.
+
+        Args:
+            state: of the sliders, in motion.
+            limits: of the sliders.
+            region: where the platform may be.
+            longest: time that it may take [s].
+
+        Raises:
+            KinematicsError: if none is found that keeps all limits.
+        """
+        refusal: KinematicsError | None = None
+        for braking in LINE_BRAKINGS:
+            try:
+                return (yield from self._on_line(state, limits, region, braking, longest))
+            except KinematicsError as error:
+                refusal = error
+            yield
+        assert refusal is not None
+        raise refusal
+
+    def _on_line(
+        self,
+        state: SliderState,
+        limits: SliderLimits,
+        region: Workspace,
+        braking: tuple[float, float],
+        longest: float = inf,
+    ) -> Interruptible[Plan]:
+        plan = yield from self._lines.brake(state, limits, *braking, longest)
+        end = plan.line.point(float(plan.scaling.ways[-1]))
+        yield from region.segment_check(plan.line.start, end)
+        yield from verification.check_blend(plan, limits, region.limits, region)
+        return plan
+
+    def _certified(
+        self, state: SliderState, stop: OwnStop, limits: SliderLimits, region: Workspace
+    ) -> Interruptible[Plan]:
+        """Return a ``stop`` of the sliders as a plan.
+
+        Raises:
+            PlanningError: if it cannot be shown to keep all limits.
+        """
+        proof = first_certified(region, state, (stop.ways,), limits, TRACE_SAMPLES)
+        certified = yield from coarser(proof, SAMPLES_IN_PIECE)
+        if certified is None:
+            raise PlanningError("the sliders' stop leads out of the limits")
+        return CubicPlan(state, certified.ways)
+
+
+def _at_hand(making: Interruptible[Plan]) -> Interruptible[Plan]:
+    """Return what a ``making`` comes to, unless that takes too many pieces.
+
+    Raises:
+        PlanningError: if it does.
+        KinematicsError: if there is none.
+    """
+    for _ in range(ALONG_PIECES):
+        try:
+            next(making)
+        except StopIteration as end:
+            plan: Plan = end.value
+            return plan
+        yield
+    raise PlanningError("the braking along the line takes too long to find")
+
+
+def _under_way(state: SliderState) -> list[SliderWay]:
+    return [SliderWay((), 0.0, *each) for each in zip(state.velocities, state.accelerations)]
+
+
+def _timed(ways: list[Braking]) -> OwnStop:
+    return OwnStop(ways, max(total_duration(phases) for phases in ways))

@@ -1,0 +1,1 @@
+"""How the corners of a path are rounded."""

@@ -1,0 +1,281 @@
+"""A path out of flat arrays of numbers, as messages carry it: checked at once, made in pieces."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tri_glide_kinematics.checks import finite_array
+from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
+from tri_glide_kinematics.interruptible import ROWS, Interruptible, concatenated
+from tri_glide_kinematics.motion.path.errors import PathError, SegmentError
+from tri_glide_kinematics.motion.path.inputs import (
+    LARGEST_PLACE,
+    LARGEST_SPEED,
+    LEAST_SPEED,
+    check_coordinates,
+    check_count,
+    tolerance_of,
+)
+from tri_glide_kinematics.motion.path.platform_path import LARGEST_ANGLE, PlatformPath
+from tri_glide_kinematics.motion.path.segments import (
+    SHORTEST,
+    Segment,
+    Segments,
+    arc_about,
+    arc_through,
+    collected,
+    joined_in_pieces,
+    line,
+    polyline_in_pieces,
+)
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+# Shorter runs of lines are made one by one.
+SHORTEST_RUN = 16
+
+# So many segments that are made one by one are a piece.
+PIECE = 32
+
+
+class SegmentKind(IntEnum):
+    """What the numbers of a segment mean."""
+
+    LINE = 0
+    ARC_THROUGH = 1
+    ARC_ABOUT = 2
+
+
+# How many numbers each takes: an end; a point between and an end; a centre, an axis and an angle.
+SIZES = np.array((3, 6, 7))
+PLACE_OF_ANGLE = 6
+
+
+@dataclass(frozen=True, eq=False)
+class FlatPath:
+    """Segments as numbers.
+
+    Attributes:
+        kinds: Shape (n,).
+        numbers: of all segments, one after the other [m], [rad].
+        offsets: of the first number of each segment. Shape (n,).
+        tolerances: Shape (n,) [m].
+        speeds: infinite for none. Shape (n,) [m/s].
+    """
+
+    kinds: NDArray[np.uint8]
+    numbers: FloatArray
+    offsets: NDArray[np.int64]
+    tolerances: FloatArray
+    speeds: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        kinds: ArrayLike,
+        numbers: ArrayLike,
+        tolerances: ArrayLike,
+        speeds: ArrayLike,
+        default_tolerance: float,
+    ) -> FlatPath:
+        """Return the segments, if their numbers can be those of a path.
+
+        Args:
+            kinds: of ``SegmentKind``. Shape (n,).
+            numbers: as many as the kinds need [m], [rad].
+            tolerances: of the joints at the ends; one for each segment, one for all, or none [m].
+            speeds: of the platform; one for each segment, one for all, or none; 0 is none [m/s].
+            default_tolerance: where none is given [m].
+
+        Raises:
+            PathError: if there is no segment, or one of a kind that is unknown, or too many.
+            WrongShapeError: if there are too many or too few numbers.
+            NotFiniteError: if a number is NaN or infinite.
+            OutOfBoundsError: if a number is too large, or a tolerance or a speed negative.
+        """
+        codes = np.asarray(kinds, dtype=np.uint8)
+        count = len(codes)
+        if not count:
+            raise PathError("the path has 0 segments, at least 1")
+        check_count(count)
+        if codes.max() >= len(SIZES):
+            index = int((codes >= len(SIZES)).argmax())
+            raise SegmentError(index, f"has kind {codes[index]}, at most {len(SIZES) - 1}")
+        ends = np.cumsum(SIZES[codes])
+        values = np.asarray(numbers, dtype=np.float64)
+        if len(values) != ends[-1]:
+            shape = f"({ends[-1]},) for the kinds of {count} segments"
+            raise WrongShapeError("numbers", values.shape, shape)
+        offsets = np.concatenate(([0], ends[:-1]))
+        _check_numbers(codes, values, offsets)
+        all_speeds = _of_each("speeds", speeds, count, 0.0, LARGEST_SPEED, "m/s")
+        slow = (all_speeds > 0.0) & (all_speeds < LEAST_SPEED)
+        if slow.any():
+            index = int(slow.argmax())
+            bound = f"0, or at least {LEAST_SPEED:g}"
+            raise OutOfBoundsError(f"speeds[{index}]", float(all_speeds[index]), bound, "m/s")
+        return cls(
+            codes,
+            values,
+            offsets,
+            _of_each("tolerances", tolerances, count, default_tolerance, LARGEST_PLACE, "m"),
+            np.where(all_speeds > 0.0, all_speeds, math.inf),
+        )
+
+    def __len__(self) -> int:
+        """Return the number of segments."""
+        return len(self.kinds)
+
+    def path_from(self, start: Vector3) -> Interruptible[PlatformPath]:
+        """Return the path that begins at ``start`` [m].
+
+        Raises:
+            SegmentError: if a segment has no length, or its numbers determine no arc.
+        """
+        if self._begins_at(start):
+            # Whoever takes the first point from a measurement is a little beside the setpoint.
+            return (yield from self._without_first().path_from(_vector(self.numbers[:3])))
+        parts: list[Segments] = []
+        here = start
+        turns = np.flatnonzero(np.diff(self.kinds != SegmentKind.LINE)) + 1
+        bounds = [0, *turns.tolist(), len(self)]
+        singles: list[Segment] = []
+        begin = here
+        for first, last in itertools.pairwise(bounds):
+            if self.kinds[first] == SegmentKind.LINE and last - first >= SHORTEST_RUN:
+                if singles:
+                    parts.append(collected(begin, singles))
+                    singles = []
+                parts.append((yield from self._lines(first, last, here)))
+                begin = here = _vector(parts[-1].points[-1])
+                yield
+                continue
+            for number in range(first, last):
+                singles.append(self._single(number, here))
+                here = singles[-1].end
+                if len(singles) == PIECE:
+                    parts.append(collected(begin, singles))
+                    singles, begin = [], here
+                    yield
+        if singles:
+            parts.append(collected(begin, singles))
+        return PlatformPath.of_segments((yield from joined_in_pieces(parts)))
+
+    def _begins_at(self, start: Vector3) -> bool:
+        """Tell whether the first of several segments is a line that only leads to the ``start``."""
+        is_line = len(self) > 1 and self.kinds[0] == SegmentKind.LINE
+        return is_line and math.dist(start, _vector(self.numbers[:3])) < SHORTEST
+
+    def _without_first(self) -> FlatPath:
+        return FlatPath(
+            self.kinds[1:],
+            self.numbers[3:],
+            self.offsets[1:] - 3,
+            self.tolerances[1:],
+            self.speeds[1:],
+        )
+
+    def _lines(self, first: int, last: int, start: Vector3) -> Interruptible[Segments]:
+        """Return segments that are all lines."""
+        offset = int(self.offsets[first])
+        ends = self.numbers[offset : offset + 3 * (last - first)].reshape(-1, 3)
+        points = yield from concatenated((np.array([start]), ends))
+        lines = yield from polyline_in_pieces(points, 0.0, number=first)
+        return replace(
+            lines, tolerances=self.tolerances[first:last], speeds=self.speeds[first:last]
+        )
+
+    def _single(self, number: int, start: Vector3) -> Segment:
+        kind = int(self.kinds[number])
+        offset = int(self.offsets[number])
+        given = self.numbers[offset : offset + int(SIZES[kind])].tolist()
+        bounds = float(self.tolerances[number]), float(self.speeds[number])
+        first = _vector(given[:3])
+        if kind == SegmentKind.LINE:
+            return line(number, start, first, *bounds)
+        second = _vector(given[3:6])
+        if kind == SegmentKind.ARC_THROUGH:
+            return arc_through(number, start, first, second, *bounds)
+        return arc_about(number, start, first, second, given[PLACE_OF_ANGLE], *bounds)
+
+
+def polyline_from(
+    start: Vector3, points: FloatArray, tolerance: float
+) -> Interruptible[PlatformPath]:
+    """Return the polyline from ``start`` [m] through ``points``; repeated ones count once.
+
+    Args:
+        start: Shape (3,) [m].
+        points: Shape (n, 3) [m].
+        tolerance: of all joints [m].
+
+    Raises:
+        PathError: if all points are at the start.
+        NotFiniteError: if a number is NaN or infinite.
+        OutOfBoundsError: if a number is too large.
+        ShortSegmentError: if points are the same though none is that of the one before it.
+        TooManySegmentsError: if there are too many points.
+    """
+    check_count(len(points))
+    places = np.empty((len(points) + 1, 3))
+    places[0] = before = np.array(start)
+    check_coordinates(places[:1], 0)
+    count = 1
+    for first in range(0, len(points), ROWS):
+        some = points[first : first + ROWS]
+        check_coordinates(some, first + 1)
+        steps = np.diff(some, axis=0, prepend=before[np.newaxis])
+        new = some[np.einsum("ij,ij->i", steps, steps) >= SHORTEST * SHORTEST]
+        places[count : count + len(new)] = new
+        count += len(new)
+        before = some[-1]
+        yield
+    if count < 2:
+        raise PathError("the path has 0 segments, at least 1: all its points are where it begins")
+    lines = yield from polyline_in_pieces(places[:count], tolerance_of(0, tolerance))
+    return PlatformPath.of_segments(lines)
+
+
+def _check_numbers(
+    kinds: NDArray[np.uint8], numbers: FloatArray, offsets: NDArray[np.int64]
+) -> None:
+    """Check that all numbers are finite and not too large."""
+    largest = np.full(len(numbers), LARGEST_PLACE)
+    largest[offsets[kinds == SegmentKind.ARC_ABOUT] + PLACE_OF_ANGLE] = LARGEST_ANGLE
+    bad = ~(np.abs(numbers) <= largest)
+    if bad.any():
+        index = int(bad.argmax())
+        segment = int(np.searchsorted(offsets, index, side="right"))
+        name = f"number {index - int(offsets[segment - 1]) + 1} of segment {segment}"
+        value = float(numbers[index])
+        if not math.isfinite(value):
+            raise NotFiniteError(name, value)
+        raise OutOfBoundsError(name, value, f"at most {largest[index]:g} in absolute value")
+
+
+def _of_each(
+    name: str, values: ArrayLike, count: int, default: float, largest: float, unit: str
+) -> FloatArray:
+    """Return one number for each segment; none, or one, given stands for all."""
+    given = finite_array(name, values, (None,))
+    if len(given) not in (0, 1, count):
+        raise WrongShapeError(name, given.shape, f"({count},), (1,) or (0,)")
+    bad = ~((given >= 0.0) & (given <= largest))
+    if bad.any():
+        index = int(bad.argmax())
+        bound = f"at least 0 and at most {largest:g}"
+        raise OutOfBoundsError(f"{name}[{index}]", float(given[index]), bound, unit)
+    if len(given) == count:
+        return given.copy()
+    return np.full(count, float(given[0]) if len(given) else default)
+
+
+def _vector(values: FloatArray | Sequence[float]) -> Vector3:
+    x, y, z = map(float, values)
+    return x, y, z

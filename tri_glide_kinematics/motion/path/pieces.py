@@ -1,0 +1,248 @@
+r"""The pieces of the path as driven: polynomials, and arcs that they are added to.
+
+On each piece p(s) is a polynomial of the way from its begin; where the path as programmed is an
+arc, that arc is added to it.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from math import cos, sin
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tri_glide_kinematics.interruptible import ROWS, Interruptible, at_once
+from tri_glide_kinematics.motion.path.corners.joints import lengths_of
+from tri_glide_kinematics.motion.path.segments import Segments
+from tri_glide_kinematics.vectors import FloatArray
+
+Indices = NDArray[np.intp]
+
+
+class PieceBounds(NamedTuple):
+    """Upper bounds in pieces of a path.
+
+    Attributes:
+        starts: |p'| where a piece begins, without an arc. Shape (k,).
+        changes: by how much p' changes, without an arc. Shape (k,).
+        angles: of the arc, 0 for a line, whose p' is in the numbers before. Shape (k,) [rad].
+        bends: |p''|. Shape (k,) [1/m].
+        thirds: |p'''|. Shape (k,) [1/m^2].
+    """
+
+    starts: FloatArray
+    changes: FloatArray
+    angles: FloatArray
+    bends: FloatArray
+    thirds: FloatArray
+
+    @property
+    def rates(self) -> FloatArray:
+        """Upper bounds of |p'|. Shape (k,)."""
+        return np.asarray(self.starts + self.changes + (self.angles > 0.0))
+
+    @property
+    def least_rates(self) -> FloatArray:
+        """Lower bounds of |p'|. Shape (k,)."""
+        return np.asarray(np.abs(self.starts - (self.angles > 0.0)) - self.changes)
+
+    @property
+    def turns(self) -> FloatArray:
+        """Upper bounds of the change of p', 0 where it has the length 1. Shape (k,)."""
+        rounded = (self.changes > 0.0) | ((self.angles > 0.0) & (self.starts > 0.0))
+        return np.where(rounded, self.changes + self.angles, 0.0)
+
+
+class Pieces:
+    """Position of the platform over the programmed way s, with derivatives.
+
+    Attributes:
+        segments: the path as programmed.
+        joints: ways at which segments begin and end. Shape (n + 1,) [m].
+        breaks: ascending ways at which the third derivative may jump or a segment ends; between
+            them, p is smooth. Shape (k + 1,) [m].
+        table: coefficients of ascending powers of the way from each break; for arcs, what is
+            added to the arc. Shape (k, degree + 1, 3).
+        segment: index of the segment of each piece. Shape (k,).
+    """
+
+    def __init__(
+        self,
+        segments: Segments,
+        breaks: FloatArray,
+        table: FloatArray,
+        segment: Indices | None = None,
+    ) -> None:
+        """Take what the attributes are; the ``segment`` of each piece is found if not given."""
+        self.segments = segments
+        self.joints = segments.joints
+        self.breaks = breaks
+        self.table = table
+        if segment is None:
+            segment = at_once(segment_of_pieces(segments, breaks))
+        self.segment = segment
+        self._breaks_view = breaks.data
+
+    @property
+    def length(self) -> float:
+        """Length of the path as programmed [m]."""
+        return float(self.joints[-1])
+
+    def pieces_of(self, ways: ArrayLike) -> Indices:
+        """Return the index of the piece that each way lies on, of two the later. Shape (n,)."""
+        pieces = np.searchsorted(self.breaks, ways, "right") - 1
+        return np.asarray(np.clip(pieces, 0, len(self.segment) - 1))
+
+    def derivatives(self, ways: ArrayLike, highest: int = 3) -> FloatArray:
+        """Return positions, and their derivatives by the programmed way.
+
+        At a break they are those of the piece that begins there, save at the very end.
+
+        Args:
+            ways: programmed. Shape (n,) [m].
+            highest: order of the highest derivative, 5 at most.
+
+        Returns:
+            Shape (highest + 1, n, 3) [m, 1, 1/m, ...].
+        """
+        places = np.asarray(ways, dtype=np.float64)
+        return self.derivatives_on(self.pieces_of(places), places, highest)
+
+    def derivatives_on(self, pieces: Indices, ways: FloatArray, highest: int = 3) -> FloatArray:
+        """Return the same as ``derivatives``, on ``pieces`` that are known. Shape (n,)."""
+        x = (ways - self.breaks[pieces])[:, np.newaxis]
+        coefficients = self.table[pieces].transpose(1, 0, 2)
+        result = np.zeros((highest + 1, len(ways), 3))
+        for order in range(min(highest + 1, len(coefficients))):
+            if order:
+                powers = np.arange(1.0, len(coefficients))[:, np.newaxis, np.newaxis]
+                coefficients = coefficients[1:] * powers
+            total = result[order]
+            total += coefficients[-1]
+            for coefficient in coefficients[-2::-1]:
+                total *= x
+                total += coefficient
+        if self.segments.is_curved:
+            self._add_arcs(result, pieces, ways)
+        return result
+
+    def _add_arcs(self, result: FloatArray, pieces: Indices, ways: FloatArray) -> None:
+        """Add the arcs as programmed to what ``derivatives_on`` returns."""
+        on_arcs = np.flatnonzero(self.segments.curvatures[self.segment[pieces]])
+        if not len(on_arcs):
+            return
+        segment = self.segment[pieces[on_arcs]]
+        curvature = self.segments.curvatures[segment][:, np.newaxis]
+        angle = curvature * (ways[on_arcs] - self.joints[segment])[:, np.newaxis]
+        sine, cosine = np.sin(angle), np.cos(angle)
+        half = np.sin(0.5 * angle)
+        tangent, normal = self.segments.tangents[segment], self.segments.normals[segment]
+        result[0, on_arcs] += (sine * tangent + 2.0 * half * half * normal) / curvature
+        ahead, inwards = cosine * tangent + sine * normal, cosine * normal - sine * tangent
+        factor = np.ones_like(curvature)
+        for order in range(1, len(result)):
+            result[order, on_arcs] += factor * ahead
+            factor = factor * curvature
+            ahead, inwards = inwards, -ahead
+
+    def state(self, way: float) -> tuple[float, ...]:
+        """Return position, first and second derivative at one programmed way [m].
+
+        Returns:
+            Nine plain numbers: x, y, z, then their first and their second derivatives.
+        """
+        piece = min(max(bisect_right(self._breaks_view, way) - 1, 0), len(self._breaks_view) - 2)
+        x = way - self._breaks_view[piece]
+        rows = self.table[piece].tolist()
+        if len(rows) == 4:
+            (ax, ay, az), (bx, by, bz), (cx, cy, cz), (dx, dy, dz) = rows
+            ex = ey = ez = 0.0
+        else:
+            (ax, ay, az), (bx, by, bz), (cx, cy, cz), (dx, dy, dz), (ex, ey, ez) = rows
+        values = (
+            ax + x * (bx + x * (cx + x * (dx + x * ex))),
+            ay + x * (by + x * (cy + x * (dy + x * ey))),
+            az + x * (bz + x * (cz + x * (dz + x * ez))),
+            bx + x * (2.0 * cx + x * (3.0 * dx + x * 4.0 * ex)),
+            by + x * (2.0 * cy + x * (3.0 * dy + x * 4.0 * ey)),
+            bz + x * (2.0 * cz + x * (3.0 * dz + x * 4.0 * ez)),
+            2.0 * cx + x * (6.0 * dx + x * 12.0 * ex),
+            2.0 * cy + x * (6.0 * dy + x * 12.0 * ey),
+            2.0 * cz + x * (6.0 * dz + x * 12.0 * ez),
+        )
+        if self.segments.is_curved:
+            segment = int(self.segment[piece])
+            if self.segments.curvatures[segment]:
+                return self._with_arc(values, segment, way)
+        return values
+
+    def _with_arc(self, values: tuple[float, ...], segment: int, way: float) -> tuple[float, ...]:
+        """Return what ``state`` returns, with the arc as programmed added to it."""
+        curvature = float(self.segments.curvatures[segment])
+        tx, ty, tz = self.segments.tangents[segment].tolist()
+        nx, ny, nz = self.segments.normals[segment].tolist()
+        angle = curvature * (way - float(self.joints[segment]))
+        sine, cosine, half = sin(angle), cos(angle), sin(0.5 * angle)
+        ahead, aside = sine / curvature, 2.0 * half * half / curvature
+        bent, bent_back = curvature * cosine, -curvature * sine
+        px, py, pz, qx, qy, qz, rx, ry, rz = values
+        return (
+            px + ahead * tx + aside * nx,
+            py + ahead * ty + aside * ny,
+            pz + ahead * tz + aside * nz,
+            qx + cosine * tx + sine * nx,
+            qy + cosine * ty + sine * ny,
+            qz + cosine * tz + sine * nz,
+            rx + bent_back * tx + bent * nx,
+            ry + bent_back * ty + bent * ny,
+            rz + bent_back * tz + bent * nz,
+        )
+
+    def rates(self, pieces: Indices, ways: FloatArray) -> FloatArray:
+        """Return |p'| on ``pieces``. Shape (n,)."""
+        x = (ways - self.breaks[pieces])[:, np.newaxis]
+        highest = self.table.shape[1] - 1
+        total = highest * self.table[pieces, highest]
+        for power in range(highest - 1, 0, -1):
+            total *= x
+            total += power * self.table[pieces, power]
+        if self.segments.is_curved:
+            on_arcs = np.flatnonzero(self.segments.curvatures[self.segment[pieces]])
+            segment = self.segment[pieces[on_arcs]]
+            angle = self.segments.curvatures[segment] * (ways[on_arcs] - self.joints[segment])
+            total[on_arcs] += np.cos(angle)[:, np.newaxis] * self.segments.tangents[segment]
+            total[on_arcs] += np.sin(angle)[:, np.newaxis] * self.segments.normals[segment]
+        return lengths_of(total)
+
+    def bounds_on(self, pieces: slice) -> PieceBounds:
+        """Return upper bounds in each of some ``pieces``."""
+        steps = np.diff(self.breaks[:-1][pieces], append=self.breaks[1:][pieces][-1:])
+        table = self.table[pieces, 1:]
+        x, y, z = np.moveaxis(table, 2, 0)
+        sizes = np.sqrt(x * x + y * y + z * z)
+        changes, bends = np.zeros(len(steps)), np.zeros(len(steps))
+        power_of_step = np.ones(len(steps))
+        for power in range(2, self.table.shape[1]):
+            bends += power * (power - 1) * power_of_step * sizes[:, power - 1]
+            power_of_step *= steps
+            changes += power * power_of_step * sizes[:, power - 1]
+        thirds = 6.0 * sizes[:, 2]
+        if sizes.shape[1] == 4:
+            thirds += 24.0 * sizes[:, 3] * steps
+        curvatures = self.segments.curvatures[self.segment[pieces]]
+        angles = curvatures * steps
+        return PieceBounds(
+            sizes[:, 0], changes, angles, bends + curvatures, thirds + curvatures * curvatures
+        )
+
+
+def segment_of_pieces(segments: Segments, breaks: FloatArray) -> Interruptible[Indices]:
+    """Return the index of the segment that each piece lies on, interruptibly. Shape (k,)."""
+    found = np.empty(len(breaks) - 1, dtype=np.intp)
+    for first in range(0, len(found), ROWS):
+        starts = breaks[:-1][first : first + ROWS]
+        found[first : first + ROWS] = np.searchsorted(segments.joints, starts, "right") - 1
+        yield
+    return found

@@ -1,0 +1,149 @@
+r"""Proof that each place of a path is inside the workspace, from places that vouch for more.
+
+It is that of ``workspace.tracing``, for a path of the platform. Let two places of it be inside, the
+parameter between them h, the way w, and the tolerance T of that module be granted.
+
+- Condition number: the balls about both, in which it is kept, have to meet: $w \le r_1 + r_2$.
+- Reach, box and cylinder are convex: nothing between is farther out than the path bends away from
+  its chord, $h^2 |p''| / 8$, nor than half the way.
+- Slider travel: likewise with the second derivative of the heights, at most
+  $c |p''| + K |p'|^2$ with the largest gain c and slope K of the Jacobian in both balls, or with
+  half the way times c.
+
+Where this is not enough, the place in the middle is looked at.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.path.clearance import Clearances, clearances
+from tri_glide_kinematics.motion.path.distinct import distinct
+from tri_glide_kinematics.motion.path.driven_path import DrivenPath
+from tri_glide_kinematics.motion.path.errors import PathPlaceError
+from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.wording import vector_text
+from tri_glide_kinematics.workspace.workspace import TOLERANCE, Workspace
+
+# The first places are so far apart [m].
+FIRST_STEP = 0.01
+
+# So many pieces, places and first intervals are looked at between two breaks of the computation.
+PIECES = 4000
+PLACES = 200
+INTERVALS = 100
+
+
+def check_place(
+    driven: DrivenPath, workspace: Workspace, start: float = 0.0
+) -> Interruptible[None]:
+    """Check that each place of a path is inside; interruptibly.
+
+    Args:
+        driven: the path.
+        workspace: in which it has to stay.
+        start: programmed way from which on it is checked [m].
+
+    Raises:
+        PathPlaceError: with the segment, the place, and what the workspace says of it.
+    """
+    ways = _first_ways(driven, min(max(start, 0.0), driven.length))
+    part = driven.pieces_of(ways) // PIECES + np.arange(len(ways)) // INTERVALS
+    heads = np.flatnonzero(np.diff(part, prepend=-1))
+    for first, last in zip(heads, (*heads[1:], len(ways) - 1)):
+        yield
+        yield from _check_between(driven, workspace, ways[first : last + 1])
+
+
+def _first_ways(driven: DrivenPath, start: float) -> FloatArray:
+    """Return programmed ways, among them all stops, from ``start`` on. Shape (n,) [m]."""
+    count = max(int(np.ceil((driven.length - start) / FIRST_STEP)), 1)
+    even = np.linspace(start, driven.length, count + 1)
+    stops = driven.stops[driven.stops > start]
+    return distinct(even, stops)
+
+
+def _check_between(
+    driven: DrivenPath, workspace: Workspace, ways: FloatArray
+) -> Interruptible[None]:
+    """Check the path between some ways, whose number is small."""
+    known = _looked_at(driven, workspace, ways)
+    first, last = driven.pieces_of(ways[[0, -1]]).tolist()
+    bounds = driven.bounds_on(slice(first, last + 1))
+    # All intervals between the ways, from the index of one to that of the next.
+    low, high = np.arange(len(ways) - 1), np.arange(1, len(ways))
+    while len(low):
+        yield
+        # The piece in which an interval ends is looked at, too.
+        heads, tails = driven.pieces_of(ways[low]) - first, driven.pieces_of(ways[high]) - first
+        rates, bends = _largest(bounds.rates, heads, tails), _largest(bounds.bends, heads, tails)
+        steps = ways[high] - ways[low]
+        unproved = ~_is_inside_between(steps, rates, bends, known, low, high)
+        low, high = low[unproved], high[unproved]
+        if not len(low):
+            return
+        middles = 0.5 * (ways[low] + ways[high])
+        new = np.arange(len(ways), len(ways) + len(middles))
+        found = []
+        for some in np.array_split(middles, 1 + len(middles) // PLACES):
+            yield
+            found.append(_looked_at(driven, workspace, some))
+        ways = np.concatenate((ways, middles))
+        known = Clearances(*(np.concatenate(column) for column in zip(known, *found)))
+        low, high = np.concatenate((low, new)), np.concatenate((new, high))
+
+
+def _looked_at(driven: DrivenPath, workspace: Workspace, ways: FloatArray) -> Clearances:
+    """Return what is known around places of the path, all of which have to be inside."""
+    places = driven.derivatives(ways, 0)[0]
+    known = clearances(workspace, places)
+    for index in np.flatnonzero(~known.inside)[:1].tolist():
+        place = places[index].tolist()
+        segment = int(driven.segment_of(ways[index]))
+        try:
+            workspace.check_position(place)
+        except KinematicsError as error:
+            raise PathPlaceError(segment, place, str(error)) from error
+        reason = f"too near the edge of the workspace at {vector_text(place)} m"
+        raise PathPlaceError(segment, place, reason)
+    return known
+
+
+def _is_inside_between(
+    steps: FloatArray,
+    rates: FloatArray,
+    bends: FloatArray,
+    known: Clearances,
+    low: NDArray[np.intp],
+    high: NDArray[np.intp],
+) -> NDArray[np.bool_]:
+    """Return between which places the path is inside, up to ``TOLERANCE``.
+
+    Args:
+        steps: of the programmed way between the places. Shape (m,) [m].
+        rates: upper bounds of |p'| between them. Shape (m,).
+        bends: upper bounds of |p''| between them. Shape (m,) [1/m].
+        known: what is known of all places.
+        low: indices of the first places. Shape (m,).
+        high: indices of the second places. Shape (m,).
+    """
+    way = rates * steps
+    slack = np.minimum(known.slack[low], known.slack[high]) + TOLERANCE
+    travel = np.minimum(known.travel[low], known.travel[high]) + TOLERANCE
+    gain = np.maximum(known.gain[low], known.gain[high])
+    slope = np.maximum(known.slope[low], known.slope[high])
+    eighth = 0.125 * steps * steps
+    well_posed = way <= known.radius[low] + known.radius[high]
+    in_room = np.minimum(0.5 * way, eighth * bends) <= slack
+    of_sliders = np.minimum(0.5 * gain * way, eighth * (gain * bends + slope * rates * rates))
+    return np.asarray(well_posed & in_room & (of_sliders <= travel))
+
+
+def _largest(values: FloatArray, heads: NDArray[np.intp], tails: NDArray[np.intp]) -> FloatArray:
+    """Return the largest value from each head to its tail, which is no less. Shape (m,)."""
+    # What lies between one tail and the next head is worked out, too, and left out.
+    ends = np.stack((heads, tails + 1), 1).ravel()
+    return np.asarray(np.maximum.reduceat(np.append(values, 0.0), ends)[::2])

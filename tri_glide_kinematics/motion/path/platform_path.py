@@ -1,0 +1,293 @@
+"""A path of the platform, put together segment by segment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cached_property
+from math import dist
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tri_glide_kinematics.checks import finite
+from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.motion.path.driven_path import DrivenPath
+from tri_glide_kinematics.motion.path.errors import ApartError, EmptyPathError
+from tri_glide_kinematics.motion.path.inputs import place_of, points_of, speed_of, tolerance_of
+from tri_glide_kinematics.motion.path.segments import (
+    SAME_PLACE,
+    Segment,
+    Segments,
+    arc_about,
+    arc_through,
+    collected,
+    joined,
+    joined_in_pieces,
+    line,
+    polyline,
+)
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.wording import vector_text
+
+# No arc turns farther [rad].
+LARGEST_ANGLE = 1e5
+
+
+# So many segments are worked on between two breaks of the computation.
+AT_A_TIME = 300
+
+
+class PlatformPath:
+    """Lines and arcs, one after the other, and how they are driven.
+
+    A path never changes: what adds a segment returns a new path, which shares all others. Each
+    segment has a tolerance, which belongs to the joint at its end: nowhere around it is the path
+    as driven farther from the path as programmed. With the tolerance 0 the platform stops there,
+    unless the joint is smooth; it also stops in corners that turn back. (docs/paths.md)
+
+    Attributes:
+        end: where the path ends. Shape (3,) [m].
+        count: number of segments.
+    """
+
+    def __init__(
+        self,
+        end: Vector3,
+        count: int,
+        previous: PlatformPath | None = None,
+        part: Segment | Segments | None = None,
+    ) -> None:
+        """Use ``start``, ``through`` and what adds a segment instead."""
+        self.end = end
+        self.count = count
+        self._previous = previous
+        self._part = part
+
+    def __repr__(self) -> str:
+        """Return how many segments it has and where it ends."""
+        return f"<PlatformPath, {self.count} segments, end {vector_text(self.end)} m>"
+
+    @classmethod
+    def start(cls, position: Iterable[float]) -> PlatformPath:
+        """Return a path without segments, from a ``position`` on. Shape (3,) [m].
+
+        Raises:
+            WrongShapeError: if it has not three numbers.
+            NotFiniteError: if one of them is NaN or infinite.
+            OutOfBoundsError: if one of them is larger than 100 m.
+        """
+        return cls(place_of("start", position), 0)
+
+    @classmethod
+    def through(
+        cls, points: ArrayLike, tolerance: float = 0.0, speed: float | None = None
+    ) -> PlatformPath:
+        """Return the polyline through ``points``.
+
+        Args:
+            points: two at least. Shape (n, 3) [m].
+            tolerance: of all joints [m].
+            speed: largest one of the platform [m/s].
+
+        Raises:
+            WrongShapeError: if there are fewer than two points, or they have not three numbers.
+            NotFiniteError: if a number is NaN or infinite.
+            OutOfBoundsError: if a number is larger than 100 m, the tolerance negative or the speed
+                not greater than zero.
+            RepeatedPointError: if two points, one after the other, are the same.
+        """
+        places = points_of(points)
+        part = polyline(places, tolerance_of(0, tolerance), speed_of(0, speed))
+        first, last = places[0].tolist(), places[-1].tolist()
+        return cls(tuple(last), len(part), cls(tuple(first), 0), part)
+
+    @classmethod
+    def of_segments(cls, segments: Segments) -> PlatformPath:
+        """Return the path of ``segments`` that are checked and follow one another."""
+        first, last = segments.points[0].tolist(), segments.points[-1].tolist()
+        return cls(tuple(last), len(segments), cls(tuple(first), 0), segments)
+
+    def line_to(
+        self, position: Iterable[float], tolerance: float = 0.0, speed: float | None = None
+    ) -> PlatformPath:
+        """Return this path with a line added.
+
+        Args:
+            position: where it ends. Shape (3,) [m].
+            tolerance: of the joint there [m].
+            speed: largest one of the platform on it, if it has one of its own [m/s].
+
+        Raises:
+            KinematicsError: if a number is not one, or too large, or the line has no length.
+        """
+        number = self.count
+        end = place_of(f"end of segment {number + 1}", position)
+        added = line(
+            number, self.end, end, tolerance_of(number, tolerance), speed_of(number, speed)
+        )
+        return self._with(added)
+
+    def arc_to(
+        self,
+        via: Iterable[float],
+        end: Iterable[float],
+        tolerance: float = 0.0,
+        speed: float | None = None,
+    ) -> PlatformPath:
+        """Return this path with an arc added, through one point to another.
+
+        Args:
+            via: a point of the arc. Shape (3,) [m].
+            end: where it ends. Shape (3,) [m].
+            tolerance: of the joint there [m].
+            speed: largest one of the platform on it, if it has one of its own [m/s].
+
+        Raises:
+            KinematicsError: if a number is not one, or too large, or the three points lie on one
+                line or coincide.
+        """
+        number = self.count
+        between = place_of(f"via of segment {number + 1}", via)
+        last = place_of(f"end of segment {number + 1}", end)
+        bounds = tolerance_of(number, tolerance), speed_of(number, speed)
+        return self._with(arc_through(number, self.end, between, last, *bounds))
+
+    def arc_about(
+        self,
+        centre: Iterable[float],
+        axis: Iterable[float],
+        angle: float,
+        tolerance: float = 0.0,
+        speed: float | None = None,
+    ) -> PlatformPath:
+        """Return this path with an arc about an axis added, a full circle or several too.
+
+        Args:
+            centre: a point of the axis. Shape (3,) [m].
+            axis: its direction; its length does not matter. Shape (3,).
+            angle: right-handed about the axis, of any size but zero [rad].
+            tolerance: of the joint at its end [m].
+            speed: largest one of the platform on it, if it has one of its own [m/s].
+
+        Raises:
+            KinematicsError: if a number is not one, or too large, the axis or the angle is zero, or
+                the path ends on the axis.
+        """
+        number = self.count
+        middle = place_of(f"centre of segment {number + 1}", centre)
+        direction = place_of(f"axis of segment {number + 1}", axis)
+        turn = finite(f"angle of segment {number + 1}", angle, LARGEST_ANGLE)
+        bounds = tolerance_of(number, tolerance), speed_of(number, speed)
+        return self._with(arc_about(number, self.end, middle, direction, turn, *bounds))
+
+    def then(self, other: PlatformPath) -> PlatformPath:
+        """Return this path with another added, which begins where this one ends.
+
+        The joint between has the tolerance of this path's last segment.
+
+        Raises:
+            ApartError: if it begins elsewhere.
+            EmptyPathError: if one of them has no segment.
+        """
+        before, after = self.segments, other.segments
+        start = after.points[0].tolist()
+        distance = dist(self.end, start)
+        if not distance <= SAME_PLACE:
+            raise ApartError(self.end, start, distance, SAME_PLACE)
+        return PlatformPath.of_segments(joined((before, after)))
+
+    def reversed(self) -> PlatformPath:
+        """Return the same path, driven from its end to its start.
+
+        Raises:
+            EmptyPathError: if it has no segment.
+        """
+        return PlatformPath.of_segments(self.segments.reversed())
+
+    @cached_property
+    def segments(self) -> Segments:
+        """All segments, in arrays.
+
+        Raises:
+            EmptyPathError: if there is none.
+        """
+        return at_once(_all_segments(self))
+
+    @cached_property
+    def driven(self) -> DrivenPath:
+        """The path as driven.
+
+        Raises:
+            EmptyPathError: if the path has no segment.
+        """
+        return DrivenPath.of(self.segments)
+
+    def driven_in_pieces(self) -> Interruptible[DrivenPath]:
+        """Return the path as driven, interruptibly.
+
+        Raises:
+            EmptyPathError: if the path has no segment.
+        """
+        kept = self.__dict__
+        if "segments" not in kept:
+            kept["segments"] = yield from _all_segments(self)
+            yield
+        if "driven" not in kept:
+            kept["driven"] = yield from DrivenPath.in_pieces(self.segments)
+        return self.driven
+
+    @property
+    def length(self) -> float:
+        """Length of the path as driven [m]."""
+        return self.driven.arc_length.total
+
+    def position(self, way: ArrayLike) -> FloatArray:
+        """Return where the platform is after a ``way`` driven [m].
+
+        Args:
+            way: one number or many; what is beyond an end counts as the end [m].
+
+        Returns:
+            Shape (3,), or (n, 3) for n ways [m].
+        """
+        return self._derivative(way, 0)
+
+    def tangent(self, way: ArrayLike) -> FloatArray:
+        """Return the direction in which the platform moves after a ``way`` driven [m].
+
+        Args:
+            way: one number or many; in a corner where the platform stops, the direction after it.
+
+        Returns:
+            Unit vectors. Shape (3,), or (n, 3) for n ways.
+        """
+        vectors = self._derivative(way, 1)
+        return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
+
+    def _derivative(self, way: ArrayLike, order: int) -> FloatArray:
+        ways = np.asarray(way, dtype=np.float64)
+        rows = self.driven.derivatives(self.driven.place_of(np.atleast_1d(ways)), order)[order]
+        return rows if ways.ndim else np.asarray(rows[0])
+
+    def _with(self, segment: Segment) -> PlatformPath:
+        return PlatformPath(segment.end, self.count + 1, self, segment)
+
+
+def _all_segments(path: PlatformPath) -> Interruptible[Segments]:
+    """Return all segments of a path in arrays, without recursion."""
+    parts: list[Segments] = []
+    added: list[Segment] = []
+    here = path
+    while here._previous is not None:
+        if isinstance(here._part, Segment):
+            added.append(here._part)
+        elif here._part is not None:
+            parts.append(here._part)
+        here = here._previous
+        if added and (len(added) >= AT_A_TIME or not isinstance(here._part, Segment)):
+            parts.append(collected(here.end, added[::-1]))
+            added = []
+            yield
+    if not parts:
+        raise EmptyPathError(path.end)
+    return (yield from joined_in_pieces(parts[::-1]))

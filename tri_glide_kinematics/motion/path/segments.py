@@ -1,0 +1,339 @@
+r"""The path as programmed: lines and arcs, one after the other.
+
+All segments have one form. With the way x from the start P of a segment, its unit tangent t there,
+the unit vector n towards the centre and the curvature $\kappa$ (0 for a line),
+
+$$g(x) = P + \frac{\sin \kappa x}{\kappa} t + \frac{1 - \cos \kappa x}{\kappa} n.$$
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import acos, atan2, cos, dist, hypot, inf, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.interruptible import Interruptible, accumulated, at_once, concatenated
+from tri_glide_kinematics.motion.path.errors import NoArcError, ShortSegmentError
+from tri_glide_kinematics.motion.path.triples import combined, cross, dot, minus, scaled
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+# A shorter segment ends where it begins, as far as machines go [m].
+SHORTEST = 1e-6
+
+# Places that are nearer are the same [m], and an axis that is shorter is none.
+SAME_PLACE = 1e-9
+
+# An arc that is flatter is a line, but for rounding [m].
+LARGEST_RADIUS = 1000.0
+
+# A tighter arc is a point, but for rounding [m].
+LEAST_RADIUS = 1e-6
+
+# So many segments are made between two breaks of the computation.
+AT_A_TIME = 4000
+
+
+class Segment(NamedTuple):
+    """A line or an arc.
+
+    Attributes:
+        end: where it ends. Shape (3,) [m].
+        length: [m].
+        tangent: unit vector at its start. Shape (3,).
+        normal: unit vector from its start towards the centre; of a line, zero. Shape (3,).
+        curvature: 0 for a line [1/m].
+        end_tangent: unit vector at its end. Shape (3,).
+        end_normal: unit vector from its end towards the centre; of a line, zero. Shape (3,).
+        tolerance: of the joint at its end [m].
+        speed: largest one of the platform, infinite if there is no bound [m/s].
+    """
+
+    end: Vector3
+    length: float
+    tangent: Vector3
+    normal: Vector3
+    curvature: float
+    end_tangent: Vector3
+    end_normal: Vector3
+    tolerance: float
+    speed: float
+
+
+NO_VECTOR = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """Segments of a path, in arrays; as in ``Segment``, the first index is that of the segment.
+
+    Attributes:
+        points: the start of the path, and the ends of all segments. Shape (n + 1, 3) [m].
+        lengths: Shape (n,) [m].
+        tangents: at the starts. Shape (n, 3).
+        normals: at the starts. Shape (n, 3).
+        curvatures: Shape (n,) [1/m].
+        end_tangents: Shape (n, 3).
+        end_normals: Shape (n, 3).
+        tolerances: at the ends. Shape (n,) [m].
+        speeds: Shape (n,) [m/s].
+    """
+
+    points: FloatArray
+    lengths: FloatArray
+    tangents: FloatArray
+    normals: FloatArray
+    curvatures: FloatArray
+    end_tangents: FloatArray
+    end_normals: FloatArray
+    tolerances: FloatArray
+    speeds: FloatArray
+
+    def __len__(self) -> int:
+        """Return the number of segments."""
+        return len(self.lengths)
+
+    @cached_property
+    def joints(self) -> FloatArray:
+        """Programmed way at the start of the path and at all ends. Shape (n + 1,) [m]."""
+        return at_once(self._measured())
+
+    def measured(self) -> Interruptible[FloatArray]:
+        """Return ``joints``, worked out interruptibly if they have not been yet."""
+        if "joints" not in self.__dict__:
+            self.__dict__["joints"] = yield from self._measured()
+        return self.joints
+
+    def _measured(self) -> Interruptible[FloatArray]:
+        lengths = yield from concatenated((np.zeros(1), self.lengths))
+        return (yield from accumulated(np.add, lengths))
+
+    @cached_property
+    def is_curved(self) -> bool:
+        """Whether one of them is an arc."""
+        return bool(self.curvatures.any())
+
+    def reversed(self) -> Segments:
+        """Return the same segments, driven the other way; the last tolerance stays the last."""
+        back = slice(None, None, -1)
+        return Segments(
+            self.points[back],
+            self.lengths[back],
+            -self.end_tangents[back],
+            self.end_normals[back],
+            self.curvatures[back],
+            -self.tangents[back],
+            self.normals[back],
+            np.concatenate((self.tolerances[:-1][back], self.tolerances[-1:])),
+            self.speeds[back],
+        )
+
+
+def line(
+    number: int, start: Vector3, end: Vector3, tolerance: float, speed: float = inf
+) -> Segment:
+    """Return the line between two points [m].
+
+    Args:
+        number: index of the segment, for the texts of errors.
+        start: Shape (3,) [m].
+        end: Shape (3,) [m].
+        tolerance: of the joint at its end [m].
+        speed: largest one of the platform [m/s].
+
+    Raises:
+        ShortSegmentError: if they coincide.
+    """
+    length = dist(start, end)
+    if not length >= SHORTEST:
+        raise ShortSegmentError(number, start, length, SHORTEST)
+    x, y, z = ((b - a) / length for a, b in zip(start, end))
+    unit = (x, y, z)
+    return Segment(end, length, unit, NO_VECTOR, 0.0, unit, NO_VECTOR, tolerance, speed)
+
+
+def arc_through(
+    number: int, start: Vector3, via: Vector3, end: Vector3, tolerance: float, speed: float = inf
+) -> Segment:
+    """Return the arc from a point by way of another to a third [m]; see ``line``.
+
+    Raises:
+        ShortSegmentError: if two of them coincide.
+        NoArcError: if they lie on one line.
+    """
+    for first, second in ((start, via), (via, end), (start, end)):
+        length = dist(first, second)
+        if not length >= SHORTEST:
+            raise ShortSegmentError(number, first, length, SHORTEST)
+    chord, to_via, from_via = minus(end, start), minus(via, start), minus(end, via)
+    across = cross(to_via, from_via)
+    # The radius is that of the circle about the triangle: product of its sides over 4 areas.
+    doubled_area, sides = hypot(*across), hypot(*chord) * hypot(*to_via) * hypot(*from_via)
+    if not sides <= 2.0 * LARGEST_RADIUS * doubled_area:
+        radius = sides / (2.0 * doubled_area) if doubled_area > 0.0 else inf
+        reason = "its three points lie on one line, its radius"
+        raise NoArcError(number, reason, radius, LARGEST_RADIUS, True)
+    axis = scaled(across, 1.0 / doubled_area)
+    # The tangent at the start makes the angle with the chord that the arc's rest is seen under
+    # from the point between.
+    turn = atan2(doubled_area, dot(to_via, from_via))
+    length = hypot(*chord)
+    along = scaled(chord, 1.0 / length)
+    # Across the chord, on the side of the centre if the arc is less than half a turn.
+    inwards = cross(axis, along)
+    tangent = combined(cos(turn), along, -sin(turn), inwards)
+    radius = sides / (2.0 * doubled_area)
+    return _arc(number, start, end, tangent, axis, radius, 2.0 * turn, tolerance, speed)
+
+
+def arc_about(
+    number: int,
+    start: Vector3,
+    centre: Vector3,
+    axis: Vector3,
+    angle: float,
+    tolerance: float,
+    speed: float = inf,
+) -> Segment:
+    """Return the arc from a point about an axis; see ``line``.
+
+    Args:
+        number: index of the segment.
+        start: Shape (3,) [m].
+        centre: a point of the axis; what the axis is not square to is left out. Shape (3,) [m].
+        axis: its direction, any vector but zero. Shape (3,).
+        angle: right-handed about the axis, of any size but zero [rad].
+        tolerance: of the joint at its end [m].
+        speed: largest one of the platform [m/s].
+
+    Raises:
+        NoArcError: if the axis or the angle is zero, or the start lies on the axis.
+        ShortSegmentError: if the arc has no length.
+    """
+    size = hypot(*axis)
+    if not size >= SAME_PLACE:
+        raise NoArcError(number, "the length of its axis", size, SAME_PLACE, False, "")
+    unit = scaled(axis, 1.0 / size)
+    out = minus(start, centre)
+    out = combined(1.0, out, -dot(out, unit), unit)
+    radius = hypot(*out)
+    if not radius >= LEAST_RADIUS:
+        reason = "it begins on its axis, its radius"
+        raise NoArcError(number, reason, radius, LEAST_RADIUS, False)
+    if not radius <= LARGEST_RADIUS:
+        raise NoArcError(number, "its radius", radius, LARGEST_RADIUS, True)
+    if angle < 0.0:
+        unit, angle = scaled(unit, -1.0), -angle
+    if not radius * angle >= SHORTEST:
+        raise ShortSegmentError(number, start, radius * angle, SHORTEST)
+    out = scaled(out, 1.0 / radius)
+    tangent = cross(unit, out)
+    # Where whole turns end is where they begin, to the last bit.
+    part = np.remainder(angle, 2.0 * acos(-1.0))
+    half = sin(0.5 * part)
+    step = combined(radius * sin(part), tangent, -2.0 * radius * half * half, out)
+    end = combined(1.0, start, 1.0, step)
+    return _arc(number, start, end, tangent, unit, radius, angle, tolerance, speed)
+
+
+def _arc(
+    number: int,
+    start: Vector3,
+    end: Vector3,
+    tangent: Vector3,
+    axis: Vector3,
+    radius: float,
+    angle: float,
+    tolerance: float,
+    speed: float,
+) -> Segment:
+    """Return the arc with a unit ``tangent`` at its start, right-handed about a unit ``axis``."""
+    if not radius >= LEAST_RADIUS:
+        raise NoArcError(number, "its radius", radius, LEAST_RADIUS, False)
+    length = radius * angle
+    if not length >= SHORTEST:
+        raise ShortSegmentError(number, start, length, SHORTEST)
+    normal = cross(axis, tangent)
+    end_tangent = combined(cos(angle), tangent, sin(angle), normal)
+    end_normal = combined(-sin(angle), tangent, cos(angle), normal)
+    curvature = 1.0 / radius
+    return Segment(
+        end, length, tangent, normal, curvature, end_tangent, end_normal, tolerance, speed
+    )
+
+
+def collected(start: Vector3, segments: Sequence[Segment]) -> Segments:
+    """Return ``segments``, of which the first begins at ``start`` [m], in arrays."""
+    columns = list(zip(*segments))
+    points = np.array((start, *columns[0]))
+    return Segments(points, *(np.array(column, dtype=np.float64) for column in columns[1:]))
+
+
+def polyline(points: FloatArray, tolerance: float, speed: float = inf) -> Segments:
+    """Return ``polyline_in_pieces`` at once."""
+    return at_once(polyline_in_pieces(points, tolerance, speed))
+
+
+def polyline_in_pieces(
+    points: FloatArray, tolerance: float, speed: float = inf, number: int = 0
+) -> Interruptible[Segments]:
+    """Return the lines between points, interruptibly.
+
+    Args:
+        points: Shape (n + 1, 3) [m].
+        tolerance: of all joints [m].
+        speed: largest one of the platform [m/s].
+        number: index of the first segment, for the texts of errors.
+
+    Raises:
+        ShortSegmentError: if two points in succession are the same.
+    """
+    count = len(points) - 1
+    lengths, tangents = np.empty(count), np.empty((count, 3))
+    tolerances, speeds = np.empty(count), np.empty(count)
+    for first in range(0, count, AT_A_TIME):
+        some = slice(first, first + AT_A_TIME)
+        steps = np.diff(points[first : first + AT_A_TIME + 1], axis=0)
+        lengths[some] = sizes = np.sqrt(np.einsum("ij,ij->i", steps, steps))
+        if not sizes.min() >= SHORTEST:
+            index = int((~(sizes >= SHORTEST)).argmax())
+            x, y, z = points[first + index].tolist()
+            length = float(sizes[index])
+            raise ShortSegmentError(number + first + index, (x, y, z), length, SHORTEST)
+        tangents[some] = steps / sizes[:, np.newaxis]
+        tolerances[some] = tolerance
+        speeds[some] = speed
+        yield
+    # What is all zero takes memory only where somebody writes.
+    nothing = np.zeros((count, 3))
+    return Segments(
+        points,
+        lengths,
+        tangents,
+        nothing,
+        np.zeros(count),
+        tangents,
+        nothing,
+        tolerances,
+        speeds,
+    )
+
+
+def joined(parts: Sequence[Segments]) -> Segments:
+    """Return ``joined_in_pieces`` at once."""
+    return at_once(joined_in_pieces(parts))
+
+
+def joined_in_pieces(parts: Sequence[Segments]) -> Interruptible[Segments]:
+    """Return segments one after the other; each part begins where the one before it ends."""
+    if len(parts) == 1:
+        return parts[0]
+    points = yield from concatenated([parts[0].points[:1], *(part.points[1:] for part in parts)])
+    names = [name for name in Segments.__dataclass_fields__ if name != "points"]
+    columns = []
+    for name in names:
+        columns.append((yield from concatenated([getattr(part, name) for part in parts])))
+    return Segments(points, *columns)

@@ -1,0 +1,317 @@
+r"""Where along a path the speed is to be found: cells that are short where much happens.
+
+How long the platform takes at each place is estimated before (``speed_estimate.py``). The cells
+take about the same time each, and each piece of the path has some of its own, unless it is so short
+that many pass in one cell. As many cells as there may be set how far is looked ahead.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.path.distinct import distinct
+from tri_glide_kinematics.motion.path_timing.problem import CellHeights, CellLimits
+from tri_glide_kinematics.motion.path_timing.rest_map import REACH, RestMap
+from tri_glide_kinematics.motion.path_timing.speed_estimate import (
+    SAMPLES,
+    SpeedEstimate,
+    estimated,
+    samples,
+)
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
+from tri_glide_kinematics.vectors import FloatArray
+
+BoolArray = NDArray[np.bool_]
+
+# Most cells of a window, and most pieces of the path that it looks at.
+MOST_CELLS = 300
+MOST_PIECES = 1500
+
+# From rest it looks at fewer, so that the motion begins soon; what goes on from there looks so many
+# times as far as what is held still leads: where it is continued, that may be a fifth of it.
+FIRST_PIECES = 300
+FARTHER = 12
+
+# Cells that a piece of the path gets of its own.
+_CELLS_OF_PIECE = 3.0
+
+# A break divides cells if it is this many cells behind that before it.
+_SHORTEST = 0.5
+
+# Widths of the map next to rest, as a multiple of the way during which the jerk is constant.
+_WIDTH = 40.0
+
+# And as a multiple of the way up to the speed that the path asks for: there the b that belongs to
+# a steady speed is to be constant.
+_ASKED_WIDTH = 3.0
+
+# The largest b: where the sliders do not move.
+_FASTEST = 1e6
+
+
+class TimingGrid(NamedTuple):
+    """Cells of a window of a path.
+
+    Attributes:
+        rest_map: the parameter u.
+        parameters: u where cells begin, and where the last one ends. Shape (n + 1,) [m].
+        ways: the way there, and three derivatives by u. Shape (4, n + 1).
+        heights: of the sliders, by u.
+        limits: of all cells.
+        usable: what of the sliders' limits the cells can use.
+        is_cut: whether the window ends before the next stop.
+    """
+
+    rest_map: RestMap
+    parameters: FloatArray
+    ways: FloatArray
+    heights: CellHeights
+    limits: CellLimits
+    usable: SliderLimits
+    is_cut: bool
+
+    def divided(self, curve: PathHeights, cells: BoolArray) -> Interruptible[TimingGrid]:
+        """Return the grid with some ``cells``, shape (n,), divided into two."""
+        parameters = self.parameters
+        middles = 0.5 * (parameters[1:] + parameters[:-1])[cells]
+        places = np.flatnonzero(cells) + 1
+        ways = np.insert(self.ways, places, self.rest_map.derivatives(middles), axis=1)
+        breaks = curve.driven.breaks
+        breaks = breaks[(breaks > self.rest_map.begin) & (breaks < self.rest_map.end)]
+        parameters = np.insert(parameters, places, middles)
+        middles = self.rest_map.derivatives(0.5 * (parameters[1:] + parameters[:-1]))
+        seen = yield from _seen(curve, ways, middles, breaks, self.usable)
+        return TimingGrid(self.rest_map, parameters, ways, *seen, self.usable, self.is_cut)
+
+
+def timing_grid(
+    heights: PathHeights,
+    begin: float,
+    speed: float,
+    limits: SliderLimits,
+    first_places: FloatArray | None = None,
+    until: float = math.inf,
+    most: int = MOST_CELLS,
+    most_pieces: int = MOST_PIECES,
+) -> Interruptible[TimingGrid]:
+    """Return the cells from ``begin`` [m] to the next stop, or as far as is looked ahead.
+
+    Args:
+        heights: of the sliders along the path.
+        begin: place on the path, before its last stop [m].
+        speed: there; 0 at rest [m/s].
+        limits: of the sliders.
+        first_places: where the first cells end, ascending, if that is known [m].
+        until: where the motion is to end at the latest [m].
+        most: number of cells, but for those that keep cells apart at breaks.
+        most_pieces: of the path.
+
+    Raises:
+        PathTimingError: if an arm does not reach some place.
+    """
+    driven = heights.driven
+    end = min(float(driven.stops[np.searchsorted(driven.stops, begin, "right")]), until)
+    breaks = driven.breaks
+    first = int(np.searchsorted(breaks, begin, "right"))
+    last = int(np.searchsorted(breaks, end, "left"))
+    is_cut = last - first > most_pieces
+    if is_cut:
+        last = first + most_pieces
+        end = float(breaks[last])
+    inside = breaks[first:last]
+    estimate = yield from estimated(heights, samples(begin, end, inside), speed, limits)
+    yield
+    if estimate.cells[-1] > most:
+        is_cut = True
+        index = int(np.searchsorted(estimate.cells, most))
+        end = float(estimate.places[max(index, 2)])
+        inside = inside[inside < end]
+        estimate = yield from estimated(
+            heights, samples(begin, end, inside), speed, limits, estimate.each
+        )
+        yield
+    at_begin, at_end = _widths(estimate)
+    rest_map = RestMap(begin, end, 0.0 if speed > 0.0 else at_begin, at_end)
+    parameters, ways = _cells(rest_map, estimate, inside)
+    if first_places is not None:
+        parameters, ways = _begun(rest_map, parameters, ways, first_places)
+    yield
+    middles = rest_map.derivatives(0.5 * (parameters[1:] + parameters[:-1]))
+    seen = yield from _seen(heights, ways, middles, inside, estimate.limits)
+    return TimingGrid(rest_map, parameters, ways, *seen, estimate.limits, is_cut)
+
+
+def _widths(estimate: SpeedEstimate) -> tuple[float, float]:
+    """Return the widths of the map next to rest, at the begin and at the end [m]."""
+    places = estimate.places
+    widest = 0.5 * float(places[-1] - places[0]) / REACH
+    widths = (_WIDTH * estimate.ramp[[0, -1]]).tolist()
+    asked = places[estimate.is_asked]
+    if len(asked):
+        ways = (float(asked[0] - places[0]), float(places[-1] - asked[-1]))
+        widths = [min(width, _ASKED_WIDTH * way) for width, way in zip(widths, ways)]
+    return min(widths[0], widest), min(widths[1], widest)
+
+
+def pieces_ahead(heights: PathHeights, begin: float, end: float) -> int:
+    """Return how many pieces of a path to look at after a motion from ``begin`` to ``end`` [m]."""
+    first, last = np.searchsorted(heights.driven.breaks, (begin, end))
+    return int(np.clip(FARTHER * (last - first), FIRST_PIECES, MOST_PIECES))
+
+
+def _cells(
+    rest_map: RestMap, estimate: SpeedEstimate, breaks: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return where cells begin and end: u, and the way with its derivatives by u."""
+    marks = [0.0]
+    kept = []
+    wanted = np.interp(breaks, estimate.places, estimate.cells)
+    total = float(estimate.cells[-1])
+    for place, mark in zip(breaks.tolist(), wanted.tolist()):
+        if mark - marks[-1] > _SHORTEST and total - mark > _SHORTEST:
+            marks.append(mark)
+            kept.append(place)
+    kept_ways = np.array(kept)
+    ends = np.concatenate(((0.0,), rest_map.parameters(kept_ways), (rest_map.span,)))
+    # The density of cells over u, which is regular next to rest.
+    marks_of_u = np.linspace(0.0, rest_map.span, 4 * SAMPLES + 1)
+    marks_of_u = distinct(marks_of_u, ends)
+    before = np.interp(rest_map.derivatives(marks_of_u)[0], estimate.places, estimate.cells)
+    pieces = np.interp(ends, marks_of_u, before)
+    steps = np.diff(pieces)
+    counts = np.ceil(steps + _CELLS_OF_PIECE * np.clip(2.0 * steps - 1.0, 0.0, 1.0)).astype(int)
+    owner = np.repeat(np.arange(len(counts)), counts)
+    within = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    wanted_marks = pieces[owner] + within * (steps / counts)[owner]
+    parameters = np.append(np.interp(wanted_marks, before, marks_of_u), rest_map.span)
+    begins = np.cumsum(counts) - counts
+    parameters[begins] = ends[:-1]
+    ways = rest_map.derivatives(parameters)
+    ways[0, begins[1:]] = kept_ways
+    ways[0, 0], ways[0, -1] = rest_map.begin, rest_map.end
+    return parameters, ways
+
+
+def _begun(
+    rest_map: RestMap, parameters: FloatArray, ways: FloatArray, first_places: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return cells, the first of which end at places that are known, not near rest."""
+    beginning = rest_map.parameters(first_places)
+    beginning = beginning[beginning < rest_map.span - rest_map.last]
+    if not len(beginning):
+        return parameters, ways
+    last = float(beginning[-1])
+    step = last - float(beginning[-2]) if len(beginning) > 1 else last
+    rest = int(np.searchsorted(parameters, last + 0.5 * step))
+    own = rest_map.derivatives(beginning)
+    own[0] = first_places[: len(beginning)]
+    return (
+        np.concatenate((parameters[:1], beginning, parameters[rest:])),
+        np.concatenate((ways[:, :1], own, ways[:, rest:]), axis=1),
+    )
+
+
+def _seen(
+    heights: PathHeights,
+    ways: FloatArray,
+    middles: FloatArray,
+    breaks: FloatArray,
+    limits: SliderLimits,
+) -> Interruptible[tuple[CellHeights, CellLimits]]:
+    """Return heights by u, and limits of the cells.
+
+    Args:
+        heights: of the sliders along the path.
+        ways: where cells begin and end, and three derivatives by u. Shape (4, n + 1).
+        middles: likewise, in the middle of each cell in u. Shape (4, n).
+        breaks: between them [m].
+        limits: of the sliders.
+    """
+    driven = heights.driven
+    count = ways.shape[1] - 1
+    places, s1, s2, s3 = np.stack((ways[:, :-1], ways[:, 1:]), axis=1)
+    # What lies before a break counts for the end of the cell before it.
+    pieces = np.concatenate(
+        (driven.pieces_of(places[0]), np.searchsorted(driven.breaks, places[1], "left") - 1)
+    )
+    both, rates = heights.derivatives_on(pieces, places.ravel())
+    _, h1, h2, h3 = both.reshape(4, 3, 2, count).swapaxes(1, 2)
+    yield
+    highest, lowest = yield from _widened(heights, ways[0], breaks, h3)
+    yield
+    s1, s2, s3 = s1[:, np.newaxis], s2[:, np.newaxis], s3[:, np.newaxis]
+    first, square = h1 * s1, s1 * s1
+    rest = 3.0 * h2 * s1 * s2 + h1 * s3
+    velocity, acceleration, jerk = limits.table[..., np.newaxis]
+    squared = _squared_speeds(heights, middles, velocity, (first, rates.reshape(2, -1) * s1[:, 0]))
+    shape = (3, count)
+    return (
+        CellHeights(
+            first,
+            h2 * square + h1 * s2,
+            highest * (square * s1) + rest,
+            lowest * (square * s1) + rest,
+        ),
+        CellLimits(squared, np.broadcast_to(acceleration, shape), np.broadcast_to(jerk, shape)),
+    )
+
+
+def _squared_speeds(
+    heights: PathHeights, middles: FloatArray, velocity: FloatArray, ends: tuple[FloatArray, ...]
+) -> FloatArray:
+    """Return upper bounds of the middle control points of b. Shape (n,).
+
+    Args:
+        heights: of the sliders along the path.
+        middles: ways in the middle of cells, and derivatives by u. Shape (2 or more, n).
+        velocity: limits. Shape (3, 1) [m/s].
+        ends: derivatives of the heights by u where cells begin and where they end, shape
+            (2, 3, n), and those of the way driven, shape (2, n).
+    """
+    (_, inside, *_), rates = heights.derivatives(middles[0])
+    asked = heights.speed_limits(middles[0])
+    first = np.concatenate((ends[0], inside[np.newaxis] * middles[1]))
+    driven = np.concatenate((ends[1], rates[np.newaxis] * middles[1]))
+    slowness = np.maximum((np.abs(first) / velocity).max(axis=1), driven / asked)
+    with np.errstate(divide="ignore"):
+        begin, end, middle = np.minimum(1.0 / np.square(slowness), _FASTEST)
+    # That of a quadratic with these three values: so no cell stands out that is longer than others.
+    point = 2.0 * middle - 0.5 * (begin + end)
+    return np.asarray(np.clip(point, 0.5 * middle, 1.5 * middle))
+
+
+def _widened(
+    heights: PathHeights, knots: FloatArray, breaks: FloatArray, thirds: FloatArray
+) -> Interruptible[tuple[FloatArray, FloatArray]]:
+    """Return the largest and the least third derivatives by the way that cells have to allow.
+
+    Args:
+        heights: of the sliders along the path.
+        knots: where cells begin and end. Shape (n + 1,) [m].
+        breaks: between them [m].
+        thirds: at the two places of each cell. Shape (2, 3, n) [1/m^2].
+    """
+    owner = np.searchsorted(knots, breaks, "right") - 1
+    hidden = knots[owner] != breaks
+    if not hidden.any():
+        return thirds, thirds
+    # Of breaks inside cells, the third derivatives on both sides count as well.
+    owner, hidden_breaks = owner[hidden], breaks[hidden]
+    pieces = heights.driven.pieces_of(hidden_breaks)
+    before = heights.derivatives_on(pieces - 1, hidden_breaks).heights[3]
+    yield
+    after = heights.derivatives_on(pieces, hidden_breaks).heights[3]
+    firsts = np.flatnonzero(np.diff(owner, prepend=-1))
+    owners = owner[firsts]
+    highest, lowest = thirds.copy(), thirds.copy()
+    most = np.maximum.reduceat(np.maximum(before, after), firsts, axis=1)
+    least = np.minimum.reduceat(np.minimum(before, after), firsts, axis=1)
+    highest[:, :, owners] = np.maximum(thirds.max(axis=0)[:, owners], most)
+    lowest[:, :, owners] = np.minimum(thirds.min(axis=0)[:, owners], least)
+    return highest, lowest

@@ -1,0 +1,201 @@
+"""How fast a platform may be at each place of a path, estimated before its motion is planned.
+
+It is the speed that steady motion allows at each place, and what accelerations and jerks allow
+after the places before and behind it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.path.distinct import distinct
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
+from tri_glide_kinematics.motion.trajectory.timing_errors import PathTimingError
+from tri_glide_kinematics.vectors import FloatArray
+
+BoolArray = NDArray[np.bool_]
+
+# Cells during the time from no acceleration to the largest, and in the whole motion at least.
+_CELLS_OF_RAMP = 16.0
+_LEAST_CELLS = 128.0
+
+# The shortest cell, but for motions that are shorter than so many of them [s].
+SHORTEST_CELL = 1e-3
+
+# A window of this many cells is to last so many times as long as a braking takes. So a braking
+# fits into what lies behind the place where it is continued.
+_CELLS_AHEAD = 300
+_BRAKINGS_AHEAD = 3.0
+
+# Cells that it takes at least to get from no acceleration to the largest.
+_LEAST_OF_RAMP = 4.0
+
+# What is at least this part of the speed that the path asks for is as fast as that.
+_AS_ASKED = 0.999
+
+# Places at which speeds are estimated, besides the breaks.
+SAMPLES = 240
+
+# Places between the first two of these: after rest the way grows with the third power of time.
+_NEAR_REST = (np.arange(1.0, 12.0) / 12.0) ** 3
+
+# After rest with constant jerk J, v^(3/2) = sqrt(9 J / 2) s.
+_REST = 4.5**0.5
+
+
+class SpeedEstimate(NamedTuple):
+    """An estimate of the motion at ascending places.
+
+    Attributes:
+        places: Shape (n,) [m].
+        speeds: Shape (n,) [m/s].
+        cells: how many cells are to lie before each place. Shape (n,).
+        each: how long the platform takes in a cell [s].
+        limits: those of the sliders that cells of this length can use.
+        ramp: way during which the jerk is constant after rest, at each place. Shape (n,) [m].
+        is_asked: where the speed is the one that the path asks for. Shape (n,).
+    """
+
+    places: FloatArray
+    speeds: FloatArray
+    cells: FloatArray
+    each: float
+    limits: SliderLimits
+    ramp: FloatArray
+    is_asked: BoolArray
+
+
+def samples(begin: float, end: float, breaks: FloatArray) -> FloatArray:
+    """Return places for an estimate, next to both ends as rest asks for. Shape (n,) [m]."""
+    fill = np.linspace(begin, end, SAMPLES + 1)
+    step = (fill[1] - begin) * _NEAR_REST
+    return distinct(fill, breaks, begin + step, end - step)
+
+
+def estimated(
+    heights: PathHeights,
+    places: FloatArray,
+    speed: float,
+    limits: SliderLimits,
+    each: float | None = None,
+) -> Interruptible[SpeedEstimate]:
+    """Return an estimate of the motion from a ``speed`` at the first place to rest at the last.
+
+    Args:
+        heights: of the sliders along the path.
+        places: ascending, dense enough for what is estimated. Shape (n,) [m].
+        speed: at the first of them [m/s].
+        limits: of the sliders.
+        each: how long the platform is to take in a cell, if that is known [s].
+
+    Raises:
+        PathTimingError: if an arm does not reach some place.
+    """
+    (_, first, second, third), rates = heights.derivatives(places)
+    unreached = np.flatnonzero(~np.isfinite(first).all(axis=0))
+    if len(unreached):
+        place = float(places[unreached[0]])
+        raise PathTimingError.at(heights.driven, place, "an arm does not reach so far")
+    yield
+    steps = np.diff(places)
+    velocity, acceleration, _ = limits.table[..., np.newaxis]
+    with np.errstate(divide="ignore"):
+        asked = heights.speed_limits(places) / rates
+        steady = np.minimum((velocity / np.abs(first)).min(axis=0), asked)
+        steady = np.minimum(steady, np.sqrt((acceleration / np.abs(second)).min(axis=0)))
+        along = (acceleration / np.abs(first)).min(axis=0)
+    reached = steady.copy()
+    reached[0], reached[-1] = speed, 0.0
+    reached = _reachable(reached, steps, 2.0, 2.0 * along)
+
+    def with_jerk(jerk: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return steady speeds, speeds, and jerks along the path, with ``jerk`` limits (3,)."""
+        with np.errstate(divide="ignore"):
+            bends = np.cbrt((jerk[:, np.newaxis] / np.abs(third)).min(axis=0))
+            jerk_along = (jerk[:, np.newaxis] / np.abs(first)).min(axis=0)
+        speeds = reached.copy()
+        speeds[1:-1] = np.minimum(speeds, bends)[1:-1]
+        speeds = _reachable(speeds, steps, 1.5, _REST * np.sqrt(jerk_along))
+        return np.minimum(steady, bends), speeds, jerk_along
+
+    if each is None:
+        _, speeds, jerk_along = with_jerk(limits.table[2])
+        brakings = _brakings(speeds, along, jerk_along)
+        ramp = float((limits.table[1] / limits.table[2]).min())
+        each = _cell(_times(steps, speeds), brakings, ramp)
+        yield
+    limits = _usable(limits, each)
+    steady, speeds, jerk_along = with_jerk(limits.table[2])
+    times = _times(steps, speeds)
+    total = float(times[-1])
+    # As long as the jerk is constant after rest.
+    until = np.minimum(along / jerk_along, np.sqrt(steady / jerk_along))
+    until = np.minimum(until, 0.25 * total)
+    ramp = jerk_along * until**3 / 6.0
+    is_asked = speeds > _AS_ASKED * asked
+    return SpeedEstimate(places, speeds, times / each, each, limits, ramp, is_asked)
+
+
+def _reachable(
+    speeds: FloatArray, steps: FloatArray, power: float, slopes: FloatArray
+) -> FloatArray:
+    """Return ``speeds`` from which all others can be reached.
+
+    Args:
+        speeds: wanted. Shape (n,) [m/s].
+        steps: between their places. Shape (n - 1,) [m].
+        power: of the speed that grows with the way.
+        slopes: by how much at most. Shape (n,).
+    """
+    reach = np.concatenate(((0.0,), np.cumsum(0.5 * steps * (slopes[1:] + slopes[:-1]))))
+    raised = speeds**power
+    raised = np.minimum.accumulate(raised - reach) + reach
+    raised = np.minimum.accumulate((raised + reach)[::-1])[::-1] - reach
+    return np.asarray(np.maximum(raised, 0.0) ** (1.0 / power))
+
+
+def _times(steps: FloatArray, speeds: FloatArray) -> FloatArray:
+    """Return when the platform is at each place. Shape (n,) [s]."""
+    return np.concatenate(((0.0,), np.cumsum(2.0 * steps / (speeds[1:] + speeds[:-1]))))
+
+
+def _brakings(speeds: FloatArray, accelerations: FloatArray, jerks: FloatArray) -> FloatArray:
+    """Return how long it takes to come to rest from ``speeds``, with constant limits (n,) [s]."""
+    ramps = accelerations / jerks
+    short = speeds < accelerations * ramps
+    return np.where(short, 2.0 * np.sqrt(speeds / jerks), speeds / accelerations + ramps)
+
+
+def _cell(times: FloatArray, brakings: FloatArray, ramp: float) -> float:
+    """Return how long the platform is to take in a cell [s].
+
+    Args:
+        times: when it is at each place. Shape (n,) [s].
+        brakings: how long it takes to come to rest from there. Shape (n,) [s].
+        ramp: least time from no acceleration to the largest [s].
+    """
+    total = float(times[-1])
+    least = min(max(ramp / _CELLS_OF_RAMP, SHORTEST_CELL), total / _LEAST_CELLS)
+    far = times >= np.maximum(
+        _BRAKINGS_AHEAD * np.maximum.accumulate(brakings), _CELLS_AHEAD * least
+    )
+    window = float(times[far.argmax()]) if far.any() else total
+    return max(window / _CELLS_AHEAD, least, 1e-9 * total)
+
+
+def _usable(limits: SliderLimits, each: float) -> SliderLimits:
+    """Return ``limits`` with a lower jerk where cells are too long to use it.
+
+    Args:
+        limits: of the sliders.
+        each: how long the platform takes in a cell [s].
+    """
+    acceleration, jerk = limits.table[1:]
+    usable = np.minimum(jerk, acceleration / (_LEAST_OF_RAMP * each))
+    return replace(limits, jerk=tuple(usable.tolist()))

@@ -1,1 +1,0 @@
-"""Motion in which each slider takes its own shortest way."""

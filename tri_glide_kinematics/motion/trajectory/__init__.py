@@ -1,0 +1,1 @@
+"""Trajectories to rest: their curves and time scalings, and the proof that they keep limits."""

@@ -1,0 +1,238 @@
+"""Plans: trajectories of the sliders from a given state to rest, to be sampled at any time."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from itertools import accumulate, pairwise
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from tri_glide_kinematics.motion.trajectory.phases import Phases, after
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+# Breakpoints of two sliders closer than this are one: a jerk this long is below rounding [s].
+SAME_TIME = 1e-11
+
+AT_REST: Vector3 = (0.0, 0.0, 0.0)
+
+
+class SliderState(NamedTuple):
+    """Setpoint of the sliders at one instant; a tuple, as one is made in each control cycle.
+
+    Attributes:
+        heights: Shape (3,) [m].
+        velocities: Shape (3,) [m/s].
+        accelerations: Shape (3,) [m/s^2].
+    """
+
+    heights: Vector3
+    velocities: Vector3
+    accelerations: Vector3
+
+
+# Makes a state of three vectors in half the time that its class takes: one is made in each cycle.
+new_state = tuple.__new__
+
+
+class SampledPlan(NamedTuple):
+    """Setpoints at many instants.
+
+    Attributes:
+        times: Shape (n,) [s].
+        heights: Shape (n, 3) [m].
+        velocities: Shape (n, 3) [m/s].
+        accelerations: Shape (n, 3) [m/s^2].
+    """
+
+    times: FloatArray
+    heights: FloatArray
+    velocities: FloatArray
+    accelerations: FloatArray
+
+
+class Plan(Protocol):
+    """What the engine asks of a plan: it ends at rest, and its accelerations are continuous."""
+
+    @property
+    def duration(self) -> float:
+        """Time from the start of the plan until all sliders rest [s]."""
+
+    def state(self, time: float) -> SliderState:
+        """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
+
+    def sample(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints at many ``times``. Shape (n,) [s]."""
+
+
+class CubicPlan:
+    """Constant jerk in each piece, as ruckig plans it.
+
+    Attributes:
+        duration: time until all sliders rest [s].
+        starts: where each piece begins, ascending from 0. Shape (k,) [s].
+        lengths: how long each piece is. Shape (k,) [s].
+        pieces: height, velocity, acceleration and jerk where each piece begins. Shape (4, k, 3).
+    """
+
+    __slots__ = ("_final", "_row", "_rows", "_starts", "duration", "lengths", "pieces", "starts")
+
+    def __init__(self, initial: SliderState, jerks: Sequence[Phases]) -> None:
+        """Integrate the jerks.
+
+        Args:
+            initial: state at the start.
+            jerks: for each slider (duration [s], jerk [m/s^3]), one phase after the other. The
+                last of them leaves the slider at rest.
+        """
+        sliders = [_SliderProfile(*values) for values in zip(*initial, jerks)]
+        starts = [0.0]
+        for time in sorted(time for slider in sliders for time in slider.starts):
+            if time - starts[-1] > SAME_TIME:
+                starts.append(time)
+        rows = []
+        for start, end in pairwise(starts):
+            first, second, third = (slider.at(start, 0.5 * (start + end)) for slider in sliders)
+            rows.append((*first, *second, *third))
+        self._rows: list[tuple[float, ...]] = [
+            (start, end, *row) for (start, end), row in zip(pairwise(starts), rows)
+        ]
+        # The piece that was asked for last: the next instant is nearly always in the same.
+        self._row = self._rows[0] if rows else (0.0,) * 14
+        self.duration = starts.pop()
+        self._starts = starts if rows else []
+        h1, h2, h3 = (slider.final_height for slider in sliders)
+        self._final = SliderState((h1, h2, h3), AT_REST, AT_REST)
+        self.starts = np.array(self._starts)
+        self.lengths = np.diff(self.starts, append=self.duration)
+        self.pieces = np.array(rows).reshape(-1, 3, 4).transpose(2, 0, 1)
+
+    def state(self, time: float) -> SliderState:
+        """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
+        start, end, h1, v1, a1, j1, h2, v2, a2, j2, h3, v3, a3, j3 = self._row
+        if time < start or time >= end:
+            if time >= self.duration:
+                return self._final
+            row = self._row = self._rows[bisect_right(self._starts, time) - 1]
+            start, end, h1, v1, a1, j1, h2, v2, a2, j2, h3, v3, a3, j3 = row
+        # The cubic of ``constant_jerk.after``, unrolled: calls for each slider take twice as long.
+        t = time - start
+        half, sixth = 0.5 * t, t / 6.0
+        b1, b2, b3 = a1 + j1 * t, a2 + j2 * t, a3 + j3 * t
+        s1, s2, s3 = a1 + b1, a2 + b2, a3 + b3
+        return new_state(
+            SliderState,
+            (
+                (
+                    h1 + t * (v1 + sixth * (a1 + s1)),
+                    h2 + t * (v2 + sixth * (a2 + s2)),
+                    h3 + t * (v3 + sixth * (a3 + s3)),
+                ),
+                (v1 + half * s1, v2 + half * s2, v3 + half * s3),
+                (b1, b2, b3),
+            ),
+        )
+
+    def sample(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints at many ``times``. Shape (n,) [s]."""
+        if not self._rows:
+            return SampledPlan(times, *(np.tile(values, (len(times), 1)) for values in self._final))
+        index = np.searchsorted(self.starts, times, side="right") - 1
+        t = np.minimum(times - self.starts[index], self.lengths[index])[:, np.newaxis]
+        sampled = SampledPlan(times, *after(t, *self.pieces[:, index]))
+        ended = times >= self.duration
+        for values, final in zip(sampled[1:], self._final):
+            values[ended] = final
+        return sampled
+
+    def pieces_since(self, time: float) -> tuple[FloatArray, FloatArray]:
+        """Return ``lengths`` and ``pieces`` of what is left of the plan at ``time`` [s]."""
+        if time <= 0.0:
+            return self.lengths, self.pieces
+        if time >= self.duration:
+            return self.lengths[:0], self.pieces[:, :0]
+        index = bisect_right(self._starts, time) - 1
+        lengths = self.lengths[index:].copy()
+        pieces = self.pieces[:, index:].copy()
+        lengths[0] -= time - self._starts[index]
+        pieces[:3, 0] = self.state(time)
+        return lengths, pieces
+
+
+class SequencePlan:
+    """One plan after the other; each ends at rest where the next begins."""
+
+    __slots__ = ("_ends", "_plans", "_skipped", "duration")
+
+    def __init__(self, plans: Sequence[Plan], skipped: float = 0.0) -> None:
+        """Join the ``plans``, of whose first one ``skipped`` seconds are past already."""
+        self._plans: tuple[Plan, ...] = ()
+        self._skipped = 0.0
+        first, *others = plans
+        if isinstance(first, SequencePlan):
+            skipped += first._skipped
+            plans = (*first._plans, *others)
+        ends = list(accumulate(plan.duration for plan in plans))
+        past = min(bisect_right(ends, skipped), len(plans) - 1)
+        begin = ends[past - 1] if past else 0.0
+        self._plans = tuple(plans[past:])
+        self._skipped = skipped - begin
+        self._ends = [end - begin for end in ends[past:]]
+        self.duration = max(self._ends[-1] - self._skipped, 0.0)
+
+    def state(self, time: float) -> SliderState:
+        """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
+        time += self._skipped
+        index = min(bisect_right(self._ends, time), len(self._plans) - 1)
+        return self._plans[index].state(time - self._ends[index - 1] if index else time)
+
+    def sample(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints at many ``times``. Shape (n,) [s]."""
+        shifted = times + self._skipped
+        owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
+        sampled = SampledPlan(times, *(np.empty((len(times), 3)) for _ in range(3)))
+        for index, plan in enumerate(self._plans):
+            mine = owner == index
+            part = plan.sample(shifted[mine] - (self._ends[index - 1] if index else 0.0))
+            for values, of_part in zip(sampled[1:], part[1:]):
+                values[mine] = of_part
+        return sampled
+
+    def parts(self, time: float) -> list[tuple[Plan, float]]:
+        """Return the plans that are not over at ``time`` [s], and how much of each is past."""
+        time += self._skipped
+        begins = [0.0, *self._ends]
+        return [
+            (plan, max(time - begin, 0.0))
+            for plan, begin, end in zip(self._plans, begins, self._ends)
+            if end > time
+        ]
+
+
+class _SliderProfile:
+    """One slider in phases of constant jerk."""
+
+    def __init__(self, height: float, velocity: float, acceleration: float, phases: Phases) -> None:
+        time = 0.0
+        state = height, velocity, acceleration
+        self.starts: list[float] = []
+        self._pieces: list[tuple[float, float, float, float]] = []
+        for duration, jerk in phases:
+            if duration <= 0.0:
+                continue
+            self.starts.append(time)
+            self._pieces.append((*state, jerk))
+            time += duration
+            state = after(duration, *state, jerk)
+        self.starts.append(time)
+        # The residual velocity and acceleration of ruckig's last phase are below 1e-10; they end
+        # here. Its residual height is kept: correcting it would be a step.
+        self.final_height = state[0]
+        self._pieces.append((self.final_height, 0.0, 0.0, 0.0))
+
+    def at(self, time: float, inside: float) -> tuple[float, float, float, float]:
+        """Return the state at ``time`` in the phase to which the instant ``inside`` belongs."""
+        index = bisect_right(self.starts, inside) - 1
+        height, velocity, acceleration, jerk = self._pieces[index]
+        return (*after(time - self.starts[index], height, velocity, acceleration, jerk), jerk)

@@ -1,0 +1,263 @@
+r"""Upper bounds of velocity, acceleration and jerk of the sliders along a path.
+
+They are made as those on a line are (``lines/derivative_bounds.py``): between two knots the way
+s(t) is a quintic, so its derivatives are bounded by their Bernstein control points, and a bound of
+the fifth derivative of the slider heights h(s(t)) says how far jerk, acceleration and velocity may
+leave what they are at the ends. The fifth derivative exists in parts in which the path is smooth:
+the pieces of the time scaling are divided where the path has a break.
+
+In such a part the fifth derivative of p(s) has a constant magnitude (a cubic or quartic, and on
+arcs a circular motion), so the lower ones are bounded by what they are at the ends and by half the
+length of the part times the bound of the next one. With $x = R R'$, $g = R'$ these bound
+$x' \dots x^{(4)}$ by the triangle inequality, and so $g' \dots g^{(4)}$; the rise of an arm is not
+less than $R^2$ at the ends allows, less an eighth of the squared length times its second
+derivative.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.motion.trajectory import quintics
+from tri_glide_kinematics.motion.trajectory.errors import PlanningError
+from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING, SliderLimits
+from tri_glide_kinematics.motion.trajectory.line_bounds import NO_BACKWARD_SPEED, check_bounds
+from tri_glide_kinematics.motion.trajectory.parts import PathParts, divided
+from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
+from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
+from tri_glide_kinematics.vectors import FloatArray
+
+# Parts that are looked at together, about: few together cost nearly as much as many.
+_BLOCK = 700
+
+
+class PathBounds(NamedTuple):
+    """Upper bounds of absolute values in each piece of a time scaling.
+
+    Attributes:
+        velocity: of the sliders. Shape (3, k) [m/s].
+        acceleration: of the sliders. Shape (3, k) [m/s^2].
+        jerk: of the sliders. Shape (3, k) [m/s^3].
+        platform: part of the largest speed of the platform. Shape (k,).
+        backwards: largest speed against the direction of the path [m/s].
+    """
+
+    velocity: FloatArray
+    acceleration: FloatArray
+    jerk: FloatArray
+    platform: FloatArray
+    backwards: float
+
+    def parts(self, limits: SliderLimits) -> FloatArray:
+        """Return the largest parts of the limits in each piece.
+
+        Returns:
+            Of velocities, that of the platform among them, accelerations and jerks. Shape (3, k).
+        """
+        table = np.array(self[:3]) / limits.table[..., np.newaxis]
+        result = table.max(axis=1)
+        np.maximum(result[0], self.platform, out=result[0])
+        return np.asarray(result)
+
+
+def path_bounds(heights: PathHeights, scaling: TimeScaling) -> PathBounds:
+    """Return bounds for a platform that follows a path with a time ``scaling``, at once."""
+    return at_once(bounds_in_pieces(heights, scaling))
+
+
+def bounds_in_pieces(heights: PathHeights, scaling: TimeScaling) -> Interruptible[PathBounds]:
+    """Return bounds for a platform that follows a path with a time ``scaling``.
+
+    Where an arm might not reach they are NaN.
+
+    Args:
+        heights: of the sliders along the path.
+        scaling: how far along it the platform is at each time.
+    """
+    blocks = []
+    count = len(scaling.times) - 1
+    first, last = np.searchsorted(heights.driven.breaks, scaling.ways[[0, -1]])
+    size = max(_BLOCK * count // (count + int(last - first)), 1)
+    for begin in range(0, count, size):
+        block = TimeScaling(*(values[begin : begin + size + 1] for values in scaling))
+        blocks.append((yield from _bounds_of_block(heights, block)))
+        yield
+    velocity, acceleration, jerk, platform, backwards = zip(*blocks)
+    return PathBounds(
+        np.concatenate(velocity, axis=1),
+        np.concatenate(acceleration, axis=1),
+        np.concatenate(jerk, axis=1),
+        np.concatenate(platform),
+        max(backwards),
+    )
+
+
+def _bounds_of_block(heights: PathHeights, scaling: TimeScaling) -> Interruptible[PathBounds]:
+    """Return the bounds for some pieces."""
+    times, ways, speeds, accelerations = scaling
+    dt = times[1:] - times[:-1]
+    points = quintics.derivative_control_points(dt, ways, speeds, accelerations)
+    speed_points = points[:5] / dt
+    largest = np.abs(points)
+    orders = (
+        np.abs(speed_points).max(axis=0),
+        largest[5:9].max(axis=0) / dt**2,
+        largest[9:12].max(axis=0) / dt**3,
+        largest[12:14].max(axis=0) / dt**4,
+        largest[14] / dt**5,
+    )
+    coefficients = scaling.coefficients()
+    yield
+    parts = divided(heights.driven.breaks, scaling, dt, coefficients)
+    yield
+    piece = parts.piece
+    of_parts = yield from _bounds_of_parts(
+        heights, parts, coefficients[:, piece], np.array(orders)[:, piece]
+    )
+    firsts = np.flatnonzero(np.diff(piece, prepend=-1))
+    largest = np.maximum.reduceat(of_parts, firsts, axis=1)
+    backwards = -min(float(speed_points.min()), 0.0)
+    return PathBounds(largest[:3], largest[3:6], largest[6:9], largest[9], backwards)
+
+
+def check_path_limits(
+    heights: PathHeights,
+    scaling: TimeScaling,
+    limits: SliderLimits,
+    since: float = 0.0,
+    above: float = RELATIVE_ROUNDING,
+) -> None:
+    """Compare the bounds of the derivatives along a path with the limits.
+
+    Args:
+        heights: of the sliders along the path.
+        scaling: how far along it the platform is at each time.
+        limits: of the sliders.
+        since: pieces that end before this time are past, and not checked [s].
+        above: part by which the bound of the platform's speed may exceed what the path asks for.
+
+    Raises:
+        SliderLimitError: if a limit may be exceeded.
+        PlanningError: if the platform would go back along the path, or too fast for it.
+    """
+    scaling = scaling.since(since)
+    bounds = path_bounds(heights, scaling)
+    if not bounds.backwards <= NO_BACKWARD_SPEED:
+        raise PlanningError("the platform would go back along the path")
+    check_bounds(bounds[:3], scaling.times, limits)
+    if not float(bounds.platform.max()) <= 1.0 + above:
+        raise PlanningError(
+            f"the platform would be {bounds.platform.max():.6g} times as fast as the path asks for"
+        )
+
+
+def _bounds_of_parts(
+    heights: PathHeights, parts: PathParts, coefficients: FloatArray, orders: FloatArray
+) -> Interruptible[FloatArray]:
+    """Return the bounds in each part: velocities, accelerations, jerks, platform. Shape (10, m).
+
+    Args:
+        heights: of the sliders along the path.
+        parts: of the pieces.
+        coefficients: of the quintic of each part's piece. Shape (6, m).
+        orders: largest absolute derivatives of the way by time there, from first to fifth.
+            Shape (5, m).
+    """
+    count = len(parts.piece)
+    driven = heights.driven
+    times = np.concatenate((parts.begin, parts.end))
+    ways = np.concatenate((parts.from_way, parts.to_way))
+    middle = driven.pieces_of(0.5 * (parts.from_way + parts.to_way))
+    table = driven.derivatives_on(np.concatenate((middle, middle)), ways, 5)
+    yield
+    both = np.concatenate((coefficients, coefficients), axis=1)
+    _, speeds, accelerations = quintics.evaluate(both, times)
+    jerks = 6.0 * both[3] + times * (24.0 * both[4] + times * 60.0 * both[5])
+    (_, first, second, third), rates = heights.seen_from_sliders(table)
+    squared = speeds * speeds
+    ends = np.array(
+        (
+            first * speeds,
+            first * accelerations + second * squared,
+            first * jerks + second * (3.0 * speeds * accelerations) + third * (squared * speeds),
+        )
+    ).reshape(3, 3, 2, count)
+    change = np.abs(ends[2, :, 1] - ends[2, :, 0])
+    magnitudes = np.abs(ends)
+    velocity, acceleration, jerk = magnitudes.max(axis=2)
+    weaker = magnitudes[1].min(axis=1)
+    turning = ends[1, :, 0] * ends[1, :, 1] < 0.0
+    length = parts.to_way - parts.from_way
+    yield
+    by_way, (p1, p2, p3) = _largest_by_way(heights, table, length)
+    yield
+    d1, d2, d3, d4, d5 = orders
+    h1, h2, h3, h4, h5 = by_way
+    d11 = d1 * d1
+    fifth = (
+        h5 * (d11 * d11 * d1)
+        + h4 * (10.0 * d11 * d1 * d2)
+        + h3 * (15.0 * d1 * d2 * d2 + 10.0 * d11 * d3)
+        + h2 * (10.0 * d2 * d3 + 5.0 * d1 * d4)
+        + h1 * d5
+    )
+    dt = parts.end - parts.begin
+    of_jerk = fifth * (0.125 * dt * dt)
+    of_acceleration = (0.125 * change + of_jerk) * dt
+    result = np.empty((10, count))
+    result[:3] = velocity + (of_acceleration + 0.25 * weaker * turning) * dt
+    result[3:6] = acceleration + of_acceleration
+    result[6:9] = jerk + of_jerk
+    bound = heights.speed_limits(0.5 * (parts.from_way + parts.to_way))
+    # The velocity of the platform leaves the straight line between its values by its jerk alone.
+    of_speed = (p1 * d3 + 3.0 * p2 * d1 * d2 + p3 * d11 * d1) * (0.125 * dt * dt)
+    result[9] = (np.abs(rates * speeds).reshape(2, count).max(axis=0) + of_speed) / bound
+    return result
+
+
+def _largest_by_way(
+    heights: PathHeights, table: FloatArray, length: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return bounds of the derivatives of the heights, and of the platform's place, by the way.
+
+    Args:
+        heights: of the sliders along the path.
+        table: derivatives of the platform's position up to the fifth, where parts begin and then
+            where they end. Shape (6, 2 m, 3).
+        length: of the parts. Shape (m,) [m].
+
+    Returns:
+        From the first to the fifth, shape (5, 3, m), and from the first to the third, shape (3, m).
+    """
+    count = len(length)
+    half = 0.5 * length
+    dx, dy, squares = heights.relative(table[0])
+    # The horizontal parts alone bend the arms.
+    level = np.sqrt(np.square(table[1:, :, :2]).sum(axis=2)).reshape(5, 2, count).max(axis=1)
+    upright = np.abs(table[1:, :, 2]).reshape(5, 2, count).max(axis=1)
+    # Of a tilted circle only the whole has a constant magnitude.
+    level[4] = upright[4] = np.hypot(level[4], upright[4])
+    for order in (3, 2, 1, 0):
+        level[order] += half * level[order + 1]
+        upright[order] += half * upright[order + 1]
+    p1, p2, p3, p4, p5 = level
+    away = np.sqrt(dx * dx + dy * dy).reshape(3, 2, count).max(axis=1) + half * p1
+    x1 = p1 * p1 + away * p2
+    x2 = 3.0 * p1 * p2 + away * p3
+    x3 = 3.0 * p2 * p2 + 4.0 * p1 * p3 + away * p4
+    x4 = 10.0 * p2 * p3 + 5.0 * p1 * p4 + away * p5
+    x0 = np.abs(dx * table[1, :, 0] + dy * table[1, :, 1]).reshape(3, 2, count).max(axis=1)
+    x0 += half * x1
+    rise = squares.reshape(3, 2, count).min(axis=1) - (0.25 * length * length) * x1
+    with np.errstate(invalid="ignore"):
+        flatness = 1.0 / np.sqrt(rise)
+    g = x0 * flatness
+    g1 = (x1 + g * g) * flatness
+    g2 = (x2 + 3.0 * g * g1) * flatness
+    g3 = (x3 + 3.0 * g1 * g1 + 4.0 * g * g2) * flatness
+    g4 = (x4 + 10.0 * g1 * g2 + 5.0 * g * g3) * flatness
+    by_way = np.array((g, g1, g2, g3, g4)) + upright[:, np.newaxis]
+    return by_way, np.hypot(level[:3], upright[:3])

@@ -1,0 +1,158 @@
+r"""Slider heights, and their derivatives, while the platform moves along a path.
+
+The platform is at $p(s)$. With $d_i$ the horizontal vector from anchor i to it, arm i rises by
+
+$$R_i = \sqrt{L_i^2 - |d_i|^2}, \quad R_i R_i' = x_i = -d_i \cdot p',$$
+
+where only the horizontal parts of $p$ count, and the slider height is $h_i = p_z + R_i$. With
+$g = R' = x / R$ the higher derivatives follow from differentiating $R g = x$ again and again:
+$R g' = x' - g^2$ and $R g'' = x'' - 3 g g'$.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.motion.path.driven_path import DrivenPath
+from tri_glide_kinematics.motion.path.pieces import Indices
+from tri_glide_kinematics.motion.trajectory.cubic import SliderState, new_state
+from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.vectors import FloatArray
+
+# However small the scale is, no path is to be driven more slowly [m/s].
+SLOWEST = 1e-7
+
+
+class HeightDerivatives(NamedTuple):
+    """Slider heights along a path, at n places.
+
+    Attributes:
+        heights: and first, second and third derivative by s. Shape (4, 3, n).
+        rates: of the driven way by s, the magnitude of $p'$. Shape (n,).
+    """
+
+    heights: FloatArray
+    rates: FloatArray
+
+
+class PathHeights:
+    """A driven path, seen from the sliders.
+
+    Attributes:
+        driven: where the platform moves.
+        geometry: of the machine.
+        speed_scale: factor of the platform speeds that the path asks for.
+    """
+
+    __slots__ = ("_anchors", "_arms", "_squares", "driven", "geometry", "speed_scale")
+
+    def __init__(
+        self, driven: DrivenPath, geometry: TriGlideGeometry, speed_scale: float = 1.0
+    ) -> None:
+        """Look at ``driven`` from the sliders of a machine."""
+        self.driven = driven
+        self.geometry = geometry
+        self.speed_scale = speed_scale
+        self._anchors = np.array(geometry.anchors).T[..., np.newaxis]
+        self._squares = np.square(np.array(geometry.arm_lengths))[:, np.newaxis]
+        self._arms = tuple(
+            (x, y, length * length)
+            for (x, y), length in zip(geometry.anchors, geometry.arm_lengths)
+        )
+
+    def at_speed_scale(self, speed_scale: float) -> PathHeights:
+        """Return the same with another scale of the speeds that the path asks for."""
+        if speed_scale == self.speed_scale:
+            return self
+        return PathHeights(self.driven, self.geometry, speed_scale)
+
+    def speed_limits(self, ways: FloatArray) -> FloatArray:
+        """Return the largest speeds of the platform at ``ways``. Shape (n,) [m/s]."""
+        return np.maximum(self.speed_scale * self.driven.speed_limits(ways), SLOWEST)
+
+    def relative(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return where the platform is seen from each anchor, and how far its arm rises.
+
+        Args:
+            places: of the platform. Shape (n, 3) [m].
+
+        Returns:
+            Two horizontal components [m], and the square of the rise [m^2], which is not positive
+            where an arm does not reach. Each of the shape (3, n).
+        """
+        x = places[:, 0] - self._anchors[0]
+        y = places[:, 1] - self._anchors[1]
+        return x, y, self._squares - x * x - y * y
+
+    def derivatives(self, ways: FloatArray) -> HeightDerivatives:
+        """Return heights and their derivatives at ``ways``, shape (n,) [m].
+
+        Out of reach they are NaN.
+        """
+        return self.seen_from_sliders(self.driven.derivatives(ways, 3))
+
+    def derivatives_on(self, pieces: Indices, ways: FloatArray) -> HeightDerivatives:
+        """Return the same on ``pieces`` of the path that are known. Shape (n,)."""
+        return self.seen_from_sliders(self.driven.derivatives_on(pieces, ways, 3))
+
+    def seen_from_sliders(self, table: FloatArray) -> HeightDerivatives:
+        """Return heights and their derivatives.
+
+        Args:
+            table: position of the platform and three derivatives. Shape (4 or more, n, 3).
+        """
+        dx, dy, squares = self.relative(table[0])
+        (x1, y1, z1), (x2, y2, z2), (x3, y3, z3) = table[1:4].transpose(0, 2, 1)
+        with np.errstate(invalid="ignore"):
+            rises = np.sqrt(squares)
+        flatness = 1.0 / rises
+        level = x1 * x1 + y1 * y1
+        heights = np.empty((4, *rises.shape))
+        heights[0] = table[0, :, 2] + rises
+        g = (dx * x1 + dy * y1) * -flatness
+        heights[1] = g + z1
+        g1 = -(level + dx * x2 + dy * y2 + g * g) * flatness
+        heights[2] = g1 + z2
+        g2 = -(3.0 * (x1 * x2 + y1 * y2 + g * g1) + dx * x3 + dy * y3) * flatness
+        heights[3] = g2 + z3
+        return HeightDerivatives(heights, np.sqrt(level + z1 * z1))
+
+    def state(self, way: float, speed: float, acceleration: float) -> SliderState:
+        """Return the setpoint at one place, in plain floats: it is called in each control cycle.
+
+        Args:
+            way: place on the path [m].
+            speed: of it [m/s].
+            acceleration: of it [m/s^2].
+        """
+        x, y, z, x1, y1, z1, x2, y2, z2 = self.driven.state(way)
+        square = speed * speed
+        # Velocity and acceleration of the platform.
+        vx, vy, vz = x1 * speed, y1 * speed, z1 * speed
+        ax = x1 * acceleration + x2 * square
+        ay = y1 * acceleration + y2 * square
+        az = z1 * acceleration + z2 * square
+        level = vx * vx + vy * vy
+        (c1, d1, q1), (c2, d2, q2), (c3, d3, q3) = self._arms
+        c1, c2, c3, d1, d2, d3 = x - c1, x - c2, x - c3, y - d1, y - d2, y - d3
+        r1 = sqrt(q1 - c1 * c1 - d1 * d1)
+        r2 = sqrt(q2 - c2 * c2 - d2 * d2)
+        r3 = sqrt(q3 - c3 * c3 - d3 * d3)
+        g1 = (c1 * vx + d1 * vy) / -r1
+        g2 = (c2 * vx + d2 * vy) / -r2
+        g3 = (c3 * vx + d3 * vy) / -r3
+        return new_state(
+            SliderState,
+            (
+                (z + r1, z + r2, z + r3),
+                (g1 + vz, g2 + vz, g3 + vz),
+                (
+                    az - (level + g1 * g1 + c1 * ax + d1 * ay) / r1,
+                    az - (level + g2 * g2 + c2 * ax + d2 * ay) / r2,
+                    az - (level + g3 * g3 + c3 * ax + d3 * ay) / r3,
+                ),
+            ),
+        )

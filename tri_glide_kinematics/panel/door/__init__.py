@@ -1,0 +1,1 @@
+"""Who may speak to the page: hosts, origins and the token."""

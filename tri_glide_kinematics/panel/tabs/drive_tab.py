@@ -1,0 +1,138 @@
+"""The tab with which the machine is driven."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import viser
+
+from tri_glide_kinematics.panel.hold import RENEWALS
+from tri_glide_kinematics.panel.machine_facts import MachineFacts
+from tri_glide_kinematics.panel.markup import note
+from tri_glide_kinematics.panel.tabs.desk import Desk, Event
+from tri_glide_kinematics.panel.tabs.inputs import OperatorsInput
+from tri_glide_kinematics.vectors import Vector3
+
+HOLD = "hold"
+STEPS = {"0.1": 1e-4, "1": 1e-3, "10": 1e-2}
+
+# As they lie in the pad, row by row; None leaves a place empty.
+PAD: tuple[tuple[str, Vector3] | None, ...] = (
+    None,
+    ("Y+", (0.0, 1.0, 0.0)),
+    ("Z+", (0.0, 0.0, 1.0)),
+    ("X−", (-1.0, 0.0, 0.0)),
+    None,
+    ("X+", (1.0, 0.0, 0.0)),
+    None,
+    ("Y−", (0.0, -1.0, 0.0)),
+    ("Z−", (0.0, 0.0, -1.0)),
+)
+
+# Of the platform [mm/s].
+SLOWEST_JOG, USUAL_JOG, FASTEST_JOG = 1.0, 20.0, 200.0
+
+Move = Callable[[Vector3], None]
+
+
+class DriveTab:
+    """Enabling, speed, jogs, steps, and a position to go to."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk, move_to: Move, move_by: Move) -> None:
+        """Add all to the open container of ``gui``.
+
+        Args:
+            gui: of the page.
+            desk: of the operator.
+            move_to: goes to a position [m].
+            move_by: goes on by a vector [m].
+        """
+        self._gui = gui
+        self._desk = desk
+        self._move_by = move_by
+        self._is_shown: MachineFacts | None = None
+        link = desk.link
+        power = gui.add_button_group("Machine", ("enable", "disable"))
+        power.on_click(desk.on(lambda value: link.enable(value == "enable")))
+        motion = gui.add_button_group("Motion", ("pause", "resume"))
+        motion.on_click(desk.on(link.trigger))
+        self._scale = OperatorsInput(
+            desk,
+            gui.add_slider("Speed [%]", min=1, max=100, step=1, initial_value=100),
+            lambda value: link.set_speed_scale(0.01 * value),
+        )
+        mode = gui.add_button_group("Jog [mm]", (HOLD, *STEPS))
+        self._step_size = 0.0
+        speed = gui.add_slider(
+            "Jog [mm/s]", min=SLOWEST_JOG, max=FASTEST_JOG, step=1.0, initial_value=USUAL_JOG
+        )
+        self._speed_slider = speed
+        self._speed = OperatorsInput(desk, speed)
+        self._buttons = [self._pad_button(direction) for _, direction in filter(None, PAD)]
+        self._pad = gui.add_html(self._pad_text(HOLD))
+        mode.on_click(desk.on(self._set_mode))
+        with gui.add_folder("Go to [mm]"):
+            place = gui.add_vector3("x, y, z", (0.0, 0.0, 0.0), step=0.1)
+            self._place = OperatorsInput(desk, place)
+            go = gui.add_button("Go", color="blue", icon=viser.Icon.PLAYER_PLAY)
+            go.on_click(desk.on(lambda _: move_to(_in_metres(self._place.value))))
+            here = gui.add_button("Take the present position")
+            here.on_click(desk.on(lambda _: self._take_present()))
+        self._present: Vector3 | None = None
+
+    def show(self, facts: MachineFacts, position: Vector3 | None) -> None:
+        """Show the speed scale that the machine has; ``position`` is where it is commanded [m]."""
+        is_first = self._present is None
+        self._present = position or self._present
+        if is_first:
+            self._take_present()
+        if facts is not self._is_shown:
+            self._is_shown = facts
+            self._scale.set(max(1, round(100.0 * facts.speed_scale)))
+
+    def _take_present(self) -> None:
+        if self._present is not None:
+            x, y, z = (round(1000.0 * part, 2) for part in self._present)
+            self._place.set((x, y, z))
+
+    def _set_mode(self, mode: str) -> None:
+        self._step_size = STEPS.get(mode, 0.0)
+        self._pad.content = self._pad_text(mode)
+        self._speed_slider.visible = mode == HOLD
+
+    def _pad_button(self, direction: Vector3) -> Any:
+        """Return a button that is not seen: the pad presses and holds it."""
+        button = self._gui.add_button("jog", visible=False)
+        desk = self._desk
+
+        async def hold(event: Event) -> None:
+            desk.hold(event, direction, 0.001 * self._speed.value)
+
+        def step(_: object) -> None:
+            size = self._step_size
+            if size:
+                x, y, z = direction
+                self._move_by((size * x, size * y, size * z))
+
+        button.on_hold(hold, callback_hz=RENEWALS)
+        button.on_click(desk.on(step))
+        return button
+
+    def _pad_text(self, mode: str) -> str:
+        kind = "hold" if mode == HOLD else "press"
+        buttons = iter(self._buttons)
+        cells = []
+        for entry in PAD:
+            if entry is None:
+                cells.append("<span></span>")
+                continue
+            uuid = next(buttons)._impl.uuid
+            cells.append(f'<button type="button" data-{kind}="{uuid}">{entry[0]}</button>')
+        words = "moves while it is held" if mode == HOLD else f"each press moves by {mode} mm"
+        return f'<div class="tri-glide-pad">{"".join(cells)}</div>{note(words)}'
+
+
+def _in_metres(place: tuple[float, float, float]) -> Vector3:
+    x, y, z = place
+    return 0.001 * x, 0.001 * y, 0.001 * z

@@ -1,0 +1,195 @@
+"""What the page shows of the machine as it moves."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import viser
+
+from tri_glide_kinematics.control.operating_state import IDLE
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.panel.curves.limits import CurveLimits
+from tri_glide_kinematics.panel.curves.plots import Curves
+from tri_glide_kinematics.panel.feeds import Feeds, MotionFeed
+from tri_glide_kinematics.panel.machine_facts import MachineFacts
+from tri_glide_kinematics.panel.markup import note
+from tri_glide_kinematics.panel.scene.scene import Pose, Scene, view_of
+from tri_glide_kinematics.panel.tabs.desk import Desk
+from tri_glide_kinematics.panel.tabs.go_to_handle import GoToHandle
+from tri_glide_kinematics.panel.tabs.numbers import Row, edge_row, numbers_table
+from tri_glide_kinematics.ros.outputs.motion_state import Motion
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.workspace.outline import edge_rings
+
+NUMBERS_PERIOD = 0.5  # s
+# The edge is looked for in six directions, which takes some milliseconds [s].
+EDGE_PERIOD = 1.0
+TRACE_PERIOD = 0.2  # s
+# Of a frame, what may be spent on the shape of the workspace [s].
+PIECE = 0.004
+
+# What is told later than this is of another clock [s].
+LARGEST_LAG = 1.0
+
+# The trace: its points, and how far the platform moves from one to the next [m].
+TRACE_POINTS = 1500
+TRACE_STEP = 0.001
+
+# The handle, as a part of the longest arm.
+HANDLE_SIZE = 0.35
+
+
+class LiveView:
+    """The scene, the curves and the numbers of a machine."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        tabs: viser.GuiTabGroupHandle,
+        desk: Desk,
+        move_to: Callable[[Vector3], None],
+    ) -> None:
+        """Add the tabs with numbers and curves.
+
+        Args:
+            server: of the page.
+            tabs: of the page.
+            desk: of the operator.
+            move_to: goes to a position [m].
+        """
+        self._server = server
+        self._desk = desk
+        self._move_to = move_to
+        self._drawn: MachineFacts | None = None
+        self._scene: Scene | None = None
+        self._handle: GoToHandle | None = None
+        self._curves: Curves | None = None
+        self._shaping: Any = None
+        self._clock_offset = 0.0
+        self._curves_at = 0.0
+        self._trace: deque[Vector3] = deque(maxlen=TRACE_POINTS)
+        self._is_traced = True
+        self._due = {"numbers": 0.0, "edge": 0.0, "trace": 0.0}
+        self._edge: Row = ("edge", "", "")
+        with tabs.add_tab("Numbers"):
+            self._numbers = server.gui.add_html(note("no machine yet"))
+        self._curves_tab = tabs.add_tab("Curves")
+
+    def show_machine(self, facts: MachineFacts) -> None:
+        """Put a machine into the scene, if another one or none is there."""
+        limits = CurveLimits(*facts.travel, facts.limits.velocity, facts.limits.acceleration)
+        with self._curves_tab:
+            if self._curves is None:
+                self._curves = Curves(self._server.gui, limits)
+            else:
+                self._curves.set_limits(limits)
+        if self._drawn is not None and self._drawn.is_same_machine(facts):
+            return
+        self._drawn = facts
+        if self._scene is not None and self._handle is not None:
+            self._scene.remove()
+            self._handle.remove()
+        camera = self._server.initial_camera
+        camera.position, camera.look_at = map(np.array, view_of(facts))
+        self._scene = Scene(self._server.scene, facts)
+        size = HANDLE_SIZE * max(facts.machine.geometry.arm_lengths)
+        self._handle = GoToHandle(self._server, self._desk, size, self._move_to)
+        self._shaping = edge_rings(facts.workspace)
+
+    def show_lines(self, name: str, points: FloatArray) -> None:
+        """Show the path as ``programmed`` or ``driven``. Shape (n, 3) [m]."""
+        if self._scene is not None:
+            self._scene.show_lines(name, points)
+
+    def draw(self, facts: MachineFacts, feeds: Feeds) -> None:
+        """Show where everything is by now."""
+        scene, handle = self._scene, self._handle
+        if scene is None or handle is None:
+            return
+        setpoint = feeds.motion.commanded
+        measured = pose_of(feeds.motion.measured, facts)
+        commanded = pose_of(setpoint.heights if setpoint is not None else None, facts)
+        with self._server.atomic():
+            for drawn, pose in ((scene.measured, measured), (scene.commanded, commanded)):
+                if pose is None:
+                    drawn.hide()
+                else:
+                    drawn.move(pose)
+            scene.show_target(feeds.target)
+            is_idle = feeds.status.state is IDLE
+            handle.follow(commanded.position if is_idle and commanded else feeds.target)
+            self._draw_curves(feeds.motion)
+            if measured is not None:
+                self._draw_trace(scene, measured.position)
+                self._draw_numbers(facts, measured, feeds)
+        self._shape(scene)
+
+    def _draw_curves(self, feed: MotionFeed) -> None:
+        if self._curves is None:
+            return
+        now = time.monotonic()
+        for motion in feed.unseen:
+            moment = self._moment_of(motion, now)
+            if motion.commanded is not None and moment > self._curves_at:
+                self._curves_at = moment
+                self._curves.add(moment, *motion.commanded)
+        feed.unseen.clear()
+        # In silence they go on, too.
+        if now - self._curves_at > LARGEST_LAG:
+            self._curves_at = now
+        self._curves.draw(self._curves_at)
+
+    def _moment_of(self, motion: Motion, now: float) -> float:
+        """Return when that was, by its own stamp: what is late by itself makes no step."""
+        # A clock that is set begins anew.
+        if not -LARGEST_LAG <= motion.stamp + self._clock_offset - now <= 0.0:
+            self._clock_offset = now - motion.stamp
+        return motion.stamp + self._clock_offset
+
+    def _draw_trace(self, scene: Scene, position: Vector3) -> None:
+        if not self._trace or math.dist(self._trace[-1], position) > TRACE_STEP:
+            self._trace.append(position)
+            self._is_traced = False
+        if not self._is_traced and self._is_due("trace", TRACE_PERIOD):
+            self._is_traced = True
+            scene.show_lines("trace", np.array(self._trace))
+
+    def _draw_numbers(self, facts: MachineFacts, pose: Pose, feeds: Feeds) -> None:
+        if self._is_due("numbers", NUMBERS_PERIOD):
+            setpoint = feeds.motion.commanded
+            velocities = setpoint.velocities if setpoint is not None else None
+            if self._is_due("edge", EDGE_PERIOD):
+                self._edge = edge_row(facts, pose.position)
+            self._numbers.content = numbers_table(facts, pose, self._edge, velocities, feeds.late)
+
+    def _shape(self, scene: Scene) -> None:
+        """Go on for a moment to find the edge of the workspace, and show it when it is found."""
+        end = time.monotonic() + PIECE
+        while self._shaping is not None and time.monotonic() < end:
+            try:
+                next(self._shaping)
+            except StopIteration as found:
+                self._shaping = None
+                scene.show_workspace(found.value)
+
+    def _is_due(self, name: str, period: float) -> bool:
+        now = time.monotonic()
+        if now < self._due[name]:
+            return False
+        self._due[name] = now + period
+        return True
+
+
+def pose_of(heights: Vector3 | None, facts: MachineFacts) -> Pose | None:
+    """Return where a machine is by its true heights [m]; None if that is not known."""
+    if heights is None:
+        return None
+    try:
+        return Pose(heights, facts.machine.forward(heights))
+    except KinematicsError:
+        return None

@@ -1,0 +1,106 @@
+"""The tab with the points that the operator has taught."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import viser
+
+from tri_glide_kinematics.panel.markup import note, table
+from tri_glide_kinematics.panel.points import load_points, save_points
+from tri_glide_kinematics.panel.tabs.desk import Desk
+from tri_glide_kinematics.panel.tabs.inputs import OperatorsInput
+from tri_glide_kinematics.vectors import Vector3
+
+USUAL_TOLERANCE = 1.0  # mm
+
+Follow = Callable[[list[Vector3], float, float], None]
+
+
+class PointsTab:
+    """Points that can be driven as a path, saved, and loaded again."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        desk: Desk,
+        file: Path,
+        present: Callable[[], Vector3 | None],
+        follow: Follow,
+    ) -> None:
+        """Add all to the open container of ``gui``.
+
+        Args:
+            gui: of the page.
+            desk: of the operator.
+            file: that the points are saved to, and loaded from.
+            present: returns where the platform is [m].
+            follow: drives through points [m], within a tolerance [m], at a speed [m/s].
+        """
+        self.points: list[Vector3] = []
+        self._desk = desk
+        self._file = file
+        self._present = present
+        self._follow = follow
+        gui.add_button("Teach this position", icon=viser.Icon.MAP_PIN_PLUS).on_click(
+            desk.on(lambda _: self._teach())
+        )
+        self._table = gui.add_html("")
+        self._edit = gui.add_button_group("Points", ("undo", "clear"))
+        self._edit.on_click(desk.on(self._remove))
+        self._tolerance = OperatorsInput(
+            desk, gui.add_number("Corners [mm]", USUAL_TOLERANCE, min=0.0, step=0.1)
+        )
+        hint = "0: as fast as the sliders can"
+        self._speed = OperatorsInput(
+            desk, gui.add_number("Speed [mm/s]", 0.0, min=0.0, step=1.0, hint=hint)
+        )
+        gui.add_button("Drive through them", color="blue", icon=viser.Icon.ROUTE).on_click(
+            desk.on(lambda _: self._drive())
+        )
+        self._files = gui.add_button_group("File", ("save", "load"))
+        self._files.on_click(
+            desk.on(lambda value: self._save() if value == "save" else self._load())
+        )
+        self._note = gui.add_html("")
+        self._show()
+
+    def _teach(self) -> None:
+        position = self._present()
+        if position is None:
+            self._desk.refuse("nothing taught: it is not known where the platform is")
+            return
+        self.points.append(position)
+        self._show()
+
+    def _remove(self, what: str) -> None:
+        del self.points[-1 if what == "undo" else 0 :]
+        self._show()
+
+    def _drive(self) -> None:
+        self._follow(self.points, *self._bounds())
+
+    def _save(self) -> None:
+        save_points(self._file, self.points, *self._bounds())
+        self._say(f"{len(self.points)} points saved as {self._file}")
+
+    def _load(self) -> None:
+        self.points = load_points(self._file)
+        self._show()
+        self._say(f"{len(self.points)} points of {self._file}")
+
+    def _bounds(self) -> tuple[float, float]:
+        return 0.001 * self._tolerance.value, 0.001 * self._speed.value
+
+    def _say(self, text: str) -> None:
+        self._note.content = note(text)
+
+    def _show(self) -> None:
+        head = ("", "x", "y", "z [mm]") if self.points else ("no points yet",)
+        rows: list[tuple[str, ...]] = [head]
+        rows += [
+            (str(number), *(f"{1000.0 * part:.2f}" for part in point))
+            for number, point in enumerate(self.points, 1)
+        ]
+        self._table.content = table(rows)

@@ -1,0 +1,185 @@
+"""Reads files of moves, paths and waits such as ``config/drive_example.yaml``.
+
+All of a file is checked before anything moves, as far as that is possible without the machine.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.keys import load_yaml
+from tri_glide_kinematics.motion.path.flat_path import FlatPath, SegmentKind
+from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.programs.errors import DriveFileError
+from tri_glide_kinematics.programs.keys import Keys
+from tri_glide_kinematics.vectors import Vector3
+
+STEPS = ("move", "path", "wait")
+SEGMENTS = {
+    "line": SegmentKind.LINE,
+    "arc": SegmentKind.ARC_THROUGH,
+    "circle": SegmentKind.ARC_ABOUT,
+}
+
+
+@dataclass(frozen=True)
+class MoveStep:
+    """Go to a position and rest there.
+
+    Attributes:
+        position: Shape (3,) [m].
+        speed: largest one of the platform, on a straight line; 0 for what the sliders can do, as
+            the machine is set [m/s].
+    """
+
+    position: Vector3
+    speed: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class PathStep:
+    """Go along lines and arcs without a stop, from where the platform is.
+
+    Attributes:
+        segments: as numbers.
+        path: the same, from the end of the step before; None if that is not known.
+    """
+
+    segments: FlatPath
+    path: PlatformPath | None
+
+
+@dataclass(frozen=True)
+class WaitStep:
+    """Rest for a time.
+
+    Attributes:
+        duration: [s].
+    """
+
+    duration: float
+
+
+Step = MoveStep | PathStep | WaitStep
+
+
+@dataclass(frozen=True)
+class DriveFile:
+    """What a file holds.
+
+    Attributes:
+        frame: of all places; empty for that of the machine.
+        steps: in their order.
+    """
+
+    frame: str
+    steps: tuple[Step, ...]
+
+
+class _Numbers(NamedTuple):
+    """A segment as numbers [m], [rad], with tolerance [m] and speed [m/s], 0 for none."""
+
+    kind: SegmentKind
+    numbers: tuple[float, ...]
+    tolerance: float
+    speed: float
+
+
+def load_drive(file: str | Path) -> DriveFile:
+    """Read a file.
+
+    Raises:
+        DriveFileError: if it cannot be read, or something in it has no meaning; the text names
+            file, step and number.
+    """
+    return _Reader(str(file), load_yaml(file, DriveFileError)).drive()
+
+
+class _Reader:
+    """Reads the steps of one file, each from where the one before it ends."""
+
+    def __init__(self, file: str, content: Any) -> None:
+        self._file = file
+        self._keys = keys = Keys(file, "", content)
+        self._unit = keys.unit()
+        defaults = Keys(file, "defaults", keys.value("defaults", {}))
+        self._tolerance = defaults.number("tolerance", 0.0, least=0.0)
+        self._speed = defaults.number("speed", 0.0, least=0.0)
+        defaults.finish()
+        self._here: Vector3 | None = None
+
+    def drive(self) -> DriveFile:
+        frame = self._keys.text("frame", "")
+        entries = self._keys.entries("steps")
+        self._keys.finish()
+        return DriveFile(frame, tuple(self._step(*each) for each in enumerate(entries, 1)))
+
+    def _step(self, number: int, entry: Any) -> Step:
+        place = f"step {number}"
+        kind, values = Keys(self._file, place, entry).one_of(STEPS)
+        keys = Keys(self._file, f"{place} ({kind})", values)
+        try:
+            step = self._read(kind, keys)
+        except DriveFileError:
+            raise
+        except KinematicsError as error:
+            raise keys.error(str(error)) from error
+        keys.finish()
+        return step
+
+    def _read(self, kind: str, keys: Keys) -> Step:
+        if kind == "wait":
+            return WaitStep(keys.number("seconds", least=0.0))
+        if kind == "move":
+            self._here = self._place(keys, "to")
+            return MoveStep(self._here, self._unit * keys.number("speed", 0.0, least=0.0))
+        entries = keys.entries("segments")
+        segments = [
+            self._segment(f"{keys.place}, segment {number}", entry)
+            for number, entry in enumerate(entries, 1)
+        ]
+        return self._path(segments)
+
+    def _path(self, segments: Sequence[_Numbers]) -> PathStep:
+        flat = FlatPath.of(
+            [segment.kind for segment in segments],
+            [number for segment in segments for number in segment.numbers],
+            [segment.tolerance for segment in segments],
+            [segment.speed for segment in segments],
+            0.0,
+        )
+        if self._here is not None:
+            path = at_once(flat.path_from(self._here))
+            self._here = path.end
+            return PathStep(flat, path)
+        last = segments[-1]
+        if last.kind != SegmentKind.ARC_ABOUT:
+            x, y, z = last.numbers[-3:]
+            self._here = (x, y, z)
+        return PathStep(flat, None)
+
+    def _segment(self, place: str, entry: Any) -> _Numbers:
+        kind, values = Keys(self._file, place, entry).one_of(tuple(SEGMENTS))
+        keys = Keys(self._file, f"{place} ({kind})", values)
+        numbers: tuple[float, ...]
+        if kind == "line":
+            numbers = self._place(keys, "to")
+        elif kind == "arc":
+            numbers = (*self._place(keys, "via"), *self._place(keys, "to"))
+        else:
+            angle = math.radians(keys.number("angle"))
+            numbers = (*self._place(keys, "centre"), *keys.vector("axis"), angle)
+        tolerance = self._unit * keys.number("tolerance", self._tolerance, least=0.0)
+        speed = self._unit * keys.number("speed", self._speed, least=0.0)
+        keys.finish()
+        return _Numbers(SEGMENTS[kind], numbers, tolerance, speed)
+
+    def _place(self, keys: Keys, key: str) -> Vector3:
+        x, y, z = (self._unit * value for value in keys.vector(key))
+        return x, y, z

@@ -1,0 +1,1 @@
+"""What speaks to a running machine as other nodes do."""

@@ -1,0 +1,102 @@
+"""Goals of the actions of ``ik_node``, as one who sends them sees them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from action_msgs.msg import GoalStatus
+from rclpy.action import ActionClient
+from rclpy.node import Node
+
+from tri_glide_interfaces.action import FollowPath, MoveTo
+from tri_glide_kinematics.motion.path.flat_path import FlatPath
+from tri_glide_kinematics.ros.cdr.request_bytes import read_kinds_within_bytes
+from tri_glide_kinematics.vectors import Vector3
+
+
+class SentGoal:
+    """A goal that was sent, and what has been told about it so far.
+
+    Attributes:
+        feedback: the newest; None before the first.
+        result: None until it is there.
+        status: of ``GoalStatus``, when the result is there.
+    """
+
+    def __init__(self, client: ActionClient, goal: Any) -> None:
+        """Send a ``goal``."""
+        self.feedback: Any = None
+        self.result: Any = None
+        self.status = GoalStatus.STATUS_UNKNOWN
+        self._handle: Any = None
+        self._is_cancelled = False
+        client.send_goal_async(goal, self._on_feedback).add_done_callback(self._on_answer)
+
+    @property
+    def has_succeeded(self) -> bool:
+        """Whether it has ended as it should."""
+        return bool(self.status == GoalStatus.STATUS_SUCCEEDED)
+
+    def cancel(self) -> None:
+        """Ask for a stop; the result tells when the platform rests."""
+        self._is_cancelled = True
+        if self._handle is not None:
+            self._handle.cancel_goal_async()
+
+    def _on_feedback(self, message: Any) -> None:
+        self.feedback = message.feedback
+
+    def _on_answer(self, future: Any) -> None:
+        # A goal that cannot be is accepted and aborted with the reason: there is always a result.
+        self._handle = future.result()
+        self._handle.get_result_async().add_done_callback(self._on_result)
+        if self._is_cancelled:
+            self.cancel()
+
+    def _on_result(self, future: Any) -> None:
+        response = future.result()
+        self.status, self.result = response.status, response.result
+
+
+class GoalSender:
+    """Sends goals to the ``ik_node`` in the namespace of a node.
+
+    Attributes:
+        server: full name of that ``ik_node``.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Look for the actions as a part of ``node``."""
+        self.server = node.get_namespace().rstrip("/") + "/ik_node"
+        for made_of in (MoveTo.Impl, FollowPath.Impl):
+            services = made_of.SendGoalService, made_of.CancelGoalService, made_of.GetResultService
+            read_kinds_within_bytes(service.Response for service in services)
+        self._move_to = ActionClient(node, MoveTo, "ik_node/move_to")
+        self._follow_path = ActionClient(node, FollowPath, "ik_node/follow_path")
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether there is somebody who offers the actions."""
+        return self._move_to.server_is_ready() and self._follow_path.server_is_ready()
+
+    def move_to(self, position: Vector3, frame: str = "", speed: float = 0.0) -> SentGoal:
+        """Go to a ``position`` [m]; in the frame of the machine, if none is named.
+
+        With a ``speed`` [m/s], the platform goes there on a straight line, no faster than that.
+        """
+        goal = MoveTo.Goal(speed=speed)
+        goal.pose.header.frame_id = frame
+        point = goal.pose.pose.position
+        point.x, point.y, point.z = position
+        return SentGoal(self._move_to, goal)
+
+    def follow(self, path: FlatPath, frame: str = "") -> SentGoal:
+        """Go along a ``path`` from where the platform is."""
+        goal = FollowPath.Goal()
+        goal.header.frame_id = frame
+        goal.kinds = path.kinds
+        goal.numbers = path.numbers.tolist()
+        goal.tolerances = path.tolerances.tolist()
+        goal.speeds = np.where(np.isfinite(path.speeds), path.speeds, 0.0).tolist()
+        return SentGoal(self._follow_path, goal)

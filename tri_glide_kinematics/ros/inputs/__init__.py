@@ -1,0 +1,1 @@
+"""What comes to a node: targets, goals, measurements and calls."""

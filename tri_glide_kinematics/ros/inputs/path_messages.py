@@ -1,0 +1,185 @@
+"""Reads paths out of messages, without holding a control cycle.
+
+To make a message of the bytes of a nav_msgs/Path, rclpy makes each of its parts in Python: 10,000
+poses take 0.2 s. Their numbers stand in the bytes, at places that are known once a frame is read.
+"""
+
+from __future__ import annotations
+
+from struct import Struct
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.errors import Refusal
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.path.flat_path import FlatPath
+from tri_glide_kinematics.motion.path.inputs import check_count
+from tri_glide_kinematics.ros.cdr.stamped_triples import PLAIN, byte_order
+from tri_glide_kinematics.ros.messages import (
+    ROTATION_TOLERANCE,
+    RefusedMessageError,
+    check_frame,
+)
+from tri_glide_kinematics.vectors import FloatArray
+
+# In the bytes: what kind of encoding it is, then the parts; each begins at a multiple of its size.
+ENCODING = 4
+STAMP = 8
+POSE = 7 * 8
+
+# So many poses are read in a piece: where all frames are alike, and one by one.
+AT_A_TIME = 4000
+PIECE = 100
+
+
+class _Pose(NamedTuple):
+    """Where a pose of a path stands.
+
+    Attributes:
+        frame: its frame, as bytes.
+        numbers: offset of its first number.
+    """
+
+    frame: bytes
+    numbers: int
+
+
+def flat_path(request: Any, base_frame: str, tolerance: float) -> FlatPath:
+    """Return the segments of a goal of the action FollowPath.
+
+    Args:
+        request: the goal.
+        base_frame: in which its numbers have to be.
+        tolerance: where it gives none [m].
+
+    Raises:
+        RefusedMessageError: if they are in another frame.
+        KinematicsError: if they can be no path.
+    """
+    check_frame("path", request.header.frame_id, (base_frame,))
+    return FlatPath.of(
+        request.kinds, request.numbers, request.tolerances, request.speeds, tolerance
+    )
+
+
+def path_points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
+    """Return the positions of a serialized nav_msgs/Path. Shape (n, 3) [m].
+
+    Args:
+        data: the bytes of the message.
+        base_frame: in which its poses have to be; stamps have no meaning.
+
+    Raises:
+        RefusedMessageError: if a frame is neither empty nor ``base_frame``, an orientation is not
+            the identity, or the bytes are no such message.
+        TooManySegmentsError: if there are more poses than a path may have segments.
+    """
+    if data[:2] not in PLAIN:
+        raise RefusedMessageError(
+            f"target path is in the encoding {data[:2].hex()}: ROS writes 0000 or 0001"
+        )
+    try:
+        return (yield from _points(data, base_frame))
+    except IndexError as error:
+        raise RefusedMessageError("target path ends before its last pose") from error
+
+
+def _points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
+    """Return the positions of all poses. Shape (n, 3) [m]."""
+    order = byte_order(data)
+    size = Struct(f"{order}I")
+
+    def text(offset: int) -> tuple[bytes, int]:
+        """Return a text and the offset of what follows it."""
+        if offset + 4 > len(data):
+            raise IndexError
+        (length,) = size.unpack_from(data, offset)
+        end = offset + 4 + length
+        if not 0 < length <= len(data):
+            raise IndexError
+        return data[offset + 4 : end - 1], end
+
+    def pose(offset: int) -> _Pose:
+        frame, end = text(_aligned(offset, 4) + STAMP)
+        return _Pose(frame, _aligned(end, 8))
+
+    frame, end = text(ENCODING + STAMP)
+    _check_path_frame(frame, base_frame)
+    offset = _aligned(end, 4)
+    if offset + 4 > len(data):
+        raise IndexError
+    (count,) = size.unpack_from(data, offset)
+    if not count:
+        return np.empty((0, 3))
+    check_count(count)
+    if count * (STAMP + 4 + POSE) > len(data):
+        raise IndexError
+    first = pose(offset + 4)
+    _check_path_frame(first.frame, base_frame)
+    points = np.empty((count, 3))
+    done, end = 0, offset + 4
+    # Where all frames are alike, a pose follows the one before it at a fixed distance.
+    head = STAMP + 4 + len(first.frame) + 1
+    stride = POSE + 8 * -(-head // 8)
+    if first.numbers + (count - 1) * stride + POSE <= len(data):
+        frame_of_first = np.frombuffer(_as_text(first.frame, size), np.uint8)
+        while done < count:
+            last = min(done + AT_A_TIME, count)
+            begin, others = first.numbers + done * stride, max(done, 1)
+            # A pose begins where the numbers of the one before it end.
+            place = first.numbers + (others - 1) * stride + POSE + STAMP
+            shape = last - others, len(frame_of_first)
+            frames = np.ndarray(shape, np.uint8, data, place, (stride, 1)) if shape[0] else None
+            if frames is not None and not (frames == frame_of_first).all():
+                break
+            rows = np.ndarray((last - done, 7), f"{order}f8", data, begin, (stride, 8))
+            points[done:last] = _checked(rows.astype(np.float64), done)
+            done, end = last, first.numbers + (last - 1) * stride + POSE
+            yield
+    row = np.empty((1, 7))
+    numbers = Struct(f"{order}7d")
+    for index in range(done, count):
+        here = pose(end)
+        _check_path_frame(here.frame, base_frame)
+        end = here.numbers + POSE
+        if end > len(data):
+            raise IndexError
+        row[0] = numbers.unpack_from(data, here.numbers)
+        points[index] = _checked(row, index)
+        if index % PIECE == PIECE - 1:
+            yield
+    return points
+
+
+def _as_text(frame: bytes, size: Struct) -> bytes:
+    return size.pack(len(frame) + 1) + frame + b"\0"
+
+
+def _aligned(offset: int, size: int) -> int:
+    """Return the first place from ``offset`` on for something of this ``size``."""
+    return offset + (ENCODING - offset) % size
+
+
+def _check_path_frame(frame: bytes, base_frame: str) -> None:
+    check_frame("target path", frame.decode(errors="replace"), (base_frame,))
+
+
+def _checked(rows: FloatArray, first: int) -> FloatArray:
+    """Return the positions of poses from the index ``first`` on, if no orientation is a rotation.
+
+    Args:
+        rows: positions and orientations. Shape (n, 7).
+        first: index of the first of them.
+    """
+    parts = np.abs(rows[:, 3:])
+    parts[:, 3] -= 1.0
+    turned = ~(np.abs(parts) <= ROTATION_TOLERANCE).all(axis=1)
+    if turned.any():
+        index = first + int(turned.argmax())
+        raise RefusedMessageError(
+            f"pose {index + 1} of the target path is turned: the platform cannot rotate, its "
+            f"orientation must be (0, 0, 0, 1) within {ROTATION_TOLERANCE:g}",
+            Refusal.ROTATION,
+        )
+    return rows[:, :3]

@@ -1,0 +1,1 @@
+"""What a node tells: setpoints, states, markers and diagnostics."""

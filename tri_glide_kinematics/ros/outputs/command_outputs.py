@@ -1,0 +1,110 @@
+"""Publishes setpoints in the forms that controllers and drives take."""
+
+from __future__ import annotations
+
+import math
+from array import array
+
+import numpy as np
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import JointTrajectory
+
+from tri_glide_kinematics.errors import KinematicsError, Refusal
+from tri_glide_kinematics.motion.engine.engine import MotionEngine, SampledPlan, SliderState
+from tri_glide_kinematics.ros.cdr.stamped_triples import FIRST, SECOND, StampedTriples
+from tri_glide_kinematics.ros.cdr.trajectory_bytes import joint_trajectory
+from tri_glide_kinematics.ros.parameters.table import Values
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+RELIABLE = QoSProfile(depth=10)
+
+# A last step of a trajectory that is shorter than this is part of the one before it [s].
+SHORTEST_STEP = 1e-8
+
+
+class JogOutputError(KinematicsError):
+    """An output cannot follow a jog."""
+
+    refusal = Refusal.UNSUPPORTED
+
+
+class CommandOutputs:
+    """The publishers that the parameter ``command_outputs`` asks for.
+
+    Here, and nowhere else, true heights become those that the drives are told.
+
+    Attributes:
+        publishers: of what moves the machine.
+    """
+
+    def __init__(self, node: Node, values: Values) -> None:
+        """Create the publishers on ``node``."""
+        self._now = node.get_clock().now
+        self._joint_names = list(values["joint_names"])
+        self._base_frame = values["base_frame"]
+        self._trajectory_step = values["trajectory_step"]
+        self._offsets: Vector3 = values["height_offsets"]
+        self._plan_number = 0
+        joint_state = JointState(name=self._joint_names, position=FIRST, velocity=SECOND)
+        joint_state.header.frame_id = self._base_frame
+        self._joint_state = StampedTriples(joint_state, 2)
+        self._array = Float64MultiArray()
+
+        def publisher(output: str, kind: type, topic: str) -> Publisher | None:
+            if output not in values["command_outputs"]:
+                return None
+            return node.create_publisher(kind, topic, RELIABLE)
+
+        self._joint_states = publisher("joint_state", JointState, "joint_commands")
+        self._arrays = publisher("forward_command", Float64MultiArray, "forward_command")
+        self._trajectories = publisher("joint_trajectory", JointTrajectory, "joint_trajectory")
+        made = (self._joint_states, self._arrays, self._trajectories)
+        self.publishers = [publisher for publisher in made if publisher is not None]
+
+    def check_jogging(self) -> None:
+        """Check that all outputs can follow a jog.
+
+        Raises:
+            JogOutputError: if one of them takes whole trajectories: a jog has no end to plan.
+        """
+        if self._trajectories is not None:
+            raise JogOutputError(
+                "no jog and no moving target while command_outputs has joint_trajectory"
+            )
+
+    def publish(self, setpoint: SliderState, engine: MotionEngine) -> None:
+        """Publish the setpoint of a cycle, and the plan of ``engine`` if it is a new one."""
+        (h1, h2, h3), (offset1, offset2, offset3) = setpoint.heights, self._offsets
+        heights = (h1 - offset1, h2 - offset2, h3 - offset3)
+        if self._joint_states is not None:
+            stamp = divmod(self._now().nanoseconds, 1_000_000_000)
+            numbers = heights, setpoint.velocities
+            self._joint_states.publish(self._joint_state.at(*stamp, *numbers))
+        if self._arrays is not None:
+            self._array.data = array("d", heights)
+            self._arrays.publish(self._array)
+        if self._trajectories is not None:
+            number, self._plan_number = self._plan_number, engine.plan_number
+            if number != self._plan_number and engine.time_to_rest > 0.0:
+                # Its stamp is 0, which tells the receiver to begin at once: no clock is shared.
+                points = plan_points(engine, self._trajectory_step)
+                points = points._replace(heights=points.heights - np.array(self._offsets))
+                trajectory = joint_trajectory(self._joint_names, self._base_frame, points)
+                self._trajectories.publish(trajectory)
+
+
+def plan_points(engine: MotionEngine, step: float) -> SampledPlan:
+    """Return all of the plan of an ``engine`` from now on, until the sliders stand still.
+
+    Args:
+        engine: in motion.
+        step: time between two points; the last one may be shorter [s].
+    """
+    steps = max(1, math.ceil((engine.time_to_rest - SHORTEST_STEP) / step))
+    times: FloatArray = step * np.arange(1.0, steps + 1.0)
+    times[-1] = engine.time_to_rest
+    return engine.sample_plan(times)

@@ -1,0 +1,136 @@
+"""Makes geometry, limits and bounds from the values of parameters. No ROS in here."""
+
+from __future__ import annotations
+
+from tri_glide_kinematics.control.in_position import InPositionBounds
+from tri_glide_kinematics.control.supervision import SupervisionBounds
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.ros.parameters.table import ParameterError, Values
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.wording import number_text
+from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimits
+
+CALIBRATED = "calibrated"
+
+
+def machine_of(values: Values) -> TriGlide:
+    """Return the machine that the geometry parameters describe.
+
+    Raises:
+        KinematicsError: if no working machine has this geometry.
+    """
+    if values["geometry"] == CALIBRATED:
+        numbers = values["anchors"]
+        geometry = TriGlideGeometry(
+            (numbers[0:2], numbers[2:4], numbers[4:6]), values["arm_lengths"]
+        )
+    else:
+        geometry = TriGlideGeometry.symmetric(
+            values["base_radius"],
+            values["platform_radius"],
+            values["arm_length"],
+            values["orientation"],
+        )
+    return TriGlide(geometry)
+
+
+def limits_of(values: Values) -> SliderLimits:
+    """Return the limits of the drives.
+
+    Raises:
+        KinematicsError: if a limit is not a positive number.
+    """
+    return SliderLimits(
+        values["velocity_limits"], values["acceleration_limits"], values["jerk_limits"]
+    )
+
+
+def true_travel_of(values: Values) -> tuple[Vector3, Vector3]:
+    """Return the true heights of the lower and of the upper ends of travel, each (3,) [m]."""
+    offsets = values["height_offsets"]
+    return _sum(values["lower_heights"], offsets), _sum(values["upper_heights"], offsets)
+
+
+def _sum(first: Vector3, second: Vector3) -> Vector3:
+    return (first[0] + second[0], first[1] + second[1], first[2] + second[2])
+
+
+def workspace_limits_of(values: Values) -> WorkspaceLimits:
+    """Return where the platform and the sliders may be, in true heights.
+
+    Raises:
+        KinematicsError: if two bounds are not in order.
+    """
+    space = values["space"]
+    box_lower, box_upper, cylinder = None, None, None
+    if space == "box":
+        box_lower, box_upper = values["box_lower"], values["box_upper"]
+    elif space == "cylinder":
+        center_x, center_y = values["cylinder_center"]
+        z_min, z_max = values["cylinder_z"]
+        cylinder = Cylinder(center_x, center_y, values["cylinder_radius"], z_min, z_max)
+    return WorkspaceLimits(
+        *true_travel_of(values),
+        values["reach_margin"],
+        values["max_condition_number"],
+        box_lower,
+        box_upper,
+        cylinder,
+    )
+
+
+def supervision_bounds_of(values: Values) -> SupervisionBounds:
+    """Return how far the measured heights may differ from what is expected."""
+    return SupervisionBounds(
+        values["measured_timeout"],
+        values["jump_limit"],
+        values["tracking_error_limit"],
+        values["velocity_limits"],
+    )
+
+
+def in_position_bounds_of(values: Values) -> InPositionBounds:
+    """Return when a target counts as reached.
+
+    Raises:
+        ParameterError: if the two distances, or the two times, are not in order.
+    """
+    names = ("position_tolerance", "settling_time", "settling_timeout", "position_error_limit")
+    tolerance, settling_time, timeout, error_limit = (values[name] for name in names)
+    if not tolerance <= error_limit:
+        raise ParameterError(
+            f"position_tolerance = {tolerance:g} m must be at most position_error_limit = "
+            f"{error_limit:g} m"
+        )
+    if not settling_time <= timeout:
+        raise ParameterError(
+            f"settling_time = {settling_time:g} s must be at most settling_timeout = {timeout:g} s"
+        )
+    return InPositionBounds(tolerance, settling_time, timeout, error_limit)
+
+
+def check_travel(values: Values) -> None:
+    """Check that each slider has somewhere to go.
+
+    Raises:
+        ParameterError: if the ends of its travel are not in order.
+    """
+    pairs = zip(values["lower_heights"], values["upper_heights"])
+    for index, (lower, upper) in enumerate(pairs):
+        if not lower < upper:
+            raise ParameterError(
+                f"lower_heights[{index}] = {number_text(lower)} m must be less than "
+                f"upper_heights[{index}] = {number_text(upper)} m"
+            )
+
+
+def check_joint_names(values: Values) -> None:
+    """Check that the three sliders can be told apart.
+
+    Raises:
+        ParameterError: if a name is empty or given twice.
+    """
+    names = values["joint_names"]
+    if "" in names or len(set(names)) != len(names):
+        raise ParameterError(f"joint_names = {list(names)} must be three different names")

@@ -1,0 +1,1 @@
+"""How nodes and commands start and end."""

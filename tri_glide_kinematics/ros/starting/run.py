@@ -1,0 +1,184 @@
+"""Entry points: start a node, keep it spinning, and end it without a traceback.
+
+Nothing of ROS is imported before the first line of an entry point has run, so that Ctrl-C ends the
+process at once while modules are still being loaded, and a missing module gets one clear line.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import signal
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from tri_glide_kinematics.ros.starting.end_signals import EndSignals
+
+PIP_NAMES = frozenset(("numpy", "ruckig", "viser"))
+
+
+class FatalError(Exception):
+    """An error in a node's own cycle: it cannot go on.
+
+    It is no ``KinematicsError``, or who answers those would catch it.
+    """
+
+
+def run(module: str, class_name: str) -> int:
+    """Run a node until SIGINT or SIGTERM.
+
+    Args:
+        module: full name of the module that holds the node; the node has its last part for a name.
+        class_name: of the node, called without arguments.
+
+    Returns:
+        Exit code: 0 after a signal, 1 if the node could not start or go on.
+    """
+    # Until they are handled below, both signals just end the process.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # Matrices are small here. A second thread of OpenBLAS only takes time: 40 ms at the start.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # While a node starts, nothing becomes garbage.
+    gc.disable()
+    try:
+        code = import_module(module)
+        node_class = getattr(code, class_name)
+    except ModuleNotFoundError as error:
+        return _fail(_missing(error.name or str(error)))
+    except ImportError as error:
+        return _fail(str(error).splitlines()[0])
+    import rclpy
+    from rclpy.exceptions import ParameterException
+    from rclpy.signals import SignalHandlerOptions
+
+    from tri_glide_kinematics.errors import KinematicsError
+    from tri_glide_kinematics.ros.cdr.request_bytes import read_within_bytes
+    from tri_glide_kinematics.ros.parameters import command_line
+    from tri_glide_kinematics.ros.parameters.sources import sources_of
+    from tri_glide_kinematics.ros.parameters.tables import NODES
+    from tri_glide_kinematics.ros.starting.end_signals import EndSignals
+    from tri_glide_kinematics.ros.starting.transport import choose_transport
+
+    name = module.rpartition(".")[2]
+    arguments = sys.argv[1:]
+    if command_line.help_wanted(arguments):
+        print(command_line.help_text(name, code.__doc__ or "", NODES.get(name, ())))
+        return 0
+    try:
+        command_line.check_arguments(name, arguments)
+        sources_of(arguments)
+        transport = choose_transport()
+    except KinematicsError as error:
+        return _fail(f"{name}: {error}")
+    signals = EndSignals()
+    try:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        return _fail(f"{name}: {command_line.in_words(error)}")
+    try:
+        instance = node_class()
+    except Exception as error:
+        shut_down()
+        if isinstance(error, (KinematicsError, ParameterException)):
+            return _fail(f"{name}: {error}")
+        raise
+    read_within_bytes(instance)
+    if transport.can_stall:
+        instance.get_logger().warning(transport.text)
+    else:
+        instance.get_logger().info(transport.text)
+    try:
+        _spin(instance, signals)
+    except FatalError as error:
+        instance.get_logger().fatal(str(error))
+        return 1
+    finally:
+        shut_down()
+    return 0
+
+
+def shut_down() -> None:
+    """End the use of rclpy, unless a signal does the same at this very moment."""
+    from rclpy.utilities import try_shutdown
+
+    with suppress(RuntimeError):
+        try_shutdown()
+
+
+def _spin(node: Node, signals: EndSignals) -> None:
+    """Work until a signal comes.
+
+    rclpy's own services raise on some contents (a parameter of an unknown type, for instance).
+    That is the sender's mistake and must not stop a machine, so it is logged and survived.
+    """
+    from tri_glide_kinematics.ros.loop.error_log import ErrorLog
+
+    errors = ErrorLog(node)
+
+    def survive(error: Exception) -> None:
+        if isinstance(error, FatalError):
+            raise error
+        errors.add(error)
+
+    spin, close = _spinner_of(node, signals, survive)
+    # What was made so far stays. The collector of garbage need not look at it again and again,
+    # which takes longer than a fast cycle.
+    gc.freeze()
+    gc.enable()
+    try:
+        spin()
+    finally:
+        gc.unfreeze()
+        # Left to the end of the interpreter, what it holds may be gone before it, which Python 3.10
+        # reports with a traceback.
+        close()
+
+
+def _spinner_of(
+    node: Node, signals: EndSignals, survive: Callable[[Exception], None]
+) -> tuple[Callable[[], None], Callable[[], object]]:
+    """Return what spins a node, in its own cycle if it has one, and what has to be called then."""
+    cycle = getattr(node, "cycle", None)
+    if cycle is not None:
+        from tri_glide_kinematics.ros.loop.cycle_loop import CycleLoop
+        from tri_glide_kinematics.ros.starting.realtime import ask_of_system
+
+        ask_of_system(node)
+        loop = CycleLoop(node, cycle, survive)
+        # It is never asleep for long, and may still send something at its end.
+        signals.call(loop.stop)
+        return loop.spin, loop.close
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.signals import install_signal_handlers
+
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    # Beside what is done so far, rclpy's handlers wake the executor.
+    signals.call(lambda: None)
+    install_signal_handlers()
+
+    def spin() -> None:
+        while node.context.ok() and not signals.came:
+            try:
+                executor.spin_once()
+            except Exception as error:
+                survive(error)
+
+    return spin, executor.shutdown
+
+
+def _missing(module: str) -> str:
+    if module in PIP_NAMES:
+        return f"the Python module {module!r} is missing: python3 -m pip install {module}"
+    return f"the Python module {module!r} is missing: is ROS 2 Jazzy sourced?"
+
+
+def _fail(message: str) -> int:
+    print(f"error: {message}", file=sys.stderr)
+    return 1
