@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.command_stream import CommandStream
-from tri_glide_kinematics.motion.limit_use import LimitUse
+from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 from tri_glide_kinematics.motion.moves.search import MotionKind
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY

@@ -25,8 +25,7 @@ import numpy as np
 from benchmarks.judge import LIMITS, WIDE
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.command_stream import CommandStream
-from tri_glide_kinematics.motion.limit_use import LimitUse, are_within
+from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse, are_within
 from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine

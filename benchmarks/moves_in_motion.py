@@ -39,8 +39,8 @@ from tri_glide_kinematics.motion.path.platform_path import PlatformPath
 from tri_glide_kinematics.motion.trajectory import verification
 from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, CubicPlan, SliderState
 from tri_glide_kinematics.motion.trajectory.knots import knots_with_blend, lasting, shortest_piece
-from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
 from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
+from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
 from tri_glide_kinematics.motion.trajectory.phases import Phases, evaluate, first_of, total_duration
 from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine

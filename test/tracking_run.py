@@ -9,9 +9,13 @@ from motion_machine import LIMITS, MACHINE, WORKSPACE
 
 from tri_glide_kinematics.motion.tracking.follower import Follower
 from tri_glide_kinematics.motion.tracking.moving_target import Wanted
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, CubicPlan, SliderState
+from tri_glide_kinematics.motion.trajectory.cubic import (
+    AT_REST,
+    CubicPlan,
+    SliderState,
+    TrackedStep,
+)
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.tracked_step import TrackedStep
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
 

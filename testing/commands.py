@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from testing.machine import Machine
-from tri_glide_kinematics.motion.command_stream import CommandStream
-from tri_glide_kinematics.motion.limit_use import LimitUse
+from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide

@@ -66,7 +66,7 @@ __all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "calibration.fit.calibrate": "calibrate",
-        "errors": (
+        "drive_file": (
             "KinematicsError NotAChoiceError NotANumberError NotFiniteError OutOfBoundsError "
             "WrongShapeError"
         ),

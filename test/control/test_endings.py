@@ -17,10 +17,9 @@ from tri_glide_kinematics.control.errors import BrokenError
 from tri_glide_kinematics.control.operating_state import DISABLED, FAULT, WAITING
 from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.command_stream import CommandStream
 from tri_glide_kinematics.motion.engine.pursuit import Pursuit
 from tri_glide_kinematics.motion.engine.replanning import Replanning
-from tri_glide_kinematics.motion.limit_use import LimitUse
+from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 
 PACKAGE = Path(tri_glide_kinematics.__file__).parent
 ROOMS = tuple(str(PACKAGE / room) for room in ("control", "motion", "workspace"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control.simulated_truth import SimulatedPlate, TrueMachine
+from tri_glide_kinematics.control.simulated_sliders import SimulatedPlate, TrueMachine
 from tri_glide_kinematics.tri_glide.errors import NoPoseError
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.calibration.fit.region import plane_basis
+from tri_glide_kinematics.demo.calibration.command import NOMINAL, wrong_machine
 from tri_glide_kinematics.demo.calibration.course import (
     FIRST_START,
     NEAR,
@@ -20,7 +21,6 @@ from tri_glide_kinematics.demo.calibration.course import (
 )
 from tri_glide_kinematics.demo.calibration.picture import verdict_figure
 from tri_glide_kinematics.demo.calibration.verdict import Verdict, table, without_plane_motion
-from tri_glide_kinematics.demo.calibration.wrong_machine import NOMINAL, wrong_machine
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
 TARGETS = np.array([(x, y, PLATE) for x, y in [(0.0, 0.0), *ring(RADIUS, 6)]])

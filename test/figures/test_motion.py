@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from tri_glide_kinematics.figures.motion import Mark, Span, motion_figure
-from tri_glide_kinematics.motion.command_stream import CommandStream
+from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 
 STYLE = {"marker": "o"}

@@ -22,7 +22,7 @@ from testing.forks import ForkedNodes
 from testing.panel import STOP, STRIP, Panel, button, difference, field, pad, tab
 from testing.processes import launched
 from tri_glide_kinematics.control.reason import Cause
-from tri_glide_kinematics.panel.presence import PING_PERIOD, SILENT_PERIODS
+from tri_glide_kinematics.panel.page import PING_PERIOD, SILENT_PERIODS
 from tri_glide_kinematics.programs.drive_file import PathStep, load_drive
 
 pytestmark = [

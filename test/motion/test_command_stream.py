@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.errors import OutOfBoundsError, WrongShapeError
-from tri_glide_kinematics.motion.command_stream import CommandStream
+from tri_glide_kinematics.motion.limit_use import CommandStream
 
 PERIOD = 0.002
 

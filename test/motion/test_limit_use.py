@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.errors import WrongShapeError
-from tri_glide_kinematics.motion.command_stream import CommandStream
-from tri_glide_kinematics.motion.limit_use import LimitUse, are_within
+from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse, are_within
 from tri_glide_kinematics.motion.trajectory.limits import QUANTITIES, SliderLimits
 
 PERIOD = 0.001

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.panel.curves.history import (
+from tri_glide_kinematics.panel.curves.plots import (
     ACCELERATIONS,
     BIN,
     HEIGHTS,

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.errors import NotFiniteError, WrongShapeError
-from tri_glide_kinematics.panel.curves.limits import CurveLimits
-from tri_glide_kinematics.panel.curves.plots import Curves
+from tri_glide_kinematics.panel.curves.plots import CurveLimits, Curves
 
 viser = pytest.importorskip("viser")
 

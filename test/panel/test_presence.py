@@ -12,7 +12,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect as connect_thread
 
-from tri_glide_kinematics.panel.presence import PING_PERIOD, SILENT_PERIODS, watch
+from tri_glide_kinematics.panel.page import PING_PERIOD, SILENT_PERIODS, watch
 
 SILENCE = PING_PERIOD * SILENT_PERIODS  # s
 TIMEOUT = 20.0  # s

@@ -9,8 +9,13 @@ import pytest
 import yaml
 
 from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.programs.drive_file import MoveStep, PathStep, WaitStep, load_drive
-from tri_glide_kinematics.programs.errors import DriveFileError
+from tri_glide_kinematics.programs.drive_file import (
+    DriveFileError,
+    MoveStep,
+    PathStep,
+    WaitStep,
+    load_drive,
+)
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits

@@ -19,7 +19,7 @@ from sensor_msgs.msg import JointState
 from tri_glide_kinematics.demo.leg import Leg
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.command_stream import CommandStream
+from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.motion.path.flat_path import FlatPath
 from tri_glide_kinematics.motion.path.platform_path import PlatformPath
 from tri_glide_kinematics.motion.path.polylines import polylines_of

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tri_glide_kinematics.demo.leg import Leg
-from tri_glide_kinematics.motion.command_stream import CommandStream
-from tri_glide_kinematics.motion.limit_use import TOLERANCES, LimitUse
+from tri_glide_kinematics.motion.limit_use import TOLERANCES, CommandStream, LimitUse
 from tri_glide_kinematics.motion.trajectory.limits import QUANTITIES, SliderLimits
 from tri_glide_kinematics.vectors import Vector3
 

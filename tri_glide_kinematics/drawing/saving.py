@@ -7,7 +7,12 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import write_file
+
+
+class DrawingError(KinematicsError):
+    """A picture was asked for that a mechanism does not have."""
 
 
 def save_figure(figure: Figure, file: Path, resolution: float) -> None:

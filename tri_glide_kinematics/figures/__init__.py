@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.drawing.errors import DrawingError as DrawingError
+    from tri_glide_kinematics.drawing.saving import DrawingError as DrawingError
     from tri_glide_kinematics.figures.motion import motion_figure as motion_figure
     from tri_glide_kinematics.mechanisms.pictures.pictures import save_pictures as save_pictures
 

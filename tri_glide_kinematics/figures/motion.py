@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.drawing.style import LIMIT_STYLE, MILLIMETRES
 from tri_glide_kinematics.figures.labels import label_centres
-from tri_glide_kinematics.motion.command_stream import CommandStream
+from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
-        "errors": (
+        "drive_file": (
             "CrankLimitError DegenerateLinkageError MechanismFileError NotAPoseError "
             "NotAssemblableError SelfMotionError"
         ),

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.command_stream import CommandStream as CommandStream
     from tri_glide_kinematics.motion.engine.engine import MotionEngine as MotionEngine
     from tri_glide_kinematics.motion.engine.held_motion import MotionPhase as MotionPhase
+    from tri_glide_kinematics.motion.limit_use import CommandStream as CommandStream
     from tri_glide_kinematics.motion.limit_use import LimitUse as LimitUse
     from tri_glide_kinematics.motion.moves.search import MotionKind as MotionKind
     from tri_glide_kinematics.motion.path.errors import PathError as PathError
@@ -27,17 +27,21 @@ if TYPE_CHECKING:
 __all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
-        "command_stream": "CommandStream",
         "engine.engine": "MotionEngine",
         "engine.held_motion": "MotionPhase",
-        "limit_use": "LimitUse",
+        "limit_use": "CommandStream LimitUse",
         "moves.search": "MotionKind",
         "path.errors": "PathError PathPlaceError",
         "path.platform_path": "PlatformPath",
         "trajectory.cubic": "SampledPlan SliderState",
         "trajectory.errors": (
-            "MotionError NoPathError NoRoomError NotStartedError PlanningError SliderLimitError "
-            "SliderTravelError"
+            "MotionError "
+            "NoPathError "
+            "NoRoomError "
+            "NotStartedError "
+            "PlanningError "
+            "SliderLimitError "
+            "SliderTravelError "
         ),
         "trajectory.limits": "SliderLimits",
     },

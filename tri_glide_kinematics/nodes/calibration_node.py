@@ -32,18 +32,17 @@ from tri_glide_kinematics.calibration.fit.measurement_file import (
 from tri_glide_kinematics.calibration.session.errors import ProbingError, SavingError
 from tri_glide_kinematics.calibration.session.height_record import HeightRecord
 from tri_glide_kinematics.calibration.session.parameter_file import save_parameters
-from tri_glide_kinematics.calibration.session.session import Session
-from tri_glide_kinematics.calibration.session.session_file import (
+from tri_glide_kinematics.calibration.session.session import (
+    Session,
     keep_measurements,
     new_session_file,
 )
 from tri_glide_kinematics.checks import non_negative
-from tri_glide_kinematics.control.simulated_truth import TrueMachine
+from tri_glide_kinematics.control.simulated_sliders import TrueMachine
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import file_in
 from tri_glide_kinematics.reason_log import ReasonLog
-from tri_glide_kinematics.ros.clients.probe_driver import ProbeDriver
-from tri_glide_kinematics.ros.clients.resting import Resting
+from tri_glide_kinematics.ros.clients.probe_driver import ProbeDriver, Resting
 from tri_glide_kinematics.ros.inputs.slider_measurements import SliderMeasurements
 from tri_glide_kinematics.ros.loop.cycle_loop import Cycle
 from tri_glide_kinematics.ros.parameters.calibration import (

@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from tri_glide_kinematics.drawing.installed import find_file
+from tri_glide_kinematics.drawing.exit_code import find_file
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.programs.drive_file import DriveFile, load_drive
 from tri_glide_kinematics.programs.report import ProgressLine, is_whole, table

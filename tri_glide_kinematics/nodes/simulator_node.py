@@ -13,8 +13,12 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders, SliderFaults
-from tri_glide_kinematics.control.simulated_truth import SimulatedPlate, TrueMachine
+from tri_glide_kinematics.control.simulated_sliders import (
+    SimulatedPlate,
+    SimulatedSliders,
+    SliderFaults,
+    TrueMachine,
+)
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.cdr.stamped_triples import FIRST, SECOND, StampedTriples

@@ -11,14 +11,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from tri_glide_kinematics import keys
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.keys import load_yaml
+from tri_glide_kinematics.keys import FileError, load_yaml
 from tri_glide_kinematics.motion.path.flat_path import FlatPath, SegmentKind
 from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.programs.errors import DriveFileError
-from tri_glide_kinematics.programs.keys import Keys
 from tri_glide_kinematics.vectors import Vector3
+
+
+class DriveFileError(FileError):
+    """A file of moves, paths and waits cannot be read, or something in it has no meaning."""
+
+
+class Keys(keys.Keys):
+    """The keys of one entry, each read by its name; a mistake is a ``DriveFileError``."""
+
+    error_class = DriveFileError
+
 
 STEPS = ("move", "path", "wait")
 SEGMENTS = {

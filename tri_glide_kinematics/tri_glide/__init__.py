@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
-        "errors": (
+        "drive_file": (
             "ArmTooShortError ArmsNeverMeetError CoincidentAnchorsError CollinearAnchorsError "
             "GeometryError NoPoseError PlatformAboveSliderError SpheresDoNotMeetError "
             "UnreachableError WrongAssemblyModeError"

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 __all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
-        "errors": "OutsideWorkspaceError",
-        "limits": "Cylinder WorkspaceLimit WorkspaceLimits",
+        "drive_file": "OutsideWorkspaceError",
+        "plots": "Cylinder WorkspaceLimit WorkspaceLimits",
         "tracing": "SliderMotionState",
         "workspace": "Workspace",
     },

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from testing.wrong_machines import NOMINAL
-from tri_glide_kinematics.calibration.fit.directions import in_words, named_directions
 from tri_glide_kinematics.calibration.fit.model import positions_of
+from tri_glide_kinematics.calibration.fit.result import in_words, named_directions
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 
 NAMED = named_directions(NOMINAL.vector)

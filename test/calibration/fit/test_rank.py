@@ -8,8 +8,6 @@ from strategies import random_geometry
 
 from testing.wrong_machines import NOMINAL
 from tri_glide_kinematics.calibration.fit.calibrate import calibrate
-from tri_glide_kinematics.calibration.fit.directions import in_words, named_directions
-from tri_glide_kinematics.calibration.fit.knowledge import Knowledge
 from tri_glide_kinematics.calibration.fit.machine import MachineParameters
 from tri_glide_kinematics.calibration.fit.measurements import (
     Distance,
@@ -18,8 +16,10 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Touch,
 )
 from tri_glide_kinematics.calibration.fit.model import MeasurementModel
+from tri_glide_kinematics.calibration.fit.priors import Knowledge
 from tri_glide_kinematics.calibration.fit.region import Region
-from tri_glide_kinematics.calibration.fit.starting import starting_state
+from tri_glide_kinematics.calibration.fit.result import in_words, named_directions
+from tri_glide_kinematics.calibration.fit.solving import starting_state
 from tri_glide_kinematics.calibration.fit.unknowns import Unknowns
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 

@@ -8,7 +8,7 @@ import pytest
 from testing.wrong_machines import NOMINAL, PLACES, WrongMachine
 from tri_glide_kinematics.calibration.fit.measurements import Plate
 from tri_glide_kinematics.calibration.fit.model import MeasurementModel
-from tri_glide_kinematics.calibration.fit.starting import placement, starting_state
+from tri_glide_kinematics.calibration.fit.solving import placement, starting_state
 from tri_glide_kinematics.calibration.fit.unknowns import Unknowns, rotation_by
 
 

@@ -14,9 +14,13 @@ from tri_glide_kinematics.calibration.fit.machine import PARAMETER_NAMES, Machin
 from tri_glide_kinematics.calibration.fit.measurements import Plate
 from tri_glide_kinematics.calibration.session.errors import SavingError
 from tri_glide_kinematics.calibration.session.parameter_file import parameter_text, save_parameters
-from tri_glide_kinematics.calibration.session.report import contradiction, length_text, report
+from tri_glide_kinematics.calibration.session.report import (
+    UncertaintyMap,
+    contradiction,
+    length_text,
+    report,
+)
 from tri_glide_kinematics.calibration.session.solving import solved
-from tri_glide_kinematics.calibration.session.uncertainty import UncertaintyMap
 from tri_glide_kinematics.ros.parameters.sources import sections_of
 from tri_glide_kinematics.ros.parameters.table import ParameterError
 from tri_glide_kinematics.ros.parameters.tables import IK_NODE

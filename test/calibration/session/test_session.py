@@ -13,8 +13,9 @@ from tri_glide_kinematics.calibration.fit.measurement_file import (
 from tri_glide_kinematics.calibration.fit.measurements import Plate
 from tri_glide_kinematics.calibration.fit.priors import Priors
 from tri_glide_kinematics.calibration.session.errors import RecordingError, SavingError
-from tri_glide_kinematics.calibration.session.session import Deviations, Session
-from tri_glide_kinematics.calibration.session.session_file import (
+from tri_glide_kinematics.calibration.session.session import (
+    Deviations,
+    Session,
     keep_measurements,
     new_session_file,
 )

@@ -15,8 +15,7 @@ from tri_glide_kinematics.errors import (
 )
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError, NotAssemblableError
 from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar, LinkLengths
-from tri_glide_kinematics.mechanisms.four_bar.loop import close_loop
-from tri_glide_kinematics.mechanisms.four_bar.loop_constants import LoopConstants
+from tri_glide_kinematics.mechanisms.four_bar.loop import LoopConstants, close_loop
 
 TEXTBOOK = FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0)
 

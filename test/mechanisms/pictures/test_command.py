@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from tri_glide_kinematics.drawing.errors import DrawingError
+from tri_glide_kinematics.drawing.saving import DrawingError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.files import load_mechanism
 from tri_glide_kinematics.mechanisms.pictures import animation, pictures

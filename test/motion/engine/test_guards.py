@@ -27,7 +27,7 @@ from tri_glide_kinematics.motion.moves.search import MotionPlanner
 from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
 from tri_glide_kinematics.motion.trajectory import verification
 from tri_glide_kinematics.motion.trajectory.cubic import AT_REST
-from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
+from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
 from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
 from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
 from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE

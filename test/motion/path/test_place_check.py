@@ -13,9 +13,8 @@ from strategies import DEFAULT_LIMITS, random_geometry
 from testing.path_samples import random_path
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path.clearance import clearances
 from tri_glide_kinematics.motion.path.errors import PathPlaceError
-from tri_glide_kinematics.motion.path.place_check import check_place
+from tri_glide_kinematics.motion.path.place_check import check_place, clearances
 from tri_glide_kinematics.motion.path.platform_path import PlatformPath
 from tri_glide_kinematics.tri_glide.errors import UnreachableError
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide

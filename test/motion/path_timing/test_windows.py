@@ -13,10 +13,9 @@ from tri_glide_kinematics.motion.path_timing import windows as path_timing
 from tri_glide_kinematics.motion.path_timing.grid import MOST_PIECES
 from tri_glide_kinematics.motion.path_timing.windows import plan_window
 from tri_glide_kinematics.motion.trajectory.curve_bounds import check_path_limits
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError
+from tri_glide_kinematics.motion.trajectory.errors import PathTimingError, PlanningError
 from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
 from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart
-from tri_glide_kinematics.motion.trajectory.timing_errors import PathTimingError
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
 
 SQUARE = [(0.0, 0.0), (0.04, 0.0), (0.04, 0.04), (0.0, 0.04), (0.0, 0.0)]

@@ -14,7 +14,7 @@ from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
 from tri_glide_kinematics.motion.trajectory.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 from tri_glide_kinematics.motion.trajectory.line_bounds import derivative_bounds, slowdown
-from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
+from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
 from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
 from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
 from tri_glide_kinematics.motion.trajectory.verification import check_line_limits

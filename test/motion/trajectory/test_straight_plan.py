@@ -11,9 +11,8 @@ from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, SliderState
+from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, SliderState, StraightPlan
 from tri_glide_kinematics.motion.trajectory.limits import QUANTITIES, SliderLimits
-from tri_glide_kinematics.motion.trajectory.straight_plan import StraightPlan
 from tri_glide_kinematics.motion.trajectory.verification import height_extremes
 
 UNEQUAL = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))

@@ -20,7 +20,6 @@ from tri_glide_kinematics.calibration.fit.data_checks import (
     names_of,
 )
 from tri_glide_kinematics.calibration.fit.errors import TooFewMeasurementsError
-from tri_glide_kinematics.calibration.fit.knowledge import Knowledge
 from tri_glide_kinematics.calibration.fit.machine import MachineParameters
 from tri_glide_kinematics.calibration.fit.measurements import (
     Distance,
@@ -37,7 +36,7 @@ from tri_glide_kinematics.calibration.fit.outliers import (
     leave_one_out,
     robust_fit,
 )
-from tri_glide_kinematics.calibration.fit.priors import Priors
+from tri_glide_kinematics.calibration.fit.priors import Knowledge, Priors
 from tri_glide_kinematics.calibration.fit.region import Region
 from tri_glide_kinematics.calibration.fit.result import (
     Calibration,
@@ -45,8 +44,12 @@ from tri_glide_kinematics.calibration.fit.result import (
     covariance_of,
     unidentified_of,
 )
-from tri_glide_kinematics.calibration.fit.solving import Solution, solve, solve_at_once
-from tri_glide_kinematics.calibration.fit.starting import starting_state
+from tri_glide_kinematics.calibration.fit.solving import (
+    Solution,
+    solve,
+    solve_at_once,
+    starting_state,
+)
 from tri_glide_kinematics.calibration.fit.unknowns import State, Unknowns
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
 from tri_glide_kinematics.wording import number_text

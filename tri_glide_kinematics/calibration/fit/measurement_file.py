@@ -21,7 +21,7 @@ Heights are reported ones. Lengths are in the unit that the file names. An examp
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -38,13 +38,79 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Touch,
 )
 from tri_glide_kinematics.calibration.fit.priors import Priors
-from tri_glide_kinematics.calibration.fit.workspace_keys import NONE, read_workspace, workspace_keys
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
-from tri_glide_kinematics.keys import UNITS, load_yaml, whole_yaml
+from tri_glide_kinematics.keys import UNITS, Keys, load_yaml, whole_yaml
 from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.limits import WorkspaceLimits
+from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimits
+
+NONE = "none"
+
+
+def read_workspace(section: Keys, unit: float) -> WorkspaceLimits:
+    """Return the limits, with the travel as the drives report it.
+
+    Args:
+        section: the keys.
+        unit: of all lengths in it [m].
+
+    Raises:
+        KinematicsError: if a key is missing or a number has no meaning.
+    """
+
+    def lengths(key: str, count: int) -> tuple[float, ...]:
+        return tuple(unit * value for value in section.numbers(key, section.value(key), count))
+
+    def given(key: str) -> bool:
+        return bool(section.value(key, NONE) != NONE)
+
+    def vector(key: str) -> tuple[float, float, float]:
+        x, y, z = lengths(key, 3)
+        return x, y, z
+
+    cylinder = None
+    if given("cylinder_center"):
+        x, y = lengths("cylinder_center", 2)
+        lower, upper = lengths("cylinder_z", 2)
+        cylinder = Cylinder(x, y, unit * section.number("cylinder_radius"), lower, upper)
+    return WorkspaceLimits(
+        vector("lower_heights"),
+        vector("upper_heights"),
+        unit * section.number("reach_margin"),
+        section.number("max_condition_number"),
+        vector("box_lower") if given("box_lower") else None,
+        vector("box_upper") if given("box_upper") else None,
+        cylinder,
+    )
+
+
+def workspace_keys(
+    limits: WorkspaceLimits, lengths: Callable[[Iterable[float]], list[float]]
+) -> dict[str, Any]:
+    """Return what ``read_workspace`` reads as these ``limits``.
+
+    Args:
+        limits: with the travel as the drives report it.
+        lengths: brings some [m] into the unit of the file.
+    """
+    keys: dict[str, Any] = {
+        "lower_heights": lengths(limits.lower_heights),
+        "upper_heights": lengths(limits.upper_heights),
+        "reach_margin": lengths([limits.reach_margin])[0],
+        "max_condition_number": limits.max_condition_number,
+    }
+    if limits.box_lower is not None:
+        keys["box_lower"] = lengths(limits.box_lower)
+    if limits.box_upper is not None:
+        keys["box_upper"] = lengths(limits.box_upper)
+    cylinder = limits.cylinder
+    if cylinder is not None:
+        keys["cylinder_center"] = lengths([cylinder.center_x, cylinder.center_y])
+        keys["cylinder_radius"] = lengths([cylinder.radius])[0]
+        keys["cylinder_z"] = lengths([cylinder.z_min, cylinder.z_max])
+    return keys
+
 
 # Of a file that is written here: no other is overwritten.
 FIRST_LINE = "# Measurements of one machine."

@@ -16,7 +16,6 @@ import numpy as np
 
 from tri_glide_kinematics.calibration.fit.data_checks import names_of
 from tri_glide_kinematics.calibration.fit.errors import CalibrationError
-from tri_glide_kinematics.calibration.fit.knowledge import Knowledge
 from tri_glide_kinematics.calibration.fit.machine import MachineParameters
 from tri_glide_kinematics.calibration.fit.measurements import (
     BASE,
@@ -27,6 +26,7 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Touch,
 )
 from tri_glide_kinematics.calibration.fit.model import MeasurementModel, positions_of
+from tri_glide_kinematics.calibration.fit.priors import Knowledge
 from tri_glide_kinematics.calibration.fit.region import Region
 from tri_glide_kinematics.calibration.fit.solving import Solution
 from tri_glide_kinematics.calibration.fit.unknowns import MACHINE, State, Unknowns

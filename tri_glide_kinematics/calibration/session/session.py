@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from datetime import datetime
+from itertools import count
+from pathlib import Path
 
 from tri_glide_kinematics.calibration.fit.machine import MachineParameters
-from tri_glide_kinematics.calibration.fit.measurement_file import MeasurementFile
+from tri_glide_kinematics.calibration.fit.measurement_file import MeasurementFile, measurement_text
 from tri_glide_kinematics.calibration.fit.measurements import (
     BASE,
     Distance,
@@ -16,10 +19,31 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Touch,
 )
 from tri_glide_kinematics.calibration.fit.priors import Priors
-from tri_glide_kinematics.calibration.session.errors import RecordingError
+from tri_glide_kinematics.calibration.session.errors import RecordingError, SavingError
+from tri_glide_kinematics.files import write_file
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
 from tri_glide_kinematics.workspace.limits import WorkspaceLimits
+
+
+def new_session_file(folder: Path) -> Path:
+    """Return a name in a folder that no file has yet: that of the session that begins now."""
+    name = f"session_{datetime.now():%Y-%m-%d_%H-%M-%S}"
+    files = (folder / f"{name}{f'_{number}' if number else ''}.yaml" for number in count())
+    return next(file for file in files if not file.exists())
+
+
+def keep_measurements(file: Path, content: MeasurementFile) -> None:
+    """Write the measurements made so far in place of those before; they are on the disk then.
+
+    Raises:
+        SavingError: if that is not possible.
+    """
+    try:
+        write_file(file, measurement_text(content))
+    except OSError as error:
+        reason = error.strerror or error
+        raise SavingError(f"not noted, as {file} cannot be written: {reason}") from error
 
 
 @dataclass(frozen=True)

@@ -15,23 +15,33 @@ from pathlib import Path
 import numpy as np
 
 from tri_glide_interfaces.srv import SaveMeasurements, SolveCalibration
+from tri_glide_kinematics.calibration.fit.machine import MachineParameters
 from tri_glide_kinematics.calibration.fit.measurement_file import load_measurements
+from tri_glide_kinematics.calibration.fit.priors import Priors
 from tri_glide_kinematics.calibration.session.parameter_file import save_parameters
 from tri_glide_kinematics.calibration.session.report import report
 from tri_glide_kinematics.calibration.session.solving import solved
 from tri_glide_kinematics.demo.calibration.client import CalibrationClient
 from tri_glide_kinematics.demo.calibration.course import PLATE, judge, measure_distances, probe
 from tri_glide_kinematics.demo.calibration.verdict import Verdict, table
-from tri_glide_kinematics.demo.calibration.wrong_machine import (
-    NOMINAL,
-    USUAL_ERRORS,
-    wrong_machine,
-)
 from tri_glide_kinematics.demo.command import PATIENCE, ros_that_ctrl_c_ends
 from tri_glide_kinematics.demo.report import say
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.starting.processes import NodeProcesses, default_parameter_file
 from tri_glide_kinematics.ros.starting.transport import COMPUTER, choose_transport
+from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+
+NOMINAL = MachineParameters(DEFAULT_GEOMETRY)
+# How far machines are from their drawing, and what is assumed of this one (standard deviations).
+USUAL_ERRORS = Priors(anchors=5e-4, arm_lengths=3e-4, height_offsets=1e-3)
+
+
+def wrong_machine(seed: int) -> MachineParameters:
+    """Return one of many machines that were all built to the drawing of the default one."""
+    deviations = USUAL_ERRORS.deviations()
+    change = deviations * np.random.default_rng(seed).standard_normal(len(deviations))
+    return MachineParameters.from_vector(NOMINAL.vector + change)
+
 
 MEASUREMENTS, TRUTH, CALIBRATED = "measurements.yaml", "true_machine.yaml", "calibrated.yaml"
 # A busy computer may send twists late [s].

@@ -12,8 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.drawing.exit_code import exit_code
-from tri_glide_kinematics.drawing.installed import find_file
+from tri_glide_kinematics.drawing.exit_code import exit_code, find_file
 
 REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
 

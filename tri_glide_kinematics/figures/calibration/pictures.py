@@ -13,7 +13,7 @@ from matplotlib.tri import Triangulation
 
 from tri_glide_kinematics.calibration.fit.region import Region
 from tri_glide_kinematics.calibration.fit.result import Calibration, Residual
-from tri_glide_kinematics.calibration.session.uncertainty import UncertaintyMap
+from tri_glide_kinematics.calibration.session.report import UncertaintyMap
 from tri_glide_kinematics.vectors import FloatArray
 
 LEVELS = 24

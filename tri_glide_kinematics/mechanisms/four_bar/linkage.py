@@ -27,8 +27,7 @@ from tri_glide_kinematics.mechanisms.four_bar.analysis import (
     TransmissionExtremes,
 )
 from tri_glide_kinematics.mechanisms.four_bar.lengths import LinkLengths
-from tri_glide_kinematics.mechanisms.four_bar.loop import close_loop
-from tri_glide_kinematics.mechanisms.four_bar.loop_constants import LoopConstants
+from tri_glide_kinematics.mechanisms.four_bar.loop import LoopConstants, close_loop
 from tri_glide_kinematics.mechanisms.four_bar.pose import FourBarPose
 from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarSweep, GroundFrame
 from tri_glide_kinematics.rounding import wrapped

@@ -5,20 +5,19 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.mechanisms.landing_gear.gear import BodyState as BodyState
     from tri_glide_kinematics.mechanisms.landing_gear.gear import LandingGear as LandingGear
-    from tri_glide_kinematics.mechanisms.landing_gear.states import BodyState as BodyState
-    from tri_glide_kinematics.mechanisms.landing_gear.states import (
+    from tri_glide_kinematics.mechanisms.landing_gear.gear import (
         LandingGearMotion as LandingGearMotion,
     )
-    from tri_glide_kinematics.mechanisms.landing_gear.states import (
+    from tri_glide_kinematics.mechanisms.landing_gear.gear import (
         LandingGearState as LandingGearState,
     )
-    from tri_glide_kinematics.mechanisms.landing_gear.states import Reaction as Reaction
+    from tri_glide_kinematics.mechanisms.landing_gear.gear import Reaction as Reaction
 
 __all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
-        "gear": "LandingGear",
-        "states": "BodyState LandingGearMotion LandingGearState Reaction",
+        "gear": "BodyState LandingGear LandingGearMotion LandingGearState Reaction",
     },
 )

@@ -13,14 +13,13 @@ from dataclasses import replace
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.motion.engine.commands import Command, Follow, Jog, Track
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, MotionPhase, PlanRole
-from tri_glide_kinematics.motion.engine.path_measuring import PathMeasuring
 from tri_glide_kinematics.motion.engine.plan_holder import PlanHolder
 from tri_glide_kinematics.motion.engine.preparation import LeadTime, Making, Preparation, only_held
+from tri_glide_kinematics.motion.engine.progress import PathMeasuring
 from tri_glide_kinematics.motion.engine.pursuit import Pursuit
 from tri_glide_kinematics.motion.engine.replanning import Replanning
 from tri_glide_kinematics.motion.moves.search import MotionKind
-from tri_glide_kinematics.motion.trajectory.cubic import SliderState
-from tri_glide_kinematics.motion.trajectory.tracked_step import TrackedStep
+from tri_glide_kinematics.motion.trajectory.cubic import SliderState, TrackedStep
 from tri_glide_kinematics.workspace.workspace import Workspace
 
 # What could not be done at once is tried again after this time of motion [s].

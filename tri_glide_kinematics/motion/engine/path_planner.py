@@ -11,9 +11,9 @@ from tri_glide_kinematics.motion.path.place_check import check_place
 from tri_glide_kinematics.motion.path.platform_path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import braking as path_braking
 from tri_glide_kinematics.motion.path_timing import windows as path_timing
+from tri_glide_kinematics.motion.trajectory.errors import SOUND
 from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
 from tri_glide_kinematics.motion.trajectory.path_plan import PathPlan
-from tri_glide_kinematics.motion.trajectory.sound import SOUND
 from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart
 from tri_glide_kinematics.workspace.workspace import Workspace
 

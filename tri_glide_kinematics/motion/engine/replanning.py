@@ -30,10 +30,9 @@ from tri_glide_kinematics.motion.trajectory.cubic import (
     Plan,
     SequencePlan,
     SliderState,
+    TrackedStep,
 )
-from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
-from tri_glide_kinematics.motion.trajectory.path_plan import PathPlan
-from tri_glide_kinematics.motion.trajectory.tracked_step import TrackedStep
+from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan, PathPlan
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
 

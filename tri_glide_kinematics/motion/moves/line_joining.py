@@ -24,7 +24,7 @@ from tri_glide_kinematics.motion.trajectory.errors import PlanningError, SliderL
 from tri_glide_kinematics.motion.trajectory.knots import shortest_piece, with_knots_of
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 from tri_glide_kinematics.motion.trajectory.line_bounds import derivative_bounds, slowdown
-from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
+from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
 from tri_glide_kinematics.motion.trajectory.phases import total_duration
 from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide

@@ -20,7 +20,7 @@ from tri_glide_kinematics.motion.trajectory.cubic import SliderState
 from tri_glide_kinematics.motion.trajectory.errors import PlanningError
 from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.trajectory.line_bounds import derivative_bounds, slowdown
-from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
+from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
 from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
 from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 

@@ -21,7 +21,7 @@ from tri_glide_kinematics.motion.moves.stopping import Stopping
 from tri_glide_kinematics.motion.trajectory import verification
 from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan, Plan, SequencePlan, SliderState
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
+from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
 from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError

@@ -7,10 +7,14 @@ from __future__ import annotations
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.trajectory import verification
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, CubicPlan, SliderState
+from tri_glide_kinematics.motion.trajectory.cubic import (
+    AT_REST,
+    CubicPlan,
+    SliderState,
+    StraightPlan,
+)
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
-from tri_glide_kinematics.motion.trajectory.straight_plan import StraightPlan
 from tri_glide_kinematics.vectors import Vector3
 
 

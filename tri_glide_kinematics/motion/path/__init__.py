@@ -14,7 +14,7 @@ __all__, __getattr__, __dir__ = when_first_used(
     __name__,
     {
         "driven_path": "DrivenPath",
-        "errors": "PathError PathPlaceError",
+        "drive_file": "PathError PathPlaceError",
         "platform_path": "PlatformPath",
     },
 )

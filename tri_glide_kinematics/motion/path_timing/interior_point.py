@@ -12,16 +12,46 @@ optimum more than all of it damps the steps, as the constraints of the jerk are 
 
 from __future__ import annotations
 
+import sys
 from functools import partial
+from importlib.machinery import PathFinder
+from importlib.util import find_spec, module_from_spec
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.path_timing.lapack import dpbtrf, dpbtrs
 from tri_glide_kinematics.motion.path_timing.problem import TimingProblem
 from tri_glide_kinematics.vectors import FloatArray
+
+
+def _lapack() -> ModuleType:
+    """Return scipy's wrapper of LAPACK."""
+    name = "scipy.linalg._flapack"
+    if name not in sys.modules and (package := find_spec("scipy")) is not None:
+        folders = [f"{folder}/linalg" for folder in package.submodule_search_locations or ()]
+        spec = PathFinder.find_spec(name, folders)
+        if spec is not None and spec.loader is not None:
+            # scipy itself sees to it that libraries that came with it are found.
+            import scipy  # noqa: F401
+
+            module = module_from_spec(spec)
+            spec.loader.exec_module(module)
+            # So that scipy.linalg does not load it once more.
+            sys.modules[name] = module
+    if name in sys.modules:
+        return sys.modules[name]
+    # A scipy that keeps it elsewhere.
+    from scipy.linalg import lapack
+
+    return lapack
+
+
+dpbtrf = _lapack().dpbtrf
+dpbtrs = _lapack().dpbtrs
+
 
 # Steps after which a problem counts as one without a solution.
 MOST_STEPS = 60

@@ -10,22 +10,142 @@ no lag but that of the limits, and a steady velocity is kept on a straight line.
 
 from __future__ import annotations
 
-from math import hypot
+from math import hypot, inf
 
+from tri_glide_kinematics.motion.tracking.slider_line import slider_line
 from tri_glide_kinematics.motion.tracking.slider_way import (
     Bounds,
     SliderWay,
     way_of,
+    way_onto,
     way_onto_speed,
 )
-from tri_glide_kinematics.motion.tracking.straight_step import straight_step
 from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, to_zero
-from tri_glide_kinematics.motion.tracking.wanted_motion import WantedMotion, wanted_motion
+from tri_glide_kinematics.motion.tracking.wanted_motion import TINY, WantedMotion, wanted_motion
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
 from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, SliderState
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.tri_glide.kinematics import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.workspace import Workspace
+
+# What of the limits of the jerk the motion along the line may take: the rest keeps to the line.
+FRACTION_OF_JERK = 0.95
+
+# A step that ends at the wanted speed has two jerks, which the three of the sliders do not follow
+# exactly: they may be harder.
+FRACTION_AT_END = 0.6
+
+# With one jerk a step the shortest change of the speed cannot be followed to its end. It is left
+# when two jerks over so many steps lead there.
+SOON = 4
+
+# A platform is on the line if it moves so little across it [m/s], [m/s^2].
+ACROSS = 1e-6
+ACCELERATION_ACROSS = 1e-3
+
+
+def straight_step(
+    machine: TriGlide,
+    state: SliderState,
+    place: tuple[Vector3, Vector3],
+    wanted: WantedMotion,
+    limits: SliderLimits,
+    period: float,
+) -> list[SliderWay] | None:
+    """Return the next step of each slider, or None if the platform is not on the line.
+
+    Args:
+        machine: the kinematics.
+        state: where the step begins.
+        place: position [m] and velocity [m/s] of the platform there.
+        wanted: how the platform is to move at the end of the step.
+        limits: of the sliders.
+        period: of the step [s].
+
+    Raises:
+        KinematicsError: if the machine has no pose there.
+    """
+    (x, y, z), velocity = place
+    ux, uy, uz = wanted.direction
+    speed = _along(velocity, wanted.direction, ACROSS)
+    if speed is None:
+        return None
+    # The acceleration of the platform is what the bends do not explain.
+    _, rates, bends, twists = wanted.line
+    squared = speed * speed
+    a1, a2, a3 = state.accelerations
+    b1, b2, b3 = slider_line(machine, (x, y, z), wanted.direction).accelerations
+    _, acceleration_vector = machine.forward_velocity(
+        state.heights, (a1 - squared * b1, a2 - squared * b2, a3 - squared * b3)
+    )
+    acceleration = _along(acceleration_vector, wanted.direction, ACCELERATION_ACROSS)
+    if acceleration is None:
+        return None
+    most = jerk = inf
+    for rate, bend, twist, largest, hardest in zip(
+        rates, bends, twists, limits.acceleration, limits.jerk
+    ):
+        size = abs(rate) + TINY
+        taken = abs(3.0 * bend * speed * acceleration + twist * squared * speed)
+        most = min(most, (largest + bend * squared) / size)
+        jerk = min(jerk, (FRACTION_OF_JERK * hardest - taken) / size)
+    slope = wanted.slope
+    if not (jerk > 0.0 and most > abs(slope)):
+        return None
+    way, faster, acceleration = _along_line(speed, acceleration, wanted, (inf, most, jerk), period)
+    heights, rates, bends, _ = slider_line(
+        machine, (x + way * ux, y + way * uy, z + way * uz), wanted.direction
+    )
+    ways = []
+    for own, height, rate, bend, bounds in zip(
+        zip(*state),
+        heights,
+        rates,
+        bends,
+        zip(limits.velocity, limits.acceleration, limits.jerk),
+    ):
+        end = height, rate * faster, rate * acceleration + bend * faster * faster
+        onto = way_onto(own, end, bounds, period)
+        if onto is None:
+            return None
+        ways.append(onto)
+    return ways
+
+
+def _along(vector: Vector3, direction: Vector3, across: float) -> float | None:
+    """Return the part of a vector along a direction, or None if there is more ``across`` it."""
+    (x, y, z), (ux, uy, uz) = vector, direction
+    along = x * ux + y * uy + z * uz
+    beside = hypot(x - along * ux, y - along * uy, z - along * uz)
+    return along if beside <= across else None
+
+
+def _along_line(
+    speed: float, acceleration: float, wanted: WantedMotion, bounds: Bounds, period: float
+) -> tuple[float, float, float]:
+    """Return way [m], speed [m/s] and acceleration [m/s^2] at the end of the step."""
+    _, most, jerk = bounds
+    onto = way_onto_speed(
+        speed, acceleration, wanted.speed, wanted.slope, (inf, most, FRACTION_AT_END * jerk), period
+    )
+    if onto:
+        return onto.displacement, onto.velocity, onto.acceleration
+    for periods in range(2, SOON + 1):
+        ahead = (periods - 1) * period
+        later = wanted.speed + ahead * wanted.slope
+        onto = way_onto_speed(speed, acceleration, later, wanted.slope, bounds, periods * period)
+        if onto:
+            way = way_of(speed, acceleration, ((period, onto.phases[0][1]),))
+            return way.displacement, way.velocity, way.acceleration
+    before = wanted.speed - period * wanted.slope
+    phases = to_zero(
+        speed - before, acceleration - wanted.slope, -most - wanted.slope, most - wanted.slope, jerk
+    )
+    mean = sum(length * one for length, one in cut_to(phases, period)) / period
+    way = way_of(speed, acceleration, ((period, mean),))
+    return way.displacement, way.velocity, way.acceleration
+
 
 # A jog that is slower than this is none [m/s].
 SLOWEST_JOG = 1e-7

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import accumulate, pairwise
@@ -236,3 +237,135 @@ class _SliderProfile:
         index = bisect_right(self.starts, inside) - 1
         height, velocity, acceleration, jerk = self._pieces[index]
         return (*after(time - self.starts[index], height, velocity, acceleration, jerk), jerk)
+
+
+class StraightPlan(CubicPlan):
+    """From rest to rest; each slider moves by a constant ratio to a leading one.
+
+    The pieces are those of any ``CubicPlan``, but a setpoint takes one cubic instead of three.
+
+    Attributes:
+        length: way of the leading slider [m].
+    """
+
+    __slots__ = ("_directions", "_heights", "length")
+
+    def __init__(self, heights: Vector3, ratios: Vector3, phases: Phases) -> None:
+        """Integrate the phases.
+
+        Args:
+            heights: of the sliders at the start [m].
+            ratios: motion of each slider, divided by that of the leading one; its own is 1.
+            phases: (duration [s], jerk [m/s^3]) of the leading slider, one after the other. The
+                last of them leaves it at rest.
+        """
+        jerks = [[(duration, ratio * jerk) for duration, jerk in phases] for ratio in ratios]
+        super().__init__(SliderState(heights, AT_REST, AT_REST), jerks)
+        leading = ratios.index(1.0)
+        way = self._final.heights[leading] - heights[leading]
+        x, y, z = (math.copysign(1.0, way) * ratio for ratio in ratios)
+        self._heights, self._directions = heights, (x, y, z)
+        self.length = abs(way)
+        leader = 4 * leading
+        # ``state`` takes the leader's velocity, half its acceleration and three times its way,
+        # which spares it all factors: they are in the ratios.
+        doubles = (2.0 * ratio for ratio in ratios)
+        thirds = (ratio / 3.0 for ratio in ratios)
+        scales = (*thirds, *ratios, *doubles)
+        rows: list[tuple[float, ...]] = []
+        for start, end, *values in self._rows:
+            _, v, a, j = values[leader : leader + 4]
+            rows.append((start, end, v, 2.0 * v, 0.5 * a, 0.5 * j, *values[::4], *scales))
+        self._rows = rows
+        self._row = rows[0] if rows else (0.0,) * 18
+
+    def at(self, distance: float) -> SliderState:
+        """Return place and motion after ``distance`` [m] of the leading slider, at its 1 m/s."""
+        (h1, h2, h3), (x, y, z) = self._heights, self._directions
+        heights = (h1 + distance * x, h2 + distance * y, h3 + distance * z)
+        return SliderState(heights, self._directions, AT_REST)
+
+    def state(self, time: float) -> SliderState:
+        """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
+        start, end, v0, w0, b0, j, h1, h2, h3, s1, s2, s3, k1, k2, k3, d1, d2, d3 = self._row
+        if time < start or time >= end:
+            if time >= self.duration:
+                return self._final
+            row = self._row = self._rows[bisect_right(self._starts, time) - 1]
+            start, end, v0, w0, b0, j, h1, h2, h3, s1, s2, s3, k1, k2, k3, d1, d2, d3 = row
+        # The cubic of ``constant_jerk.after``, unrolled for the leader.
+        t = time - start
+        b = b0 + t * j
+        v = v0 + t * (b0 + b)
+        s = t * (w0 + v + t * b0)
+        return new_state(
+            SliderState,
+            (
+                (h1 + s1 * s, h2 + s2 * s, h3 + s3 * s),
+                (k1 * v, k2 * v, k3 * v),
+                (d1 * b, d2 * b, d3 * b),
+            ),
+        )
+
+
+class TrackedStep:
+    """A certified plan: one step, then a braking to rest.
+
+    As a rule the next cycle replaces the plan after its step. So only the state after the step is
+    at hand; all of the plan is worked out when something else is asked for.
+
+    Attributes:
+        start: state in which the step begins.
+        after: state after the step.
+        period: of the step [s].
+        duration: time from the start until all sliders rest [s].
+    """
+
+    __slots__ = ("_cubic", "_ways", "after", "duration", "period", "start")
+
+    def __init__(
+        self,
+        start: SliderState,
+        after: SliderState,
+        period: float,
+        ways: Sequence[Phases],
+        duration: float,
+    ) -> None:
+        """Store what was certified.
+
+        Args:
+            start: state in which the step begins.
+            after: state after the step.
+            period: of the step [s].
+            ways: phases of each slider, of the step and of the braking.
+            duration: of the longest way [s].
+        """
+        self.start = start
+        self.after = after
+        self.period = period
+        self.duration = duration
+        self._ways = ways
+        self._cubic: CubicPlan | None = None
+
+    @property
+    def ends_at_rest(self) -> bool:
+        """Whether nothing moves after the step."""
+        return self.duration <= self.period and not any(
+            (*self.after.velocities, *self.after.accelerations)
+        )
+
+    def as_cubic(self) -> CubicPlan:
+        """Return all of the plan in pieces of constant jerk."""
+        if self._cubic is None:
+            self._cubic = CubicPlan(self.start, self._ways)
+        return self._cubic
+
+    def state(self, time: float) -> SliderState:
+        """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
+        if time == self.period:
+            return self.after
+        return self.as_cubic().state(time) if time > 0.0 else self.start
+
+    def sample(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints at many ``times``. Shape (n,) [s]."""
+        return self.as_cubic().sample(times)

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import TracebackType
+
+import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError, Refusal
+from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.wording import number_text, vector_text
 
 
@@ -122,3 +126,41 @@ class NewerGoalError(MotionError):
     def __init__(self) -> None:
         """Store the fixed text."""
         super().__init__("a newer goal is being planned; once it is begun this can be asked again")
+
+
+class PathTimingError(PlanningError):
+    """No motion along a path was found."""
+
+    def __init__(self, segment: int, place: float, reason: str) -> None:
+        """Store the index of the ``segment``, the ``place`` [m] and the ``reason`` in words."""
+        super().__init__(f"segment {segment + 1} of the path, {place:.6g} m along it: {reason}")
+        self.segment = segment
+        self.place = place
+
+    @classmethod
+    def at(cls, driven: DrivenPath, place: float, reason: str) -> PathTimingError:
+        """Return the error for a ``place`` on a path [m]."""
+        return cls(int(driven.segment_of(np.array([place]))[0]), place, reason)
+
+
+class _Sound:
+    """A context in which absurd numbers are an error of planning."""
+
+    def __enter__(self) -> None:
+        """Begin."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        _: TracebackType | None,
+    ) -> None:
+        """Raise a ``PlanningError`` in place of what absurd numbers raise."""
+        if isinstance(error, (ArithmeticError, ValueError, IndexError)) and not isinstance(
+            error, KinematicsError
+        ):
+            text = f"the numbers of the motion lead nowhere: {error}"
+            raise PlanningError(text) from error
+
+
+SOUND = _Sound()

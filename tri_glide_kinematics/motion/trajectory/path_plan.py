@@ -3,11 +3,154 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from math import sqrt
 
-from tri_glide_kinematics.motion.trajectory.cubic import SampledPlan, SliderState
+from tri_glide_kinematics.motion.trajectory.cubic import (
+    AT_REST,
+    CubicPlan,
+    SampledPlan,
+    SliderState,
+    new_state,
+)
 from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart
+from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
+from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
 from tri_glide_kinematics.vectors import FloatArray
+
+# A line that leads less far over the ground than this, per metre, is not told from a vertical one.
+STEEPEST = 1e-12
+
+
+class LinePlan:
+    """A straight line with a time scaling, with or without a blend.
+
+    Attributes:
+        duration: time until all sliders rest [s].
+        line: where the platform moves.
+        scaling: how far along it is at each time.
+        blend: slider offsets that lead from the motion before onto the line, or None.
+    """
+
+    __slots__ = (
+        "_arms",
+        "_ends",
+        "_final",
+        "_row",
+        "_starts",
+        "_ways",
+        "blend",
+        "duration",
+        "line",
+        "scaling",
+    )
+
+    def __init__(
+        self, line: StraightLine, scaling: TimeScaling, blend: CubicPlan | None = None
+    ) -> None:
+        """Prepare the plan; the time scaling ends at rest, the blend at zero.
+
+        Raises:
+            ArmTooShortError: if the end is out of reach of an arm.
+        """
+        self.line = line
+        self.scaling = scaling
+        self.blend = blend
+        self.duration = max(float(scaling.times[-1]), blend.duration if blend else 0.0)
+        self._starts: list[float] = scaling.times[:-1].tolist()
+        # ``state`` takes the way over the ground, w = k s with k^2 = -m, which leaves the least
+        # to do for each arm: R^2 = a - y^2 with y = b / k - w, R' = y / R and R'' = -a / R^3.
+        k = max(sqrt(-line.curvature), STEEPEST)
+        self._ends = [*self._starts[1:], self.duration]
+        self._ways = k * scaling.coefficients()
+        # The piece that was asked for last: the next instant is nearly always in the same.
+        self._row: tuple[float, ...] = (0.0, 0.0)
+        y1, y2, y3 = (tilt / k for _, tilt in line.arms)
+        a1, a2, a3 = (square + y * y for (square, _), y in zip(line.arms, (y1, y2, y3)))
+        self._arms = (a1, y1, a2, y2, a3, y3, line.start[2], line.slope / k)
+        heights = line.heights_at(float(scaling.ways[-1]))
+        self._final = SliderState(heights, AT_REST, AT_REST)
+        if blend is not None:
+            self._final = _sum(self._final, blend.state(self.duration))
+
+    def state(self, time: float) -> SliderState:
+        """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
+        row = self._row
+        if not row[0] <= time < row[1]:
+            if time >= self.duration:
+                return self._final
+            row = self._row = self._piece(bisect_right(self._starts, time) - 1)
+        start, _, s0, s1, s2, s3, s4, s5, v0, v1, v2, v3, v4, b0, b1, b2, b3 = row
+        t = time - start
+        way = s0 + t * (s1 + t * (s2 + t * (s3 + t * (s4 + t * s5))))
+        speed = v0 + t * (v1 + t * (v2 + t * (v3 + t * v4)))
+        acceleration = b0 + t * (b1 + t * (b2 + t * b3))
+        a1, y1, a2, y2, a3, y3, base, slope = self._arms
+        base += slope * way
+        square = speed * speed
+        y1 -= way
+        y2 -= way
+        y3 -= way
+        q1, q2, q3 = a1 - y1 * y1, a2 - y2 * y2, a3 - y3 * y3
+        r1, r2, r3 = sqrt(q1), sqrt(q2), sqrt(q3)
+        f1, f2, f3 = y1 / r1 + slope, y2 / r2 + slope, y3 / r3 + slope
+        state = new_state(
+            SliderState,
+            (
+                (base + r1, base + r2, base + r3),
+                (f1 * speed, f2 * speed, f3 * speed),
+                (
+                    f1 * acceleration - a1 / (q1 * r1) * square,
+                    f2 * acceleration - a2 / (q2 * r2) * square,
+                    f3 * acceleration - a3 / (q3 * r3) * square,
+                ),
+            ),
+        )
+        if self.blend is None:
+            return state
+        return _sum(state, self.blend.state(time))
+
+    def _piece(self, index: int) -> tuple[float, ...]:
+        """Return begin and end of a piece, and its coefficients of way, speed, acceleration."""
+        s0, s1, s2, s3, s4, s5 = self._ways[:, index].tolist()
+        speed = s1, 2.0 * s2, 3.0 * s3, 4.0 * s4, 5.0 * s5
+        acceleration = 2.0 * s2, 6.0 * s3, 12.0 * s4, 20.0 * s5
+        return (
+            self._starts[index],
+            self._ends[index],
+            s0,
+            s1,
+            s2,
+            s3,
+            s4,
+            s5,
+            *speed,
+            *acceleration,
+        )
+
+    def sample(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints at many ``times``. Shape (n,) [s]."""
+        way, speed, acceleration = self.scaling.evaluate(times)
+        _, first, second, _ = self.line.derivatives(way)
+        sampled = SampledPlan(
+            times,
+            self.line.heights(way).T,
+            (first * speed).T,
+            (first * acceleration + second * speed * speed).T,
+        )
+        if self.blend is not None:
+            for values, offsets in zip(sampled[1:], self.blend.sample(times)[1:]):
+                values += offsets
+        return sampled
+
+
+def _sum(state: SliderState, offset: SliderState) -> SliderState:
+    (h1, h2, h3), (v1, v2, v3), (a1, a2, a3) = state
+    (dh1, dh2, dh3), (dv1, dv2, dv3), (da1, da2, da3) = offset
+    return SliderState(
+        (h1 + dh1, h2 + dh2, h3 + dh3),
+        (v1 + dv1, v2 + dv2, v3 + dv3),
+        (a1 + da1, a2 + da2, a3 + da3),
+    )
 
 
 class PathPlan:

@@ -10,7 +10,13 @@ import math
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan, Plan, SequencePlan
+from tri_glide_kinematics.motion.trajectory.cubic import (
+    CubicPlan,
+    Plan,
+    SequencePlan,
+    StraightPlan,
+    TrackedStep,
+)
 from tri_glide_kinematics.motion.trajectory.curve_bounds import check_path_limits
 from tri_glide_kinematics.motion.trajectory.errors import (
     PlanningError,
@@ -29,11 +35,8 @@ from tri_glide_kinematics.motion.trajectory.line_bounds import (
     check_bounds,
     derivative_bounds,
 )
-from tri_glide_kinematics.motion.trajectory.line_plan import LinePlan
-from tri_glide_kinematics.motion.trajectory.path_plan import PathPlan
+from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan, PathPlan
 from tri_glide_kinematics.motion.trajectory.phases import after
-from tri_glide_kinematics.motion.trajectory.straight_plan import StraightPlan
-from tri_glide_kinematics.motion.trajectory.tracked_step import TrackedStep
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 from tri_glide_kinematics.workspace.workspace import Workspace

@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
+from viser import _messages as messages
 
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
-from tri_glide_kinematics.panel.scene.placing import place, turn
-from tri_glide_kinematics.panel.scene.shapes import Parts, rod_pair, skin
+from tri_glide_kinematics.panel.scene.shapes import Parts, Quaternion, rod_pair, skin
 from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+
+def place(handle: Any, position: Vector3) -> None:
+    """Move a part to a ``position`` [m] in the frame of what it belongs to."""
+    handle._impl.position[:] = position
+    handle._impl.api._queue_scene_message(messages.SetPositionMessage(handle.name, position))
+
+
+def turn(handle: Any, wxyz: Quaternion) -> None:
+    """Turn a part to a rotation in the frame of what it belongs to."""
+    handle._impl.wxyz[:] = wxyz
+    handle._impl.api._queue_scene_message(messages.SetOrientationMessage(handle.name, wxyz))
+
 
 # What moved by less is not sent: it would not be seen [m].
 SMALLEST_MOVE = 2e-5

@@ -13,8 +13,7 @@ import viser
 
 from tri_glide_kinematics.control.operating_state import IDLE
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.curves.limits import CurveLimits
-from tri_glide_kinematics.panel.curves.plots import Curves
+from tri_glide_kinematics.panel.curves.plots import CurveLimits, Curves
 from tri_glide_kinematics.panel.feeds import Feeds, MotionFeed
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import note

@@ -7,7 +7,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Bool
 
-from tri_glide_kinematics.control.simulated_truth import SimulatedPlate
+from tri_glide_kinematics.control.simulated_sliders import SimulatedPlate
 from tri_glide_kinematics.ros.cdr.stamped_triples import FIRST, StampedTriples
 from tri_glide_kinematics.vectors import Vector3
 

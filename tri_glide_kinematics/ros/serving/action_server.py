@@ -7,6 +7,7 @@ of all goals of the last 15 minutes. What is the same: names, messages, states.
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -19,14 +20,61 @@ from action_msgs.srv import CancelGoal
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_action_status_default
+from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.type_support import check_for_type_support
 
 from tri_glide_kinematics.control.commands.goals import Goal, GoalCode
 from tri_glide_kinematics.ros.cdr.request_bytes import read_kinds_within_bytes
 from tri_glide_kinematics.ros.loop.error_log import ErrorLog
 from tri_glide_kinematics.ros.messages import set_stamp
-from tri_glide_kinematics.ros.serving.old_results import OldResults
 from tri_glide_kinematics.ros.serving.patient_services import CALLS, PatientServices
+
+# How long [s], and how many.
+KEPT = 900.0
+MOST = 2000
+
+
+class OldResults:
+    """The newest results, by the identifiers of their goals.
+
+    They are kept as bytes. As messages, 2000 of them are so many objects that the collector of
+    garbage, which looks at them all now and then, takes several cycles for it.
+    """
+
+    def __init__(self, kind: Any) -> None:
+        """Keep none yet.
+
+        Args:
+            kind: of message.
+        """
+        self._kind = kind
+        self._kept: dict[bytes, bytes] = {}
+        # When each was added, by time.monotonic() [s].
+        self._added: dict[bytes, float] = {}
+
+    def add(self, key: bytes, result: Any) -> None:
+        """Keep the ``result`` of the goal with the identifier ``key``."""
+        self._kept[key] = serialize_message(result)
+        self._added[key] = time.monotonic()
+
+    def get(self, key: bytes) -> Any:
+        """Return the result of a goal; None if it is not kept."""
+        data = self._kept.get(key)
+        return None if data is None else deserialize_message(data, self._kind)
+
+    def __contains__(self, key: bytes) -> bool:
+        """Tell whether the result of a goal is kept."""
+        return key in self._kept
+
+    def forget(self) -> None:
+        """Forget those that are too old or too many."""
+        oldest = time.monotonic() - KEPT
+        while self._added:
+            key, added = next(iter(self._added.items()))
+            if added >= oldest and len(self._added) <= MOST:
+                return
+            del self._added[key], self._kept[key]
+
 
 # How long the state of a goal that has ended is told with those of the others [s]. It is told when
 # it ends, and for this time again with each change of another, as a message may be lost. All of
