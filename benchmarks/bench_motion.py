@@ -9,11 +9,9 @@ from ruckig import InputParameter, OutputParameter, Ruckig, Trajectory
 from benchmarks.harness import Figure, Work, compare, pinned_to_one_core
 from benchmarks.judge import LIMITS
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.limits import WorkspaceLimits
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 START: Vector3 = (-0.06, -0.05, 0.22)  # m
 END: Vector3 = (0.07, 0.05, 0.28)  # m

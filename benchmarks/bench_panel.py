@@ -32,8 +32,7 @@ from testing.domain import own_context, own_domain, set_transport
 from testing.ends import run_in_real_time
 from testing.panel import STOP, STRIP, Panel
 from testing.processes import TIMEOUT, launched
-from tri_glide_kinematics.ros.starting.processes import executable
-from tri_glide_kinematics.ros.starting.transport import COMPUTER
+from tri_glide_kinematics.ros.starting import COMPUTER, executable
 from tri_glide_kinematics.vectors import Vector3
 
 HEAD = ("what", "measured", "to reach")

@@ -22,17 +22,20 @@ from benchmarks.table import aligned
 from testing.jerk_on_paths import chatter, circle, polyline, square
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.path_timing.windows import plan_window
-from tri_glide_kinematics.motion.trajectory.curve_bounds import path_bounds
-from tri_glide_kinematics.motion.trajectory.errors import MotionError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.path_timing import plan_window
+from tri_glide_kinematics.motion.trajectory import (
+    MotionError,
+    PathHeights,
+    PathScaling,
+    PathStart,
+    SliderLimits,
+    TimeScaling,
+    path_bounds,
+)
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 PERIOD = 0.001  # s, at which heights are differentiated
 SQUARE = np.array(

@@ -36,12 +36,10 @@ from tri_glide_kinematics.motion import (
     PlatformPath,
     SliderState,
 )
-from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 STATES = 500
 SEED = 1

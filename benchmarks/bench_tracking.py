@@ -14,12 +14,10 @@ import numpy as np
 from benchmarks.judge import LIMITS
 from benchmarks.table import aligned
 from tri_glide_kinematics.motion import MotionEngine, SliderState
-from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 PERIOD = 0.002  # s
 MACHINE = TriGlide(DEFAULT_GEOMETRY)

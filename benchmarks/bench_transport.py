@@ -11,13 +11,7 @@ from functools import partial
 
 from benchmarks.harness import Figure, Missing, NoAnswerError, attempt, figure
 from benchmarks.transport_probe import AGE, LOAD
-from tri_glide_kinematics.ros.starting.transport import (
-    CELL,
-    COMPUTER,
-    MIDDLEWARE_VARIABLES,
-    RANGE,
-    VARIABLE,
-)
+from tri_glide_kinematics.ros.starting import CELL, COMPUTER, MIDDLEWARE_VARIABLES, RANGE, VARIABLE
 
 ROUNDS = 4
 SHARED_MEMORY = {RANGE: "LOCALHOST"}  # where rmw_fastrtps adds it

@@ -29,14 +29,8 @@ from testing.wrong_machines import (
     WRONG_BY,
     WrongMachine,
 )
+from tri_glide_kinematics.calibration.fit import Distance, MeasuredPosition, Plate, Priors, Touch
 from tri_glide_kinematics.calibration.fit.calibrate import calibrate
-from tri_glide_kinematics.calibration.fit.measurements import (
-    Distance,
-    MeasuredPosition,
-    Plate,
-    Touch,
-)
-from tri_glide_kinematics.calibration.fit.priors import Priors
 from tri_glide_kinematics.vectors import FloatArray
 
 GEOMETRY = NOMINAL.geometry

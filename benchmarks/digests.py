@@ -29,8 +29,7 @@ from benchmarks import soak_controller, soak_motion
 from benchmarks.bench_paths import drive
 from benchmarks.judge import COARSE, SCENARIOS, Findings
 from testing.path_samples import random_path
-from tri_glide_kinematics.control.controller_health import line_of
-from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.control import ControllerStatus, line_of
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import RefusalLog
 from tri_glide_kinematics.ros.outputs.machine_state import machine_state

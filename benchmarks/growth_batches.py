@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from benchmarks.bench_mechanisms import CRANK_VELOCITY, LENGTHS, crank_angles, example_2
 from benchmarks.bench_tri_glide import GEOMETRY, positions
 from benchmarks.harness import pinned_to_one_core
-from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.mechanisms.four_bar import FourBar
+from tri_glide_kinematics.tri_glide import TriGlide
 
 SIZES = [10**power for power in range(8)]
 LEAST_TIME = 0.05  # s: shorter calls are repeated

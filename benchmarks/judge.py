@@ -13,15 +13,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.control import ControllerStatus
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
-from tri_glide_kinematics.motion.moves.search import MotionKind
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.motion.moves import MotionKind
+from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace.workspace import Cylinder, WorkspaceLimits
+from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
 
 # Travel is checked exactly by the engine, the rest of the workspace to its stated tolerance [m].
 TRAVEL_TOLERANCE = 1e-8

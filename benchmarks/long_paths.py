@@ -17,8 +17,8 @@ from typing import TypeVar
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.path.flat_path import polyline_from
-from tri_glide_kinematics.ros.inputs.path_messages import path_points
+from tri_glide_kinematics.motion.path import polyline_from
+from tri_glide_kinematics.ros.inputs import path_points
 
 Result = TypeVar("Result")
 

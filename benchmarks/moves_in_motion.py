@@ -30,25 +30,37 @@ from benchmarks.judge import LIMITS, WIDE
 from benchmarks.linear_moves import random_moves
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.moves.blends import Entry, _divided
-from tri_glide_kinematics.motion.moves.line_timing import NORM
-from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
-from tri_glide_kinematics.motion.moves.parametrisation import parametrise
-from tri_glide_kinematics.motion.moves.search import MotionKind, MotionPlanner
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.trajectory import verification
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, CubicPlan, SliderState
-from tri_glide_kinematics.motion.trajectory.knots import knots_with_blend, lasting, shortest_piece
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
-from tri_glide_kinematics.motion.trajectory.phases import Phases, evaluate, first_of, total_duration
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.moves import (
+    NORM,
+    Entry,
+    LinearMotion,
+    MotionKind,
+    MotionPlanner,
+    parametrise,
+)
+from tri_glide_kinematics.motion.moves.blends import _divided
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.trajectory import (
+    AT_REST,
+    CubicPlan,
+    LinePlan,
+    PathHeights,
+    Phases,
+    RuckigPlanner,
+    SliderState,
+    StraightLine,
+    TimeScaling,
+    evaluate,
+    first_of,
+    knots_with_blend,
+    lasting,
+    shortest_piece,
+    total_duration,
+    verification,
+)
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 WORKSPACE = Workspace(MACHINE, WIDE)

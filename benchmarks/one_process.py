@@ -15,7 +15,7 @@ import rclpy
 from tri_glide_kinematics.nodes.fk_node import FkNode
 from tri_glide_kinematics.nodes.ik_node import IkNode
 from tri_glide_kinematics.nodes.simulator_node import SimulatorNode
-from tri_glide_kinematics.ros.loop.cycle_loop import CycleLoop
+from tri_glide_kinematics.ros.loop import CycleLoop
 
 
 def main() -> None:

@@ -13,7 +13,7 @@ from benchmarks.harness import NoAnswerError
 from testing.client import LATCHED, Probe
 from testing.domain import own_context, own_domain
 from testing.processes import Launcher, RunningNode
-from tri_glide_kinematics.ros.starting.transport import COMPUTER, choose_transport
+from tri_glide_kinematics.ros.starting import COMPUTER, choose_transport
 
 TIMEOUT = 90.0  # s
 STATUS_TIMEOUT = 5.0  # s, for the latched status of a node, once something went wrong

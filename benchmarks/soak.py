@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.judge import SCENARIOS, Findings, Scenario
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 
 class RandomActions:

@@ -24,19 +24,19 @@ import numpy as np
 from benchmarks.judge import SCENARIOS, Findings, Judge, Scenario
 from benchmarks.random_paths import random_path
 from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all, some_pieces
-from tri_glide_kinematics.control.commands.inbox import TargetPath
-from tri_glide_kinematics.control.commands.streams import Streams
-from tri_glide_kinematics.control.controller import MotionController
-from tri_glide_kinematics.control.in_position import InPositionBounds
-from tri_glide_kinematics.control.operating_state import (
+from tri_glide_kinematics.control import (
     DISABLED,
     FAULT,
     IDLE,
     IN_MOTION,
     WAITING,
+    ControllerStatus,
+    InPositionBounds,
+    MotionController,
+    SupervisionBounds,
+    Supervisor,
 )
-from tri_glide_kinematics.control.status import ControllerStatus
-from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
+from tri_glide_kinematics.control.commands import Streams, TargetPath
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import (
@@ -46,9 +46,9 @@ from tri_glide_kinematics.motion import (
     SliderLimits,
     SliderState,
 )
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 TWIST_TIMEOUT = 0.1  # s
 TARGET_TIMEOUT = 0.2  # s

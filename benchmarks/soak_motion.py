@@ -24,10 +24,10 @@ from benchmarks.random_paths import random_path
 from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all, some_pieces
 from tri_glide_kinematics.motion import MotionEngine, PlatformPath, SliderLimits
 from tri_glide_kinematics.motion.limit_use import TOLERANCES
-from tri_glide_kinematics.motion.trajectory.limits import QUANTITIES
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.trajectory import QUANTITIES
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # Steps between two checks of what was recorded.
 BATCH = 50_000

@@ -35,7 +35,7 @@ from testing.scenarios import (
 )
 from tri_glide_interfaces.msg import FourBar
 from tri_glide_interfaces.srv import SolveFourBar
-from tri_glide_kinematics.ros.starting.transport import COMPUTER, choose_transport
+from tri_glide_kinematics.ros.starting import COMPUTER, choose_transport
 
 TARGETS = ((0.08, 0.03, 0.35), (-0.06, 0.05, 0.22), (0.0, 0.0, 0.25))
 ALL_NODES = ("simulator_node", "ik_node", "fk_node", "mechanism_node")

@@ -21,14 +21,10 @@ from benchmarks.judge import WIDE
 from testing.path_samples import Piece, distances, random_path
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limit_use import TOLERANCES
-from tri_glide_kinematics.motion.path.errors import PathPlaceError
-from tri_glide_kinematics.motion.path.place_check import check_place
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.trajectory.errors import MotionError
-from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.motion.path import PathPlaceError, PlatformPath, check_place
+from tri_glide_kinematics.motion.trajectory import RELATIVE_ROUNDING, MotionError
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.workspace import Workspace
 
 # So large are paths [m]: most of them then are inside the workspace.
 SIZE = 0.06

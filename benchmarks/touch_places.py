@@ -26,7 +26,7 @@ from testing.wrong_machines import (
     TOUCH,
     WRONG_BY,
 )
-from tri_glide_kinematics.calibration.fit.model import position_derivatives
+from tri_glide_kinematics.calibration.fit import position_derivatives
 from tri_glide_kinematics.vectors import FloatArray
 
 COUNT = len(PLACES)

@@ -7,10 +7,8 @@ from functools import cache
 import numpy as np
 
 from testing.wrong_machines import NOMINAL, WRONG_BY, WrongMachine
-from tri_glide_kinematics.calibration.fit.measurement_file import MeasurementFile
-from tri_glide_kinematics.calibration.fit.measurements import Touch
-from tri_glide_kinematics.calibration.fit.result import Calibration
-from tri_glide_kinematics.calibration.session.solving import solved
+from tri_glide_kinematics.calibration.fit import Calibration, MeasurementFile, Touch
+from tri_glide_kinematics.calibration.session import solved
 
 SEED = 11
 

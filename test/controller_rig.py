@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from functools import partial
 
-from tri_glide_kinematics.control.commands.streams import Streams
-from tri_glide_kinematics.control.controller import MotionController
-from tri_glide_kinematics.control.in_position import InPositionBounds
-from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
+from tri_glide_kinematics.control import (
+    InPositionBounds,
+    MotionController,
+    SupervisionBounds,
+    Supervisor,
+)
+from tri_glide_kinematics.control.commands import Streams
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
-from tri_glide_kinematics.workspace.limits import WorkspaceLimits
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 PERIOD, TWIST_TIMEOUT, MEASURED_TIMEOUT = 0.002, 0.1, 0.2
 TARGET_TIMEOUT = 0.3

@@ -9,7 +9,7 @@ import pytest
 from rclpy.context import Context
 
 from testing.domain import own_context, own_domain, set_transport
-from tri_glide_kinematics.ros.starting.transport import COMPUTER
+from tri_glide_kinematics.ros.starting import COMPUTER
 
 
 @contextmanager

@@ -6,10 +6,10 @@ from contextlib import suppress
 
 from controller_rig import MACHINE, Rig
 
-from tri_glide_kinematics.control.commands.inbox import TargetPath
+from tri_glide_kinematics.control.commands import TargetPath
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind
-from tri_glide_kinematics.motion.path.flat_path import FlatPath
+from tri_glide_kinematics.motion.path import FlatPath
 
 PLACE = (0.0, 0.0, 0.25)
 FAR = (0.06, 0.04, 0.32)

@@ -16,8 +16,7 @@ from rclpy.context import Context
 from testing.client import Probe
 from testing.forks import ForkedNodes
 from testing.processes import Launcher, launched
-from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests
-from tri_glide_kinematics.panel.mechanisms.tab import NONE, MechanismsTab
+from tri_glide_kinematics.panel.mechanisms import NONE, MechanismRequests, MechanismsTab
 
 CONFIG = Path(__file__).parents[1] / "config"
 NAP = 0.01  # s

@@ -15,10 +15,9 @@ from tri_glide_kinematics.motion import (
     SliderLimits,
 )
 from tri_glide_kinematics.motion.trajectory import ruckig_planner
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 DT = 0.001
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)

@@ -34,7 +34,6 @@ def test_what_type_checkers_see_is_what_there_is(package):
     assert sorted(seen) == module.__all__
     for name, home in seen.items():
         assert getattr(module, name) is getattr(import_module(home), name)
-        assert getattr(module, name).__module__ == home
     with pytest.raises(AttributeError, match=f"{package}.* has no attribute 'nonsense'"):
         _ = module.nonsense
 
@@ -43,19 +42,21 @@ def test_the_package_has_the_names_that_users_need():
     assert set(PROMISED.split()) <= set(tri_glide_kinematics.__all__)
 
 
-@pytest.mark.parametrize("package", PACKAGES)
-def test_nothing_is_loaded_before_it_is_used(package):
-    code = f"import sys, {package}; print('numpy' in sys.modules, 'ruckig' in sys.modules)"
+def test_nothing_is_loaded_before_it_is_used():
+    large = {"numpy", "rclpy", "ruckig"}
+    code = f"import sys, {', '.join(PACKAGES)}; print({large} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["False", "False"]
+    assert done.stdout.strip() == "set()"
 
 
-@pytest.mark.parametrize("package", PACKAGES)
-def test_completion_shows_the_public_names(package):
-    module = import_module(package)
-    code = f"import {package} as room; print(*dir(room))"
+def test_completion_shows_the_public_names():
+    code = (
+        "from importlib import import_module\n"
+        f"for name in {PACKAGES}: print(*dir(import_module(name)))"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert {*module.__all__, "__doc__", "__path__"} <= set(done.stdout.split())
+    for package, shown in zip(PACKAGES, done.stdout.splitlines(), strict=True):
+        assert {*import_module(package).__all__, "__doc__", "__path__"} <= set(shown.split())
 
 
 def test_the_version_is_that_of_the_packages():

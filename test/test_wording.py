@@ -9,13 +9,11 @@ import pytest
 from strategies import DEFAULT_LIMITS
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.ros.parameters.tables import IK_NODE
-from tri_glide_kinematics.tri_glide.errors import ArmTooShortError
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, ArmTooShortError, TriGlide
 from tri_glide_kinematics.wording import number_text, unit_question, vector_text
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,10 @@ import numpy as np
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import SliderLimits
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.path_timing.windows import plan_window
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.path_timing import plan_window
+from tri_glide_kinematics.motion.trajectory import PathHeights, PathScaling, PathStart, TimeScaling
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 from tri_glide_kinematics.vectors import FloatArray
 
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)

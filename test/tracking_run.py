@@ -7,17 +7,16 @@ from collections.abc import Callable
 import numpy as np
 from motion_machine import LIMITS, MACHINE, WORKSPACE
 
-from tri_glide_kinematics.motion.tracking.follower import Follower
-from tri_glide_kinematics.motion.tracking.moving_target import Wanted
-from tri_glide_kinematics.motion.trajectory.cubic import (
+from tri_glide_kinematics.motion.tracking import Follower, Wanted
+from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     CubicPlan,
+    SliderLimits,
     SliderState,
     TrackedStep,
 )
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 PLACE = (0.0, 0.0, 0.3)
 

@@ -14,8 +14,7 @@ from tri_glide_kinematics.ros.starting.run import run
 
 def break_planner(*_: object) -> None:
     """Let all planning fail from now on."""
-    from tri_glide_kinematics.motion.engine.pursuit import Pursuit
-    from tri_glide_kinematics.motion.engine.replanning import Replanning
+    from tri_glide_kinematics.motion.engine import Pursuit, Replanning
 
     def fail(*_: object, **__: object) -> NoReturn:
         raise RuntimeError("the planner is broken")

@@ -7,9 +7,8 @@ from numpy.typing import ArrayLike
 
 from testing.machine import Machine
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 
 PERIOD = 0.002  # s

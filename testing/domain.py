@@ -11,7 +11,7 @@ import domain_coordinator
 import rclpy
 from rclpy.context import Context
 
-from tri_glide_kinematics.ros.starting.transport import MIDDLEWARE_VARIABLES, VARIABLE, transport_of
+from tri_glide_kinematics.ros.starting import MIDDLEWARE_VARIABLES, VARIABLE, transport_of
 
 if TYPE_CHECKING:
     import pytest

@@ -14,7 +14,7 @@ from multiprocessing import Pipe
 from pathlib import Path
 
 from testing.fork_server import Job
-from tri_glide_kinematics.ros.starting.processes import NodeProcesses, Process, executable
+from tri_glide_kinematics.ros.starting import NodeProcesses, Process, executable
 
 
 class ForkServer:

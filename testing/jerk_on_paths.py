@@ -14,10 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.trajectory import PathHeights, SliderLimits, TimeScaling
 from tri_glide_kinematics.vectors import FloatArray
 
 PERIOD = 1e-3  # s

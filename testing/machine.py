@@ -10,9 +10,9 @@ from sensor_msgs.msg import JointState
 from testing.client import LATCHED, Client
 from testing.processes import TIMEOUT, Launcher, RunningNode
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.errors import Refusal
-from tri_glide_kinematics.ros.outputs.machine_state import STATES
+from tri_glide_kinematics.ros.outputs import STATES
 
 JOINTS = ("slider_1", "slider_2", "slider_3")
 # A computer that runs other things too may keep the simulator waiting for longer than a machine

@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
 from tri_glide_kinematics.vectors import FloatArray
 
 

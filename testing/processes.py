@@ -12,11 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from tri_glide_kinematics.ros.starting.processes import (
-    NodeProcesses,
-    Process,
-    default_parameter_file,
-)
+from tri_glide_kinematics.ros.starting import NodeProcesses, Process, default_parameter_file
 
 # So many characters of what a node has written are shown if something goes wrong with it.
 LAST_WORDS = 2000

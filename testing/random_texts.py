@@ -13,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.publisher import Publisher
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.ros.inputs.action_motions import MotionActions
+from tri_glide_kinematics.ros.inputs import MotionActions
 
 # The nodes of a launcher that is made while this variable is set have random texts.
 VARIABLE = "TRI_GLIDE_TEST_RANDOM_TEXTS"

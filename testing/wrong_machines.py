@@ -9,18 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
-from tri_glide_kinematics.calibration.fit.measurements import (
+from tri_glide_kinematics.calibration.fit import (
     Distance,
+    MachineParameters,
     MeasuredPosition,
     Plate,
+    Priors,
+    Region,
     Touch,
+    plane_basis,
+    positions_of,
 )
-from tri_glide_kinematics.calibration.fit.model import positions_of
-from tri_glide_kinematics.calibration.fit.priors import Priors
-from tri_glide_kinematics.calibration.fit.region import Region, plane_basis
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 NOMINAL = MachineParameters(DEFAULT_GEOMETRY)

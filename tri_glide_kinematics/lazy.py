@@ -1,31 +1,35 @@
-"""Public names of a package, each loaded when it is first used (PEP 562).
+"""Public names of a room, each loaded when it is first used (PEP 562).
 
-So who imports a little of the package waits for no more than that.
+So who imports a little of a room waits for no more than that.
 """
 
 from __future__ import annotations
 
+import ast
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
 
 
 def when_first_used(
-    package: str, homes: Mapping[str, str]
+    package: str, file: str
 ) -> tuple[list[str], Callable[[str], object], Callable[[], list[str]]]:
     """Return ``__all__``, ``__getattr__`` and ``__dir__`` of a package.
 
+    The names are those that the package imports ``if TYPE_CHECKING``, so that they stand in one
+    place for the interpreter, type checkers and editors.
+
     Args:
         package: its name.
-        homes: public names, with blanks between them, by the module of the package that defines
-            them.
+        file: its source.
     """
-    home_of = {name: module for module, names in homes.items() for name in names.split()}
+    home_of = _imports_of(file)
 
     def load(name: str) -> object:
         if name not in home_of:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        value = getattr(import_module(f"{package}.{home_of[name]}"), name)
+        value = getattr(import_module(home_of[name]), name)
         setattr(sys.modules[package], name, value)
         return value
 
@@ -33,3 +37,16 @@ def when_first_used(
         return sorted(home_of.keys() | vars(sys.modules[package]).keys())
 
     return sorted(home_of), load, names
+
+
+def _imports_of(file: str) -> dict[str, str]:
+    """Return the names that a ``file`` imports for type checkers, and their modules."""
+    tree = ast.parse(Path(file).read_text(encoding="utf-8"))
+    return {
+        alias.name: str(statement.module)
+        for block in tree.body
+        if isinstance(block, ast.If)
+        for statement in block.body
+        if isinstance(statement, ast.ImportFrom)
+        for alias in statement.names
+    }

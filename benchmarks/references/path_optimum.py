@@ -11,9 +11,7 @@ from itertools import pairwise
 import copp_py
 import numpy as np
 
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.trajectory import PathHeights, SliderLimits, TimeScaling
 from tri_glide_kinematics.vectors import FloatArray
 
 # Units in which velocities, accelerations and jerks of usual drives are about one.

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.tri_glide.kinematics import TriGlideGeometry
+from tri_glide_kinematics.tri_glide import TriGlideGeometry
 
 Floats = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import sqrt
 
-from tri_glide_kinematics.tri_glide.kinematics import TriGlideGeometry
+from tri_glide_kinematics.tri_glide import TriGlideGeometry
 
 Vector3 = tuple[float, float, float]
 Pair = Callable[[Vector3, Vector3], tuple[Vector3, Vector3]]

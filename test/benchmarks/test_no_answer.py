@@ -14,7 +14,7 @@ from benchmarks import __main__ as benchmarks
 from benchmarks import bench_streams, ros_session
 from benchmarks.harness import Missing, NoAnswerError, attempt, figure
 from benchmarks.ros_session import session
-from tri_glide_kinematics.ros.starting.transport import MIDDLEWARE_VARIABLES, VARIABLE
+from tri_glide_kinematics.ros.starting import MIDDLEWARE_VARIABLES, VARIABLE
 
 
 @pytest.fixture

@@ -14,9 +14,8 @@ from tri_glide_kinematics.calibration.firmwares import (
     MarlinDelta,
     RepRapFirmwareDelta,
 )
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.calibration.fit import MachineParameters
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 
 FIRMWARES = (KlipperDelta, MarlinDelta, RepRapFirmwareDelta)
 END_STOPS = (0.85, 0.86, 0.87)

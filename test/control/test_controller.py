@@ -14,8 +14,7 @@ from controller_rig import (
     Rig,
 )
 
-from tri_glide_kinematics.control.errors import CommandRefusedError
-from tri_glide_kinematics.control.operating_state import (
+from tri_glide_kinematics.control import (
     DISABLED,
     FAULT,
     IDLE,
@@ -23,8 +22,10 @@ from tri_glide_kinematics.control.operating_state import (
     MOVING,
     STOPPING,
     WAITING,
+    Cause,
+    CommandRefusedError,
+    Reason,
 )
-from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind, MotionPhase
 

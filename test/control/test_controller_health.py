@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control.controller_health import delay_counts, status_of
-from tri_glide_kinematics.control.health import Level
-from tri_glide_kinematics.control.loop_statistics import LoopStatistics
-from tri_glide_kinematics.control.operating_state import (
+from tri_glide_kinematics.control import (
     DISABLED,
     FAULT,
     IN_MOTION,
     WAITING,
+    Cause,
+    ControllerStatus,
+    Level,
+    LoopStatistics,
     OperatingState,
+    Reason,
+    delay_counts,
+    status_of,
 )
-from tri_glide_kinematics.control.reason import Cause, Reason
-from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.reason_log import ReasonLog
 
 

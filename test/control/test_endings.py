@@ -12,13 +12,10 @@ from controller_rig import LIMITS, PERIOD
 from machine_states import FAR, STATES
 
 import tri_glide_kinematics
-from tri_glide_kinematics.control.commands.goals import GoalCode
-from tri_glide_kinematics.control.errors import BrokenError
-from tri_glide_kinematics.control.operating_state import DISABLED, FAULT, WAITING
-from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.control import DISABLED, FAULT, WAITING, BrokenError, Cause, Reason
+from tri_glide_kinematics.control.commands import GoalCode
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine.pursuit import Pursuit
-from tri_glide_kinematics.motion.engine.replanning import Replanning
+from tri_glide_kinematics.motion.engine import Pursuit, Replanning
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 
 PACKAGE = Path(tri_glide_kinematics.__file__).parent

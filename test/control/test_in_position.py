@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tri_glide_kinematics.control.in_position import Arrival, InPosition, InPositionBounds
+from tri_glide_kinematics.control import Arrival, InPosition, InPositionBounds
 
 BOUNDS = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)
 START = 7.0

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control.loop_statistics import LoopStatistics
+from tri_glide_kinematics.control import LoopStatistics
 
 
 def test_a_regular_loop():

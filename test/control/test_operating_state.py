@@ -4,19 +4,20 @@ from itertools import product
 
 import pytest
 
-from tri_glide_kinematics.control.errors import CommandRefusedError
-from tri_glide_kinematics.control.operating_state import (
+from tri_glide_kinematics.control import (
     DISABLED,
     FAULT,
     FOLLOWERS,
     IDLE,
     MOVING,
     WAITING,
+    Cause,
+    CommandRefusedError,
     ForbiddenTransitionError,
     OperatingState,
+    Reason,
     StateMachine,
 )
-from tri_glide_kinematics.control.reason import Cause, Reason
 
 
 def reason(text):

@@ -7,13 +7,11 @@ import random
 import pytest
 from controller_rig import LIMITS, MACHINE, Rig, ended
 
-from tri_glide_kinematics.control.commands.goals import GoalCode
-from tri_glide_kinematics.control.commands.inbox import TargetPath
-from tri_glide_kinematics.control.operating_state import IDLE, MOVING, PAUSED
-from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.control import IDLE, MOVING, PAUSED, Cause, Reason
+from tri_glide_kinematics.control.commands import GoalCode, TargetPath
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion import MotionKind, MotionPhase
-from tri_glide_kinematics.motion.path.flat_path import FlatPath
+from tri_glide_kinematics.motion.path import FlatPath
 
 SQUARE = [(0.02, 0.0, 0.25), (0.02, 0.02, 0.25), (0.0, 0.02, 0.25), (0.0, 0.0, 0.25)]
 BEYOND = [(-0.02, 0.0, 0.25), (-0.02, -0.02, 0.25)]

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders, SliderFaults
+from tri_glide_kinematics.control import SimulatedSliders, SliderFaults
 
 LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
 HOME = (0.6, 0.6, 0.6)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control.simulated_sliders import SimulatedPlate, TrueMachine
-from tri_glide_kinematics.tri_glide.errors import NoPoseError
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.control import SimulatedPlate, TrueMachine
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, NoPoseError, TriGlide
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 OFFSETS = (0.001, -0.002, 0.0005)

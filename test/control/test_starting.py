@@ -6,10 +6,15 @@ import math
 
 import pytest
 
-from tri_glide_kinematics.control.errors import CommandRefusedError
-from tri_glide_kinematics.control.reason import Cause, Reason
-from tri_glide_kinematics.control.starting import TRAVEL_TOLERANCE, StartingPlace
-from tri_glide_kinematics.control.supervision import SupervisionBounds, Supervisor
+from tri_glide_kinematics.control import (
+    TRAVEL_TOLERANCE,
+    Cause,
+    CommandRefusedError,
+    Reason,
+    StartingPlace,
+    SupervisionBounds,
+    Supervisor,
+)
 from tri_glide_kinematics.errors import Refusal
 
 LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from tri_glide_kinematics.control.reason import Cause
-from tri_glide_kinematics.control.supervision import SILENT_CYCLES, SupervisionBounds, Supervisor
+from tri_glide_kinematics.control import SILENT_CYCLES, Cause, SupervisionBounds, Supervisor
 
 BOUNDS = SupervisionBounds(timeout=0.2, jump=0.02, tracking_error=0.05, velocity=(1.0, 1.0, 2.0))
 NAMES = ("slider_1", "slider_2", "slider_3")

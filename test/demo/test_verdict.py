@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.calibration.fit.region import plane_basis
+from tri_glide_kinematics.calibration.fit import plane_basis
 from tri_glide_kinematics.demo.calibration.command import NOMINAL, wrong_machine
 from tri_glide_kinematics.demo.calibration.course import (
     FIRST_START,
@@ -21,7 +21,7 @@ from tri_glide_kinematics.demo.calibration.course import (
 )
 from tri_glide_kinematics.demo.calibration.picture import verdict_figure
 from tri_glide_kinematics.demo.calibration.verdict import Verdict, table, without_plane_motion
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import TriGlide
 
 TARGETS = np.array([(x, y, PLATE) for x, y in [(0.0, 0.0), *ring(RADIUS, 6)]])
 RNG = np.random.default_rng(4)

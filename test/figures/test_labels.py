@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.figures.labels import label_centres
+from tri_glide_kinematics.figures import label_centres
 
 LINE_POINTS = 400
 

@@ -6,9 +6,9 @@ from itertools import combinations
 
 import numpy as np
 
-from tri_glide_kinematics.figures.motion import Mark, Span, motion_figure
+from tri_glide_kinematics.figures import Mark, Span, motion_figure
 from tri_glide_kinematics.motion.limit_use import CommandStream
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory import SliderLimits
 
 STYLE = {"marker": "o"}
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)

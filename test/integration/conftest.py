@@ -17,7 +17,7 @@ from testing.domain import own_context, own_domain, set_transport
 from testing.forks import ForkedNodes
 from testing.machine import Machine
 from testing.processes import Launcher, launched
-from tri_glide_kinematics.ros.starting.transport import COMPUTER
+from tri_glide_kinematics.ros.starting import COMPUTER
 
 _COUNTER = itertools.count()
 

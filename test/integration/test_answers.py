@@ -7,7 +7,7 @@ from std_srvs.srv import Trigger
 
 from tri_glide_interfaces.srv import TraceFourBar
 from tri_glide_kinematics.errors import OutOfBoundsError
-from tri_glide_kinematics.ros.serving.answers import Answers
+from tri_glide_kinematics.ros.serving import Answers
 
 
 @pytest.fixture

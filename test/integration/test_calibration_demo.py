@@ -11,9 +11,9 @@ import pytest
 import yaml
 
 from testing.processes import wait_for_end_of_processes_in
-from tri_glide_kinematics.calibration.fit.measurement_file import load_measurements
-from tri_glide_kinematics.calibration.session.solving import solved
-from tri_glide_kinematics.ros.starting.processes import executable
+from tri_glide_kinematics.calibration.fit import load_measurements
+from tri_glide_kinematics.calibration.session import solved
+from tri_glide_kinematics.ros.starting import executable
 
 TIMEOUT = 280.0  # s, for what takes 20 s on a computer that does nothing else
 

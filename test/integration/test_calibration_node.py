@@ -23,11 +23,10 @@ from tri_glide_interfaces.srv import (
     SaveMeasurements,
     SolveCalibration,
 )
-from tri_glide_kinematics.calibration.fit.measurement_file import load_measurements
-from tri_glide_kinematics.calibration.session.probing import BACK_TOLERANCE
-from tri_glide_kinematics.control.reason import Cause
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.calibration.fit import load_measurements
+from tri_glide_kinematics.calibration.session import BACK_TOLERANCE
+from tri_glide_kinematics.control import Cause
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 STOPPING = MachineState.STOPPING

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from testing.processes import processes_in, wait_for_end_of_processes_in
-from tri_glide_kinematics.ros.starting.processes import executable
+from tri_glide_kinematics.ros.starting import executable
 
 TIMEOUT = 120.0  # s
 

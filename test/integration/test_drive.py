@@ -11,12 +11,9 @@ import pytest
 import yaml
 
 from testing.commands import KINEMATICS
-from tri_glide_kinematics.programs.drive_file import DriveFile, WaitStep
-from tri_glide_kinematics.programs.report import ProgressLine
-from tri_glide_kinematics.ros.clients import step_driver
-from tri_glide_kinematics.ros.clients.goal_sender import GoalSender
-from tri_glide_kinematics.ros.clients.step_driver import NoMachineError, StepDriver
-from tri_glide_kinematics.ros.starting.processes import executable
+from tri_glide_kinematics.programs import DriveFile, ProgressLine, WaitStep
+from tri_glide_kinematics.ros.clients import GoalSender, NoMachineError, StepDriver, step_driver
+from tri_glide_kinematics.ros.starting import executable
 
 TIMEOUT = 60.0  # s
 

@@ -10,7 +10,7 @@ from nav_msgs.msg import Path
 
 from testing.commands import KINEMATICS, assert_within_limits
 from testing.machine import PATIENCE
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import Cause
 
 FAR = (0.08, 0.03, 0.35)
 NEAR = (0.0, 0.0, 0.25)

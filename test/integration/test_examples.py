@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 from sensor_msgs.msg import Joy
 
-from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MACHINE = TriGlide(DEFAULT_GEOMETRY)

@@ -15,8 +15,8 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters
 
 from testing.forks import ForkedNodes
 from testing.processes import TIMEOUT, launched, python_path
-from tri_glide_kinematics.ros.parameters.tables import NODES
-from tri_glide_kinematics.ros.starting.processes import executable
+from tri_glide_kinematics.ros.parameters import NODES
+from tri_glide_kinematics.ros.starting import executable
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ import pytest
 from testing.client import Client
 from testing.forks import ForkedNodes
 from testing.processes import TIMEOUT, Launcher, python_path
-from tri_glide_kinematics.ros.starting.processes import NodeProcesses, executable
+from tri_glide_kinematics.ros.starting import NodeProcesses, executable
 
 WORDS = [
     pytest.param(["fk_node", "--help"], 0, id="help"),

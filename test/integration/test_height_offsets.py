@@ -11,8 +11,7 @@ from std_msgs.msg import Bool, Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
 from testing.goals import GoalClient
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 
 OFFSETS = (0.0011, -0.0008, 0.0005)
 GEOMETRY = TriGlideGeometry(

@@ -16,7 +16,7 @@ from testing.commands import KINEMATICS, assert_within_limits, stream_of
 from testing.machine import JOINTS
 from testing.scenarios import HEALTHY
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.errors import Refusal
 
 FAR, NEAR = (0.08, 0.03, 0.35), (0.0, 0.0, 0.25)

@@ -21,9 +21,9 @@ from testing.client import Client
 from testing.forks import ForkedNodes
 from testing.panel import STOP, STRIP, Panel, button, difference, field, pad, tab
 from testing.processes import launched
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.panel.page import PING_PERIOD, SILENT_PERIODS
-from tri_glide_kinematics.programs.drive_file import PathStep, load_drive
+from tri_glide_kinematics.programs import PathStep, load_drive
 
 pytestmark = [
     # A browser without a graphics card needs all of the computer to be heard in time.

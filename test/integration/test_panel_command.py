@@ -17,7 +17,7 @@ import pytest
 from rclpy.parameter_client import AsyncParameterClient
 
 from testing.processes import TIMEOUT, processes_in, wait_for_end_of_processes_in
-from tri_glide_kinematics.ros.starting.processes import executable
+from tri_glide_kinematics.ros.starting import executable
 
 pytest.importorskip("viser")
 

@@ -7,8 +7,7 @@ import time
 from std_srvs.srv import SetBool
 
 from testing.client import UNFIT
-from tri_glide_kinematics.ros.serving import patient_services
-from tri_glide_kinematics.ros.serving.patient_services import PatientServices
+from tri_glide_kinematics.ros.serving import PatientServices, patient_services
 
 # The middleware waits for 100 ms.
 BLOCK = 0.09

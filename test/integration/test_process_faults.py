@@ -15,7 +15,7 @@ from testing.commands import PAUSE, assert_stretches_within_limits
 from testing.held_client import CEASED, READY
 from testing.machine import Machine
 from tri_glide_interfaces.srv import RecordTouch, SaveMeasurements
-from tri_glide_kinematics.calibration.fit.measurement_file import load_measurements
+from tri_glide_kinematics.calibration.fit import load_measurements
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "faults.md"
 HOME = (0.0, 0.0, 0.25)

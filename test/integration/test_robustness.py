@@ -17,7 +17,7 @@ from testing.scenarios import (
     hostility,
     parameter_storm,
 )
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import Cause
 
 FAR = (0.08, 0.03, 0.35)
 

@@ -11,7 +11,7 @@ from shared_machine import shared_machine
 
 from testing.client import Client
 from testing.commands import KINEMATICS, assert_within_limits
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.errors import Refusal
 
 INTERVAL = 0.01  # s between two commands

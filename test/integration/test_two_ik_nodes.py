@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 from testing.client import LATCHED
 from testing.machine import PATIENCE, name_of
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.errors import Refusal
 
 FAR = (0.08, 0.03, 0.4)

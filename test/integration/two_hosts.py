@@ -14,8 +14,8 @@ import pytest
 from testing.commands import KINEMATICS, assert_within_limits
 from testing.domain import set_transport
 from testing.processes import TIMEOUT
-from tri_glide_kinematics.control.reason import Cause
-from tri_glide_kinematics.ros.starting.transport import CELL
+from tri_glide_kinematics.control import Cause
+from tri_glide_kinematics.ros.starting import CELL
 
 TARGET, FAR = (0.0, 0.0, 0.25), (0.08, 0.03, 0.35)
 OTHER_HOST = ("ip", "netns", "exec", "machine")

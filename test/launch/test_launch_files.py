@@ -88,7 +88,7 @@ def test_the_calibrated_file_comes_behind_the_other_one_and_is_the_same_if_none_
 
 
 def test_the_transports_are_those_that_there_are():
-    from tri_glide_kinematics.ros.starting.transport import MEANINGS, VARIABLE
+    from tri_glide_kinematics.ros.starting import MEANINGS, VARIABLE
 
     file = ROOT / "launch" / "tri_glide.launch.py"
     transport = next(

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.control.operating_state import IDLE, JOGGING, STOPPING
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import IDLE, JOGGING, STOPPING, Cause
 from tri_glide_kinematics.panel.hold import LONGEST_GAP, RENEWALS, HeldJog, JogWatch
-from tri_glide_kinematics.ros.parameters.tables import IK_NODE
+from tri_glide_kinematics.ros.parameters import IK_NODE
 
 X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 PERIOD = 1.0 / RENEWALS

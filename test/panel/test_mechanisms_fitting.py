@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.panel.mechanisms.drawing import fitted
+from tri_glide_kinematics.panel.mechanisms import fitted
 
 BOX = np.array([[-0.02, 0.01], [0.06, 0.05]])
 

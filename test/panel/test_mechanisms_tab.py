@@ -11,7 +11,7 @@ from joined_domain import joined_domain
 from mechanisms_rig import NAP, Rig, mechanism_nodes, page_server
 
 from tri_glide_interfaces.srv import SolveFMechanism
-from tri_glide_kinematics.panel.mechanisms.tab import NONE
+from tri_glide_kinematics.panel.mechanisms import NONE
 
 pytestmark = pytest.mark.nodes
 

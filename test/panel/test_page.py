@@ -19,7 +19,7 @@ from websockets.typing import Origin, Subprotocol
 
 from testing.page_attack import message as packed
 from testing.page_reader import CAMERA
-from tri_glide_kinematics.panel.door.guard import fault_of
+from tri_glide_kinematics.panel.door import fault_of
 from tri_glide_kinematics.panel.errors import PortTakenError, UnguardedPageError
 from tri_glide_kinematics.panel.page import Page
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.control.operating_state import PAUSED, OperatingState
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import PAUSED, Cause, OperatingState
 from tri_glide_kinematics.panel.status_words import COLORS, FAULT, READY, WARNING, MachineStatus
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control.operating_state import IDLE, MOVING, OperatingState
+from tri_glide_kinematics.control import IDLE, MOVING, OperatingState
 from tri_glide_kinematics.panel.steps import PATIENCE, Steps
 
 UP = (0.0, 0.0, 0.01)

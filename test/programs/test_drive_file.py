@@ -8,17 +8,10 @@ import numpy as np
 import pytest
 import yaml
 
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.programs.drive_file import (
-    DriveFileError,
-    MoveStep,
-    PathStep,
-    WaitStep,
-    load_drive,
-)
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
-from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.programs import DriveFileError, MoveStep, PathStep, WaitStep, load_drive
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 EXAMPLE = Path(__file__).parents[2] / "config" / "drive_example.yaml"
 HOME = {"move": {"to": [0.0, 0.0, 250.0]}}

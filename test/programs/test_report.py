@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import io
 
-from tri_glide_kinematics.programs.drive_file import MoveStep, WaitStep
-from tri_glide_kinematics.programs.report import ProgressLine, StepReport, table
+from tri_glide_kinematics.programs import MoveStep, ProgressLine, StepReport, WaitStep, table
 
 MOVE = MoveStep((0.0, 0.0, 0.25))
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.tri_glide import compiled as compiled_loops
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
 ONE_MODE = TriGlideGeometry.symmetric(0.25, 0.05, 0.4)
 TWO_MODES = TriGlideGeometry(((0.3, 0.0), (-0.1, 0.25), (-0.2, -0.3)), (0.8, 0.9, 1.1))

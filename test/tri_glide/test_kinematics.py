@@ -15,8 +15,9 @@ from tri_glide_kinematics.errors import (
     OutOfBoundsError,
     WrongShapeError,
 )
-from tri_glide_kinematics.tri_glide.batch import BLOCK
-from tri_glide_kinematics.tri_glide.errors import (
+from tri_glide_kinematics.tri_glide import (
+    BLOCK,
+    DEFAULT_GEOMETRY,
     ArmsNeverMeetError,
     ArmTooShortError,
     CoincidentAnchorsError,
@@ -25,11 +26,11 @@ from tri_glide_kinematics.tri_glide.errors import (
     NoPoseError,
     PlatformAboveSliderError,
     SpheresDoNotMeetError,
+    TriGlide,
+    TriGlideGeometry,
     UnreachableError,
     WrongAssemblyModeError,
 )
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
 
 EPS = np.finfo(float).eps
 

@@ -11,9 +11,9 @@ from strategies import DEFAULT_LIMITS, random_positions
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, SliderState
-from tri_glide_kinematics.workspace.workspace import TOLERANCE, Cylinder, Workspace
+from tri_glide_kinematics.motion.moves import SliderMotion
+from tri_glide_kinematics.motion.trajectory import AT_REST, SliderState
+from tri_glide_kinematics.workspace import TOLERANCE, Cylinder, Workspace
 
 # Travel is of no interest here.
 TALL = replace(DEFAULT_LIMITS, lower_heights=(-9.0,) * 3, upper_heights=(9.0,) * 3)

@@ -15,19 +15,20 @@ from tri_glide_kinematics.errors import (
     OutOfBoundsError,
     WrongShapeError,
 )
-from tri_glide_kinematics.tri_glide.errors import (
+from tri_glide_kinematics.tri_glide import (
+    DEFAULT_GEOMETRY,
     NoPoseError,
+    TriGlide,
+    TriGlideGeometry,
     UnreachableError,
     WrongAssemblyModeError,
 )
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.workspace.bounds import ROUNDING
-from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
-from tri_glide_kinematics.workspace.tracing import ConditionField
-from tri_glide_kinematics.workspace.workspace import (
+from tri_glide_kinematics.workspace import (
+    ROUNDING,
     TOLERANCE,
+    ConditionField,
     Cylinder,
+    OutsideWorkspaceError,
     SliderMotionState,
     Workspace,
     WorkspaceLimit,

@@ -4,3 +4,52 @@ For other rooms: ``controller``, ``status`` and ``operating_state``; ``supervisi
 ``in_position`` for its bounds; ``health``, ``controller_health``, ``loop_statistics`` and
 ``reason_log`` for what a node says about itself; ``simulated_sliders``.
 """
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.control.controller import MotionController as MotionController
+    from tri_glide_kinematics.control.controller_health import delay_counts as delay_counts
+    from tri_glide_kinematics.control.controller_health import health_of as health_of
+    from tri_glide_kinematics.control.controller_health import line_of as line_of
+    from tri_glide_kinematics.control.controller_health import status_of as status_of
+    from tri_glide_kinematics.control.errors import BrokenError as BrokenError
+    from tri_glide_kinematics.control.errors import CommandRefusedError as CommandRefusedError
+    from tri_glide_kinematics.control.health import Health as Health
+    from tri_glide_kinematics.control.health import Level as Level
+    from tri_glide_kinematics.control.in_position import Arrival as Arrival
+    from tri_glide_kinematics.control.in_position import InPosition as InPosition
+    from tri_glide_kinematics.control.in_position import InPositionBounds as InPositionBounds
+    from tri_glide_kinematics.control.loop_statistics import LoopStatistics as LoopStatistics
+    from tri_glide_kinematics.control.operating_state import DISABLED as DISABLED
+    from tri_glide_kinematics.control.operating_state import FAULT as FAULT
+    from tri_glide_kinematics.control.operating_state import FOLLOWERS as FOLLOWERS
+    from tri_glide_kinematics.control.operating_state import IDLE as IDLE
+    from tri_glide_kinematics.control.operating_state import IN_MOTION as IN_MOTION
+    from tri_glide_kinematics.control.operating_state import JOGGING as JOGGING
+    from tri_glide_kinematics.control.operating_state import MOVING as MOVING
+    from tri_glide_kinematics.control.operating_state import PAUSED as PAUSED
+    from tri_glide_kinematics.control.operating_state import STOPPING as STOPPING
+    from tri_glide_kinematics.control.operating_state import TRACKING as TRACKING
+    from tri_glide_kinematics.control.operating_state import WAITING as WAITING
+    from tri_glide_kinematics.control.operating_state import (
+        ForbiddenTransitionError as ForbiddenTransitionError,
+    )
+    from tri_glide_kinematics.control.operating_state import OperatingState as OperatingState
+    from tri_glide_kinematics.control.operating_state import StateMachine as StateMachine
+    from tri_glide_kinematics.control.reason import Cause as Cause
+    from tri_glide_kinematics.control.reason import Reason as Reason
+    from tri_glide_kinematics.control.simulated_sliders import SimulatedPlate as SimulatedPlate
+    from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders as SimulatedSliders
+    from tri_glide_kinematics.control.simulated_sliders import SliderFaults as SliderFaults
+    from tri_glide_kinematics.control.simulated_sliders import TrueMachine as TrueMachine
+    from tri_glide_kinematics.control.starting import TRAVEL_TOLERANCE as TRAVEL_TOLERANCE
+    from tri_glide_kinematics.control.starting import StartingPlace as StartingPlace
+    from tri_glide_kinematics.control.status import ControllerStatus as ControllerStatus
+    from tri_glide_kinematics.control.supervision import SILENT_CYCLES as SILENT_CYCLES
+    from tri_glide_kinematics.control.supervision import SupervisionBounds as SupervisionBounds
+    from tri_glide_kinematics.control.supervision import Supervisor as Supervisor
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

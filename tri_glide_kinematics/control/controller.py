@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from tri_glide_kinematics.control.commands.engine_commands import EngineCommands
-from tri_glide_kinematics.control.commands.goal_commands import GoalCommands
-from tri_glide_kinematics.control.commands.goals import GoalCode
-from tri_glide_kinematics.control.commands.newest_target import NewestTarget
-from tri_glide_kinematics.control.commands.streams import Streams
+from tri_glide_kinematics.control.commands import (
+    EngineCommands,
+    GoalCode,
+    GoalCommands,
+    NewestTarget,
+    Streams,
+)
 from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.in_position import Arrival, InPositionBounds
 from tri_glide_kinematics.control.operating_state import (
@@ -27,7 +29,8 @@ from tri_glide_kinematics.control.starting import StartingPlace
 from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import Refusal
-from tri_glide_kinematics.motion.engine.engine import MotionEngine, MotionPhase, SliderState
+from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
+from tri_glide_kinematics.motion.trajectory import SliderState
 from tri_glide_kinematics.vectors import Vector3
 
 STARTED_DISABLED = Reason(Cause.STARTED_DISABLED, "started disabled")

@@ -20,9 +20,13 @@ from tri_glide_kinematics.demo.report import is_good, say, table
 from tri_glide_kinematics.demo.tour import drive
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limit_use import LimitUse
-from tri_glide_kinematics.ros.starting.processes import NodeProcesses, default_parameter_file
-from tri_glide_kinematics.ros.starting.run import shut_down
-from tri_glide_kinematics.ros.starting.transport import COMPUTER, choose_transport
+from tri_glide_kinematics.ros.starting import (
+    COMPUTER,
+    NodeProcesses,
+    choose_transport,
+    default_parameter_file,
+    shut_down,
+)
 
 # A busy computer may let the simulated machine wait for longer than a real one ever falls silent.
 PATIENCE = ("-p", "measured_timeout:=2.0")

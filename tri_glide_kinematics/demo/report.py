@@ -8,7 +8,7 @@ import numpy as np
 
 from tri_glide_kinematics.demo.leg import Leg
 from tri_glide_kinematics.motion.limit_use import TOLERANCES, CommandStream, LimitUse
-from tri_glide_kinematics.motion.trajectory.limits import QUANTITIES, SliderLimits
+from tri_glide_kinematics.motion.trajectory import QUANTITIES, SliderLimits
 from tri_glide_kinematics.vectors import Vector3
 
 

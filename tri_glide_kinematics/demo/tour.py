@@ -5,7 +5,7 @@ from __future__ import annotations
 from tri_glide_kinematics.demo.client import DemoClient, MachineSettings
 from tri_glide_kinematics.demo.leg import Leg
 from tri_glide_kinematics.demo.report import in_millimetres, say
-from tri_glide_kinematics.motion.path.flat_path import FlatPath, SegmentKind
+from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.vectors import Vector3
 
 POSES: tuple[tuple[str, Vector3], ...] = (

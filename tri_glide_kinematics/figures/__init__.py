@@ -5,13 +5,9 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.drawing.saving import DrawingError as DrawingError
+    from tri_glide_kinematics.figures.labels import label_centres as label_centres
+    from tri_glide_kinematics.figures.motion import Mark as Mark
+    from tri_glide_kinematics.figures.motion import Span as Span
     from tri_glide_kinematics.figures.motion import motion_figure as motion_figure
-    from tri_glide_kinematics.mechanisms.pictures.pictures import save_pictures as save_pictures
 
-__all__, __getattr__, __dir__ = when_first_used(
-    __name__,
-    {
-        "motion": "motion_figure",
-    },
-)
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

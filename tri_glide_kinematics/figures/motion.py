@@ -12,10 +12,10 @@ from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import Axes3D, proj3d
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.drawing.style import LIMIT_STYLE, MILLIMETRES
+from tri_glide_kinematics.drawing import LIMIT_STYLE, MILLIMETRES
 from tri_glide_kinematics.figures.labels import label_centres
 from tri_glide_kinematics.motion.limit_use import CommandStream
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory import SliderLimits
 
 
 class Mark(NamedTuple):

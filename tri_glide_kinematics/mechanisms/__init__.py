@@ -16,13 +16,4 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.files import MechanismFile as MechanismFile
     from tri_glide_kinematics.mechanisms.files import load_mechanism as load_mechanism
 
-__all__, __getattr__, __dir__ = when_first_used(
-    __name__,
-    {
-        "drive_file": (
-            "CrankLimitError DegenerateLinkageError MechanismFileError NotAPoseError "
-            "NotAssemblableError SelfMotionError"
-        ),
-        "files": "MechanismFile load_mechanism",
-    },
-)
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -24,28 +24,32 @@ from tri_glide_interfaces.srv import (
     SaveMeasurements,
     SolveCalibration,
 )
-from tri_glide_kinematics.calibration.fit.measurement_file import (
+from tri_glide_kinematics.calibration.fit import (
     MeasurementFile,
     load_measurements,
     save_measurements,
 )
-from tri_glide_kinematics.calibration.session.errors import ProbingError, SavingError
-from tri_glide_kinematics.calibration.session.height_record import HeightRecord
-from tri_glide_kinematics.calibration.session.parameter_file import save_parameters
-from tri_glide_kinematics.calibration.session.session import (
+from tri_glide_kinematics.calibration.session import (
+    HeightRecord,
+    ProbingError,
+    SavingError,
     Session,
     keep_measurements,
     new_session_file,
+    save_parameters,
 )
 from tri_glide_kinematics.checks import non_negative
-from tri_glide_kinematics.control.simulated_sliders import TrueMachine
+from tri_glide_kinematics.control import TrueMachine
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import file_in
 from tri_glide_kinematics.reason_log import ReasonLog
-from tri_glide_kinematics.ros.clients.probe_driver import ProbeDriver, Resting
-from tri_glide_kinematics.ros.inputs.slider_measurements import SliderMeasurements
-from tri_glide_kinematics.ros.loop.cycle_loop import Cycle
-from tri_glide_kinematics.ros.parameters.calibration import (
+from tri_glide_kinematics.ros.clients import ProbeDriver, Resting
+from tri_glide_kinematics.ros.inputs import SliderMeasurements
+from tri_glide_kinematics.ros.loop import Cycle
+from tri_glide_kinematics.ros.parameters import (
+    CALIBRATION_NODE,
+    LiveParameters,
+    check_joint_names,
     deviations_of,
     folder_of,
     nominal_of,
@@ -55,12 +59,8 @@ from tri_glide_kinematics.ros.parameters.calibration import (
     reported_workspace_of,
     requested,
 )
-from tri_glide_kinematics.ros.parameters.live import LiveParameters
-from tri_glide_kinematics.ros.parameters.tables import CALIBRATION_NODE
-from tri_glide_kinematics.ros.parameters.values import check_joint_names
-from tri_glide_kinematics.ros.serving.answers import Answers
-from tri_glide_kinematics.ros.serving.patient_services import CALLS, PatientServices
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
+from tri_glide_kinematics.tri_glide import TriGlide
 
 Answer = Callable[[Any, Any], Awaitable[None]]
 
@@ -216,8 +216,8 @@ class CalibrationNode(Node):
 
     async def _solve(self, request: Any, response: Any) -> None:
         # Loaded when it is first used: it takes as long as starting the node.
-        from tri_glide_kinematics.calibration.session.report import contradiction, report
-        from tri_glide_kinematics.calibration.session.solving import solved
+        from tri_glide_kinematics.calibration.session import contradiction, solved
+        from tri_glide_kinematics.calibration.session.report import report
 
         named = request.parameter_file
         file = file_in(self._folder, named) if named else None

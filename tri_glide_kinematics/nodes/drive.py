@@ -15,15 +15,11 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from tri_glide_kinematics.drawing.exit_code import find_file
+from tri_glide_kinematics.drawing import find_file
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.programs.drive_file import DriveFile, load_drive
-from tri_glide_kinematics.programs.report import ProgressLine, is_whole, table
-from tri_glide_kinematics.ros.clients.goal_sender import GoalSender
-from tri_glide_kinematics.ros.clients.step_driver import StepDriver
-from tri_glide_kinematics.ros.starting.end_signals import EndSignals
-from tri_glide_kinematics.ros.starting.run import shut_down
-from tri_glide_kinematics.ros.starting.transport import choose_transport
+from tri_glide_kinematics.programs import DriveFile, ProgressLine, is_whole, load_drive, table
+from tri_glide_kinematics.ros.clients import GoalSender, StepDriver
+from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down
 
 
 def _drive(drive: DriveFile) -> int:

@@ -7,17 +7,20 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.control.health import Health, Level
+from tri_glide_kinematics.control import Health, Level
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
-from tri_glide_kinematics.ros.cdr.stamped_triples import FIRST, StampedTriples
-from tri_glide_kinematics.ros.inputs.slider_measurements import SliderMeasurements
-from tri_glide_kinematics.ros.loop.cycle_loop import Cycle
-from tri_glide_kinematics.ros.outputs.diagnostics import DiagnosticsPublisher
-from tri_glide_kinematics.ros.parameters.live import LiveParameters
-from tri_glide_kinematics.ros.parameters.tables import FK_NODE
-from tri_glide_kinematics.ros.parameters.values import check_joint_names, machine_of
-from tri_glide_kinematics.ros.serving.patient_services import PatientServices
+from tri_glide_kinematics.ros.cdr import FIRST, StampedTriples
+from tri_glide_kinematics.ros.inputs import SliderMeasurements
+from tri_glide_kinematics.ros.loop import Cycle
+from tri_glide_kinematics.ros.outputs import DiagnosticsPublisher
+from tri_glide_kinematics.ros.parameters import (
+    FK_NODE,
+    LiveParameters,
+    check_joint_names,
+    machine_of,
+)
+from tri_glide_kinematics.ros.serving import PatientServices
 
 
 class FkNode(Node):

@@ -14,26 +14,27 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.control.commands.streams import Streams
-from tri_glide_kinematics.control.controller import MotionController
-from tri_glide_kinematics.control.controller_health import health_of
-from tri_glide_kinematics.control.health import Health
-from tri_glide_kinematics.control.loop_statistics import LoopStatistics
-from tri_glide_kinematics.control.reason import Reason
-from tri_glide_kinematics.control.supervision import Supervisor
-from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine.engine import (
-    MotionEngine,
-    MotionKind,
-    MotionPhase,
-    SliderState,
+from tri_glide_kinematics.control import (
+    Health,
+    LoopStatistics,
+    MotionController,
+    Reason,
+    Supervisor,
+    health_of,
 )
+from tri_glide_kinematics.control.commands import Streams
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
+from tri_glide_kinematics.motion.moves import MotionKind
+from tri_glide_kinematics.motion.trajectory import SliderState
 from tri_glide_kinematics.reason_log import ReasonLog, RefusalLog
-from tri_glide_kinematics.ros.inputs.action_motions import NODE_ENDS, MotionActions
-from tri_glide_kinematics.ros.inputs.machine_services import MachineServices
-from tri_glide_kinematics.ros.inputs.slider_measurements import SliderMeasurements
-from tri_glide_kinematics.ros.loop.cycle_loop import Cycle
-from tri_glide_kinematics.ros.loop.planning_time import PlanningTime
+from tri_glide_kinematics.ros.inputs import (
+    NODE_ENDS,
+    MachineServices,
+    MotionActions,
+    SliderMeasurements,
+)
+from tri_glide_kinematics.ros.loop import Cycle, PlanningTime
 from tri_glide_kinematics.ros.messages import (
     age_of_target,
     moving_target,
@@ -41,15 +42,17 @@ from tri_glide_kinematics.ros.messages import (
     target_velocity,
 )
 from tri_glide_kinematics.ros.other_publishers import OtherPublishers
-from tri_glide_kinematics.ros.outputs.command_outputs import CommandOutputs
-from tri_glide_kinematics.ros.outputs.diagnostics import DiagnosticsPublisher
-from tri_glide_kinematics.ros.outputs.markers import Markers
-from tri_glide_kinematics.ros.outputs.motion_state import MotionStates
-from tri_glide_kinematics.ros.outputs.state_reports import StateReports
-from tri_glide_kinematics.ros.parameters.live import LiveParameters
-from tri_glide_kinematics.ros.parameters.table import Values
-from tri_glide_kinematics.ros.parameters.tables import IK_NODE
-from tri_glide_kinematics.ros.parameters.values import (
+from tri_glide_kinematics.ros.outputs import (
+    CommandOutputs,
+    DiagnosticsPublisher,
+    Markers,
+    MotionStates,
+    StateReports,
+)
+from tri_glide_kinematics.ros.parameters import (
+    IK_NODE,
+    LiveParameters,
+    Values,
     check_joint_names,
     in_position_bounds_of,
     limits_of,
@@ -58,9 +61,9 @@ from tri_glide_kinematics.ros.parameters.values import (
     true_travel_of,
     workspace_limits_of,
 )
-from tri_glide_kinematics.ros.serving.patient_services import PatientServices
-from tri_glide_kinematics.ros.starting.run import FatalError
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.ros.serving import PatientServices
+from tri_glide_kinematics.ros.starting import FatalError
+from tri_glide_kinematics.workspace import Workspace
 
 # Twists are renewed all the time: the latest one counts, and none is sent again after the
 # connection was lost.

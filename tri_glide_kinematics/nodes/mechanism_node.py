@@ -14,13 +14,12 @@ from tri_glide_interfaces.srv import (
     TraceFMechanism,
     TraceFourBar,
 )
+from tri_glide_kinematics.ros.mechanisms import check_numbers
 from tri_glide_kinematics.ros.mechanisms import f_mechanism as f_mechanism_messages
 from tri_glide_kinematics.ros.mechanisms import four_bar as four_bar_messages
 from tri_glide_kinematics.ros.mechanisms import landing_gear as landing_gear_messages
-from tri_glide_kinematics.ros.mechanisms.fields import check_numbers
-from tri_glide_kinematics.ros.parameters.live import LiveParameters
-from tri_glide_kinematics.ros.serving.answers import Answers
-from tri_glide_kinematics.ros.serving.patient_services import CALLS, PatientServices
+from tri_glide_kinematics.ros.parameters import LiveParameters
+from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
 
 Fill = Callable[[Any, Any], None]
 

@@ -13,23 +13,23 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.control.simulated_sliders import (
-    SimulatedPlate,
-    SimulatedSliders,
-    SliderFaults,
-    TrueMachine,
-)
+from tri_glide_kinematics.control import SimulatedPlate, SimulatedSliders, SliderFaults, TrueMachine
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
-from tri_glide_kinematics.ros.cdr.stamped_triples import FIRST, SECOND, StampedTriples
-from tri_glide_kinematics.ros.inputs.slider_measurements import SliderMeasurements
-from tri_glide_kinematics.ros.loop.cycle_loop import Cycle
-from tri_glide_kinematics.ros.outputs.truth_outputs import TruthOutputs
-from tri_glide_kinematics.ros.parameters.live import LiveParameters
-from tri_glide_kinematics.ros.parameters.table import ParameterError, Values
-from tri_glide_kinematics.ros.parameters.tables import SIMULATOR_NODE
-from tri_glide_kinematics.ros.parameters.values import check_joint_names, check_travel, machine_of
-from tri_glide_kinematics.ros.serving.patient_services import PatientServices
+from tri_glide_kinematics.ros.cdr import FIRST, SECOND, StampedTriples
+from tri_glide_kinematics.ros.inputs import SliderMeasurements
+from tri_glide_kinematics.ros.loop import Cycle
+from tri_glide_kinematics.ros.outputs import TruthOutputs
+from tri_glide_kinematics.ros.parameters import (
+    SIMULATOR_NODE,
+    LiveParameters,
+    ParameterError,
+    Values,
+    check_joint_names,
+    check_travel,
+    machine_of,
+)
+from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.wording import number_text, vector_text
 
 

@@ -11,13 +11,14 @@ import time
 from pathlib import Path
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.starting.processes import (
+from tri_glide_kinematics.ros.starting import (
+    COMPUTER,
     NodeProcesses,
     Process,
+    choose_transport,
     default_parameter_file,
     ending,
 )
-from tri_glide_kinematics.ros.starting.transport import COMPUTER, choose_transport
 
 # A busy computer may let the simulated machine wait for longer than a real one ever falls silent.
 PATIENCE = ("-p", "measured_timeout:=2.0")

@@ -14,10 +14,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tri_glide_interfaces.msg import MachineState, MotionState
-from tri_glide_kinematics.motion.engine.engine import SliderState
+from tri_glide_kinematics.motion.trajectory import SliderState
 from tri_glide_kinematics.panel.status_words import MachineStatus
-from tri_glide_kinematics.ros.outputs.markers import DRIVEN, PROGRAMMED, TARGET
-from tri_glide_kinematics.ros.outputs.motion_state import Motion, read_motion
+from tri_glide_kinematics.ros.outputs import DRIVEN, PROGRAMMED, TARGET, Motion, read_motion
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # As many as come in some frames at the usual rate: the curves show every one.

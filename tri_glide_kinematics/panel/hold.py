@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from tri_glide_kinematics.control.operating_state import JOGGING, OperatingState
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import JOGGING, Cause, OperatingState
 from tri_glide_kinematics.vectors import Vector3
 
 # How often the page says that the button is held [1/s].

@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.ros.parameters.table import Values
-from tri_glide_kinematics.ros.parameters.tables import IK_NODE
-from tri_glide_kinematics.ros.parameters.values import (
+from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.ros.parameters import (
+    IK_NODE,
+    Values,
     limits_of,
     machine_of,
     true_travel_of,
     workspace_limits_of,
 )
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # What is asked for.
 NAMES = tuple(parameter.name for parameter in IK_NODE)

@@ -16,11 +16,11 @@ from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import SetBool, Trigger
 
-from tri_glide_kinematics.control.commands.goals import GoalCode
-from tri_glide_kinematics.motion.path.flat_path import FlatPath
+from tri_glide_kinematics.control.commands import GoalCode
+from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
-from tri_glide_kinematics.ros.clients.goal_sender import GoalSender, SentGoal
-from tri_glide_kinematics.ros.parameters.tables import IK_NODE
+from tri_glide_kinematics.ros.clients import GoalSender, SentGoal
+from tri_glide_kinematics.ros.parameters import IK_NODE
 from tri_glide_kinematics.vectors import Vector3
 
 # A twist that is lost is renewed by the next one.

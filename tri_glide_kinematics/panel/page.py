@@ -18,11 +18,10 @@ from typing import Any, Protocol
 import viser
 from viser import _messages as messages
 
-from tri_glide_kinematics.panel.door.admission import QUERY, Admission
-from tri_glide_kinematics.panel.door.guard import guarded_server
+from tri_glide_kinematics.panel.door import QUERY, Admission, guarded_server
 from tri_glide_kinematics.panel.errors import PortTakenError
 from tri_glide_kinematics.panel.hold import RENEWALS
-from tri_glide_kinematics.panel.scene.scene import light_plainly
+from tri_glide_kinematics.panel.scene import light_plainly
 
 PING_PERIOD = 0.5  # s
 # After so many periods without an answer, nobody is there.

@@ -14,27 +14,28 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
-from tri_glide_kinematics.panel.door.admission import is_loopback
-from tri_glide_kinematics.panel.door.token import default_token_file, kept_token
+from tri_glide_kinematics.panel.door import default_token_file, is_loopback, kept_token
 from tri_glide_kinematics.panel.feeds import Feeds
 from tri_glide_kinematics.panel.hold import JogWatch
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
 from tri_glide_kinematics.panel.machine_link import NOBODY, Identity, MachineLink
-from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests
-from tri_glide_kinematics.panel.mechanisms.tab import MechanismsTab
+from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
 from tri_glide_kinematics.panel.status_words import FAULT, WARNING
 from tri_glide_kinematics.panel.steps import Steps
-from tri_glide_kinematics.panel.tabs.desk import Desk
-from tri_glide_kinematics.panel.tabs.drive_tab import DriveTab
-from tri_glide_kinematics.panel.tabs.live_view import LiveView, pose_of
-from tri_glide_kinematics.panel.tabs.pages_bar import PagesBar, pages_text
-from tri_glide_kinematics.panel.tabs.points_tab import PointsTab
-from tri_glide_kinematics.ros.loop.cycle_loop import Cycle
-from tri_glide_kinematics.ros.parameters.live import LiveParameters
-from tri_glide_kinematics.ros.parameters.tables import PANEL_NODE
-from tri_glide_kinematics.ros.serving.patient_services import PatientServices
-from tri_glide_kinematics.ros.starting.processes import default_parameter_file
+from tri_glide_kinematics.panel.tabs import (
+    Desk,
+    DriveTab,
+    LiveView,
+    PagesBar,
+    PointsTab,
+    pages_text,
+    pose_of,
+)
+from tri_glide_kinematics.ros.loop import Cycle
+from tri_glide_kinematics.ros.parameters import PANEL_NODE, LiveParameters
+from tri_glide_kinematics.ros.serving import PatientServices
+from tri_glide_kinematics.ros.starting import default_parameter_file
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 POINTS_FILE = "taught_points.yaml"

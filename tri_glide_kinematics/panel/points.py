@@ -9,7 +9,7 @@ import yaml
 
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.panel.errors import PanelError
-from tri_glide_kinematics.programs.drive_file import PathStep, load_drive
+from tri_glide_kinematics.programs import PathStep, load_drive
 from tri_glide_kinematics.vectors import Vector3
 
 # Of a file that is written here: no other is overwritten.

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.control.operating_state import OperatingState
-from tri_glide_kinematics.control.reason import Cause
-from tri_glide_kinematics.ros.outputs.machine_state import cause_of, state_of
+from tri_glide_kinematics.control import Cause, OperatingState
+from tri_glide_kinematics.ros.outputs import cause_of, state_of
 
 READY, MOTION, WARNING, FAULT = "ready", "motion", "warning", "fault"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from tri_glide_kinematics.control.operating_state import IDLE, MOVING, OperatingState
+from tri_glide_kinematics.control import IDLE, MOVING, OperatingState
 from tri_glide_kinematics.vectors import Vector3
 
 # Until a step that was sent is seen as a motion [s].

@@ -1,1 +1,22 @@
-"""Files of moves, paths and waits: how they are read, and what is told while one is driven."""
+"""Files of commands for a machine."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.programs.drive_file import DriveFile as DriveFile
+    from tri_glide_kinematics.programs.drive_file import DriveFileError as DriveFileError
+    from tri_glide_kinematics.programs.drive_file import MoveStep as MoveStep
+    from tri_glide_kinematics.programs.drive_file import PathStep as PathStep
+    from tri_glide_kinematics.programs.drive_file import Step as Step
+    from tri_glide_kinematics.programs.drive_file import WaitStep as WaitStep
+    from tri_glide_kinematics.programs.drive_file import load_drive as load_drive
+    from tri_glide_kinematics.programs.report import NOT_DRIVEN as NOT_DRIVEN
+    from tri_glide_kinematics.programs.report import ProgressLine as ProgressLine
+    from tri_glide_kinematics.programs.report import StepReport as StepReport
+    from tri_glide_kinematics.programs.report import in_millimetres as in_millimetres
+    from tri_glide_kinematics.programs.report import is_whole as is_whole
+    from tri_glide_kinematics.programs.report import table as table
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

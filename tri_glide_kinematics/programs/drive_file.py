@@ -15,8 +15,7 @@ from tri_glide_kinematics import keys
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.keys import FileError, load_yaml
-from tri_glide_kinematics.motion.path.flat_path import FlatPath, SegmentKind
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, SegmentKind
 from tri_glide_kinematics.vectors import Vector3
 
 

@@ -12,7 +12,7 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
-from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.control import Cause, Reason
 
 PERIOD = 0.2  # s, from look to look
 

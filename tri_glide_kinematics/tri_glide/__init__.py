@@ -5,6 +5,13 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.tri_glide.batch import BLOCK as BLOCK
+    from tri_glide_kinematics.tri_glide.conditioning import (
+        extreme_singular_values as extreme_singular_values,
+    )
+    from tri_glide_kinematics.tri_glide.conditioning import (
+        extreme_singular_values_batch as extreme_singular_values_batch,
+    )
     from tri_glide_kinematics.tri_glide.errors import ArmsNeverMeetError as ArmsNeverMeetError
     from tri_glide_kinematics.tri_glide.errors import ArmTooShortError as ArmTooShortError
     from tri_glide_kinematics.tri_glide.errors import (
@@ -21,18 +28,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.tri_glide.errors import (
         WrongAssemblyModeError as WrongAssemblyModeError,
     )
+    from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY as DEFAULT_GEOMETRY
     from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry as TriGlideGeometry
     from tri_glide_kinematics.tri_glide.kinematics import TriGlide as TriGlide
 
-__all__, __getattr__, __dir__ = when_first_used(
-    __name__,
-    {
-        "drive_file": (
-            "ArmTooShortError ArmsNeverMeetError CoincidentAnchorsError CollinearAnchorsError "
-            "GeometryError NoPoseError PlatformAboveSliderError SpheresDoNotMeetError "
-            "UnreachableError WrongAssemblyModeError"
-        ),
-        "geometry": "TriGlideGeometry",
-        "kinematics": "TriGlide",
-    },
-)
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

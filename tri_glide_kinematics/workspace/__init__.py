@@ -5,19 +5,18 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.workspace.bounds import ROUNDING as ROUNDING
+    from tri_glide_kinematics.workspace.bounds import Bound as Bound
+    from tri_glide_kinematics.workspace.bounds import Disc as Disc
+    from tri_glide_kinematics.workspace.bounds import Face as Face
     from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError as OutsideWorkspaceError
     from tri_glide_kinematics.workspace.limits import Cylinder as Cylinder
     from tri_glide_kinematics.workspace.limits import WorkspaceLimit as WorkspaceLimit
     from tri_glide_kinematics.workspace.limits import WorkspaceLimits as WorkspaceLimits
+    from tri_glide_kinematics.workspace.outline import edge_rings as edge_rings
+    from tri_glide_kinematics.workspace.tracing import TOLERANCE as TOLERANCE
+    from tri_glide_kinematics.workspace.tracing import ConditionField as ConditionField
     from tri_glide_kinematics.workspace.tracing import SliderMotionState as SliderMotionState
     from tri_glide_kinematics.workspace.workspace import Workspace as Workspace
 
-__all__, __getattr__, __dir__ = when_first_used(
-    __name__,
-    {
-        "drive_file": "OutsideWorkspaceError",
-        "plots": "Cylinder WorkspaceLimit WorkspaceLimits",
-        "tracing": "SliderMotionState",
-        "workspace": "Workspace",
-    },
-)
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from math import hypot, inf, sqrt
 from typing import NamedTuple, TypeVar
 
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
 from tri_glide_kinematics.workspace.limits import WorkspaceLimit, WorkspaceLimits

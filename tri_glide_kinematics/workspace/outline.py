@@ -14,7 +14,8 @@ import numpy as np
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.workspace.workspace import TOLERANCE, Workspace
+from tri_glide_kinematics.workspace.tracing import TOLERANCE
+from tri_glide_kinematics.workspace.workspace import Workspace
 
 LEVELS = 9
 DIRECTIONS = 48

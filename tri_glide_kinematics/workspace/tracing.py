@@ -22,8 +22,7 @@ from typing import NamedTuple, Protocol
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.tri_glide.conditioning import extreme_singular_values
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.tri_glide import TriGlideGeometry, extreme_singular_values
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
 

@@ -18,7 +18,7 @@ from math import dist, hypot, inf
 from tri_glide_kinematics.checks import finite_vector, non_negative, positive
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds

@@ -15,12 +15,17 @@ from testing.wrong_machines import (
     WrongMachine,
 )
 from tri_glide_kinematics import calibrate
-from tri_glide_kinematics.calibration.fit.machine import PARAMETER_NAMES, MachineParameters
-from tri_glide_kinematics.calibration.fit.measurements import MeasuredPosition, Plate, Touch
-from tri_glide_kinematics.calibration.fit.priors import Priors
-from tri_glide_kinematics.calibration.fit.region import Region
-from tri_glide_kinematics.calibration.fit.unknowns import rotation_by
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.calibration.fit import (
+    PARAMETER_NAMES,
+    MachineParameters,
+    MeasuredPosition,
+    Plate,
+    Priors,
+    Region,
+    Touch,
+    rotation_by,
+)
+from tri_glide_kinematics.tri_glide import TriGlideGeometry
 
 GEOMETRY = NOMINAL.geometry
 FREE = {"shifting along x", "shifting along y", "turning about z"}

@@ -15,16 +15,16 @@ from tri_glide_kinematics.calibration import (
     Plate,
     Touch,
 )
-from tri_glide_kinematics.calibration.fit.calibrate import calibrate
-from tri_glide_kinematics.calibration.fit.data_checks import check_machine
-from tri_glide_kinematics.calibration.fit.errors import (
+from tri_glide_kinematics.calibration.fit import (
+    MachineParameters,
     NoMachineThereError,
     OnePlaceError,
     TooFewMeasurementsError,
     WrongUnitError,
+    check_machine,
 )
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.calibration.fit.calibrate import calibrate
+from tri_glide_kinematics.tri_glide import TriGlideGeometry
 
 GEOMETRY = NOMINAL.geometry
 RNG = np.random.default_rng(1)

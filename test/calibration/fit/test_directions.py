@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from testing.wrong_machines import NOMINAL
-from tri_glide_kinematics.calibration.fit.model import positions_of
-from tri_glide_kinematics.calibration.fit.result import in_words, named_directions
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.calibration.fit import in_words, named_directions, positions_of
+from tri_glide_kinematics.tri_glide import TriGlide
 
 NAMED = named_directions(NOMINAL.vector)
 

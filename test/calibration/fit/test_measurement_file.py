@@ -19,7 +19,7 @@ from tri_glide_kinematics.calibration import (
     load_measurements,
     save_measurements,
 )
-from tri_glide_kinematics.calibration.fit.measurement_file import FIRST_LINE
+from tri_glide_kinematics.calibration.fit import FIRST_LINE
 
 HEIGHTS = [346.4, 346.4, 346.4]
 NOMINAL_KEYS = {

@@ -17,7 +17,7 @@ from tri_glide_kinematics.calibration import (
     Touch,
 )
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
-from tri_glide_kinematics.tri_glide.errors import GeometryError
+from tri_glide_kinematics.tri_glide import GeometryError
 
 HEIGHTS = (0.6, 0.61, 0.62)
 

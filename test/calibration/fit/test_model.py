@@ -7,25 +7,21 @@ import pytest
 from strategies import random_geometry, random_positions
 
 from testing.wrong_machines import NOMINAL
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
-from tri_glide_kinematics.calibration.fit.measurements import (
+from tri_glide_kinematics.calibration.fit import (
     Distance,
+    FramePlacement,
+    MachineParameters,
     MeasuredPosition,
-    Plate,
-    Touch,
-)
-from tri_glide_kinematics.calibration.fit.model import (
     MeasurementModel,
+    Plate,
+    State,
+    Touch,
+    Unknowns,
     position_derivatives,
     positions_of,
-)
-from tri_glide_kinematics.calibration.fit.unknowns import (
-    FramePlacement,
-    State,
-    Unknowns,
     rotation_by,
 )
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import TriGlide
 
 STEP = 1e-6  # m
 

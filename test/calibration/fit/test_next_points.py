@@ -14,13 +14,11 @@ from testing.wrong_machines import (
     WRONG_BY,
     WrongMachine,
 )
+from tri_glide_kinematics.calibration.fit import CalibrationError, Distance, MeasuredPosition, Touch
 from tri_glide_kinematics.calibration.fit.calibrate import calibrate
-from tri_glide_kinematics.calibration.fit.errors import CalibrationError
-from tri_glide_kinematics.calibration.fit.measurements import Distance, MeasuredPosition, Touch
 from tri_glide_kinematics.errors import OutOfBoundsError
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
-from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimits
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
 
 GEOMETRY = NOMINAL.geometry
 ALL = {"touch": TOUCH, "position": POSITION, "distance": DISTANCE}

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from testing.wrong_machines import NOMINAL, TOUCH, WRONG_BY, WrongMachine
-from tri_glide_kinematics.calibration.fit.calibrate import calibrate
-from tri_glide_kinematics.calibration.fit.measurements import (
+from tri_glide_kinematics.calibration.fit import (
     Distance,
     MeasuredPosition,
     Plate,
+    Priors,
+    Region,
     Touch,
+    positions_of,
 )
-from tri_glide_kinematics.calibration.fit.model import positions_of
-from tri_glide_kinematics.calibration.fit.priors import Priors
-from tri_glide_kinematics.calibration.fit.region import Region
+from tri_glide_kinematics.calibration.fit.calibrate import calibrate
 
 GEOMETRY = NOMINAL.geometry
 

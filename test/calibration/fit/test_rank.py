@@ -7,21 +7,22 @@ import pytest
 from strategies import random_geometry
 
 from testing.wrong_machines import NOMINAL
-from tri_glide_kinematics.calibration.fit.calibrate import calibrate
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
-from tri_glide_kinematics.calibration.fit.measurements import (
+from tri_glide_kinematics.calibration.fit import (
     Distance,
+    Knowledge,
+    MachineParameters,
     MeasuredPosition,
+    MeasurementModel,
     Plate,
+    Region,
     Touch,
+    Unknowns,
+    in_words,
+    named_directions,
+    starting_state,
 )
-from tri_glide_kinematics.calibration.fit.model import MeasurementModel
-from tri_glide_kinematics.calibration.fit.priors import Knowledge
-from tri_glide_kinematics.calibration.fit.region import Region
-from tri_glide_kinematics.calibration.fit.result import in_words, named_directions
-from tri_glide_kinematics.calibration.fit.solving import starting_state
-from tri_glide_kinematics.calibration.fit.unknowns import Unknowns
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.calibration.fit.calibrate import calibrate
+from tri_glide_kinematics.tri_glide import TriGlide
 
 PLANE = ("shifting along x", "shifting along y", "turning about z")
 UP = "shifting along z (all height offsets together)"

@@ -7,9 +7,8 @@ import pytest
 from strategies import random_geometry
 
 from testing.wrong_machines import NOMINAL
-from tri_glide_kinematics.calibration.fit.region import Region, plane_basis
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.calibration.fit import Region, plane_basis
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 
 
 def test_places_are_evenly_spread_over_the_disc():

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from testing.wrong_machines import NOMINAL, WRONG_BY, WrongMachine
+from tri_glide_kinematics.calibration.fit import Plate, Priors, WrongUnitError
 from tri_glide_kinematics.calibration.fit.calibrate import calibrate
-from tri_glide_kinematics.calibration.fit.errors import WrongUnitError
-from tri_glide_kinematics.calibration.fit.measurements import Plate
-from tri_glide_kinematics.calibration.fit.priors import Priors
 
 GEOMETRY = NOMINAL.geometry
 

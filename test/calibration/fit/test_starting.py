@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from testing.wrong_machines import NOMINAL, PLACES, WrongMachine
-from tri_glide_kinematics.calibration.fit.measurements import Plate
-from tri_glide_kinematics.calibration.fit.model import MeasurementModel
-from tri_glide_kinematics.calibration.fit.solving import placement, starting_state
-from tri_glide_kinematics.calibration.fit.unknowns import Unknowns, rotation_by
+from tri_glide_kinematics.calibration.fit import (
+    MeasurementModel,
+    Plate,
+    Unknowns,
+    placement,
+    rotation_by,
+    starting_state,
+)
 
 
 @pytest.mark.parametrize("flat", [False, True])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import yaml
 
-from tri_glide_kinematics.calibration.fit.errors import MeasurementFileError
-from tri_glide_kinematics.calibration.fit.measurement_file import (
+from tri_glide_kinematics.calibration.fit import (
     MeasurementFile,
+    MeasurementFileError,
     load_measurements,
     save_measurements,
 )
-from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimits
+from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
 
 TRAVEL = ((0.3, 0.31, 0.32), (0.9, 0.8, 0.7), 0.005, 6.0)
 KEYS = {

@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from tri_glide_kinematics.calibration.session.errors import RecordingError
-from tri_glide_kinematics.calibration.session.height_record import KEPT, HeightRecord
+from tri_glide_kinematics.calibration.session import KEPT, HeightRecord, RecordingError
 
 PERIOD = 0.002
 AHEAD = 1e9  # s, of the clock of the machine before our own

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.calibration.session.probing import (
+from tri_glide_kinematics.calibration.session import (
     BACK_TOLERANCE,
     LETTING_GO,
     LONGEST_STOP,
@@ -14,7 +14,7 @@ from tri_glide_kinematics.calibration.session.probing import (
     ProbeSettings,
     Speed,
 )
-from tri_glide_kinematics.control.operating_state import (
+from tri_glide_kinematics.control import (
     DISABLED,
     FAULT,
     IDLE,
@@ -23,8 +23,8 @@ from tri_glide_kinematics.control.operating_state import (
     PAUSED,
     STOPPING,
     TRACKING,
+    Cause,
 )
-from tri_glide_kinematics.control.reason import Cause
 
 START = (0.03, -0.02, 0.05)
 PERIOD = 0.005

@@ -10,22 +10,19 @@ import pytest
 import yaml
 from calibration_samples import calibration, measured
 
-from tri_glide_kinematics.calibration.fit.machine import PARAMETER_NAMES, MachineParameters
-from tri_glide_kinematics.calibration.fit.measurements import Plate
-from tri_glide_kinematics.calibration.session.errors import SavingError
-from tri_glide_kinematics.calibration.session.parameter_file import parameter_text, save_parameters
-from tri_glide_kinematics.calibration.session.report import (
+from tri_glide_kinematics.calibration.fit import PARAMETER_NAMES, MachineParameters, Plate
+from tri_glide_kinematics.calibration.session import (
+    SavingError,
     UncertaintyMap,
     contradiction,
     length_text,
-    report,
+    parameter_text,
+    save_parameters,
+    solved,
 )
-from tri_glide_kinematics.calibration.session.solving import solved
-from tri_glide_kinematics.ros.parameters.sources import sections_of
-from tri_glide_kinematics.ros.parameters.table import ParameterError
-from tri_glide_kinematics.ros.parameters.tables import IK_NODE
-from tri_glide_kinematics.ros.parameters.values import machine_of
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.calibration.session.report import report
+from tri_glide_kinematics.ros.parameters import IK_NODE, ParameterError, machine_of, sections_of
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 
 @pytest.fixture(scope="module")

@@ -5,22 +5,23 @@ from __future__ import annotations
 import pytest
 from full_disk import full_disk
 
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
-from tri_glide_kinematics.calibration.fit.measurement_file import (
+from tri_glide_kinematics.calibration.fit import (
+    MachineParameters,
+    Plate,
+    Priors,
     load_measurements,
     save_measurements,
 )
-from tri_glide_kinematics.calibration.fit.measurements import Plate
-from tri_glide_kinematics.calibration.fit.priors import Priors
-from tri_glide_kinematics.calibration.session.errors import RecordingError, SavingError
-from tri_glide_kinematics.calibration.session.session import (
+from tri_glide_kinematics.calibration.session import (
     Deviations,
+    RecordingError,
+    SavingError,
     Session,
     keep_measurements,
     new_session_file,
 )
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 HEIGHTS = (0.4, 0.41, 0.42)
 OTHERS = (0.5, 0.51, 0.52)

@@ -7,16 +7,10 @@ from dataclasses import replace
 import pytest
 from calibration_samples import calibration, measured
 
-from tri_glide_kinematics.calibration.fit.measurements import Touch
-from tri_glide_kinematics.calibration.session.solving import (
-    NO_PLACE,
-    NOT_SAID,
-    proposed,
-    workspace_of,
-)
+from tri_glide_kinematics.calibration.fit import Touch
+from tri_glide_kinematics.calibration.session import NO_PLACE, NOT_SAID, proposed, workspace_of
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
-from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimits
+from tri_glide_kinematics.workspace import Cylinder, OutsideWorkspaceError, WorkspaceLimits
 
 LIMITS = WorkspaceLimits((0.29,) * 3, (0.9,) * 3, 0.005, 6.0)
 

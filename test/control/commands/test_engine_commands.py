@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control.commands.engine_commands import EngineCommands
-from tri_glide_kinematics.control.commands.inbox import TargetPosition, TargetVelocity
-from tri_glide_kinematics.control.commands.streams import Streams
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import Cause
+from tri_glide_kinematics.control.commands import (
+    EngineCommands,
+    Streams,
+    TargetPosition,
+    TargetVelocity,
+)
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, NoRoomError, SliderLimits
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
-from tri_glide_kinematics.workspace.limits import WorkspaceLimits
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 PERIOD = 0.002
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)

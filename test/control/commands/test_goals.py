@@ -7,11 +7,8 @@ import random
 import pytest
 from controller_rig import HOME, IN_POSITION, LIMITS, MACHINE, PERIOD, TARGET, Rig, ended
 
-from tri_glide_kinematics.control.commands.goals import GRACE, Goal, GoalCode, Outcome
-from tri_glide_kinematics.control.commands.inbox import TargetPath
-from tri_glide_kinematics.control.errors import CommandRefusedError
-from tri_glide_kinematics.control.operating_state import FAULT, IDLE, MOVING
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import FAULT, IDLE, MOVING, Cause, CommandRefusedError
+from tri_glide_kinematics.control.commands import GRACE, Goal, GoalCode, Outcome, TargetPath
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind, PlatformPath
 

@@ -4,14 +4,14 @@ from itertools import pairwise
 
 import pytest
 
-from tri_glide_kinematics.control.commands.inbox import (
+from tri_glide_kinematics.control.commands import (
     COMMAND_INTERVAL,
     Inbox,
     Kind,
     NewLimits,
     TargetPosition,
 )
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory import SliderLimits
 
 LIMITS = NewLimits(SliderLimits.uniform(1.0, 10.0, 200.0), 0.5)
 

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control.commands.engine_commands import CarriedOut
-from tri_glide_kinematics.control.commands.inbox import TargetPosition
-from tri_glide_kinematics.control.commands.newest_target import CAUSE_OF, NewestTarget
-from tri_glide_kinematics.control.in_position import Arrival, InPositionBounds
-from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.control import Arrival, Cause, InPositionBounds, Reason
+from tri_glide_kinematics.control.commands import CAUSE_OF, CarriedOut, NewestTarget, TargetPosition
 
 BOUNDS = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)
 BECAUSE = Reason(Cause.COMMAND, "because")

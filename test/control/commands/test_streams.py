@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control.commands.streams import SLOWEST_STREAM, twist_stream
-from tri_glide_kinematics.control.errors import CommandRefusedError
-from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.control import Cause, CommandRefusedError, Reason
+from tri_glide_kinematics.control.commands import SLOWEST_STREAM, twist_stream
 
 TIMEOUT, START = 0.1, 50.0
 

@@ -8,8 +8,9 @@ import pytest
 import yaml
 from calibration_samples import measured
 
-from tri_glide_kinematics.calibration.fit.measurement_file import save_measurements
-from tri_glide_kinematics.figures.calibration.command import PARAMETERS, PICTURE, REPORT, main
+from tri_glide_kinematics.calibration.fit import save_measurements
+from tri_glide_kinematics.figures.calibration import PARAMETERS, PICTURE, REPORT
+from tri_glide_kinematics.figures.calibration.command import main
 
 EXAMPLE = Path(__file__).parents[3] / "config" / "measurements_example.yaml"
 

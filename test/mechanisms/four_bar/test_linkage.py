@@ -14,8 +14,14 @@ from tri_glide_kinematics.errors import (
     WrongShapeError,
 )
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError, NotAssemblableError
-from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar, LinkLengths
-from tri_glide_kinematics.mechanisms.four_bar.loop import LoopConstants, close_loop
+from tri_glide_kinematics.mechanisms.four_bar import (
+    AssembledFourBar,
+    Branch,
+    FourBar,
+    LinkLengths,
+    LoopConstants,
+    close_loop,
+)
 
 TEXTBOOK = FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0)
 

@@ -10,12 +10,12 @@ from PIL import Image, ImageChops
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
-from tri_glide_kinematics.mechanisms.pictures.animation import (
+from tri_glide_kinematics.mechanisms.pictures import (
+    detailed_overview,
     f_mechanism_movie,
     four_bar_movie,
     save_movie,
 )
-from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import detailed_overview
 
 EXAMPLE = FMechanism(
     base=[[0.0, 0.0], [0.0525, 0.008], [0.040, 0.099]],

@@ -11,12 +11,11 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from tri_glide_kinematics.drawing.saving import DrawingError
+from tri_glide_kinematics.drawing import DrawingError, find_file
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.files import load_mechanism
-from tri_glide_kinematics.mechanisms.pictures import animation, pictures
-from tri_glide_kinematics.mechanisms.pictures.command import find_file, main
-from tri_glide_kinematics.mechanisms.pictures.pictures import Choice, pictures_of
+from tri_glide_kinematics.mechanisms.pictures import Choice, animation, pictures, pictures_of
+from tri_glide_kinematics.mechanisms.pictures.command import main
 
 ROOT = Path(__file__).parents[3]
 CONFIG = ROOT / "config"

@@ -9,13 +9,13 @@ import pytest
 from matplotlib.figure import Figure
 from strategies import nudged
 
-from tri_glide_kinematics.mechanisms.pictures.drawing import (
+from tri_glide_kinematics.mechanisms.pictures import (
+    SKELETON,
     DrawnMechanism,
     LengthUnit,
     angle_axis,
     degrees_text,
 )
-from tri_glide_kinematics.mechanisms.pictures.four_bar import SKELETON
 
 
 @pytest.mark.parametrize("angle", [0.0, -0.0, -1e-18, 1e-18, math.radians(-0.004)])

@@ -16,20 +16,18 @@ from figure_checks import (
 from strategies import nudged
 
 from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism
-from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
-    angle_figure,
-    corners_figure,
-    paths_figure,
-    positions_figure,
-)
-from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import (
+from tri_glide_kinematics.mechanisms.pictures import (
     FEWEST_SAMPLES,
     BranchCurve,
+    angle_figure,
     angle_that_is_drawn,
     branch_through,
+    corners_figure,
     describe,
     detailed_overview,
     evenly,
+    paths_figure,
+    positions_figure,
 )
 
 LENGTHS = {

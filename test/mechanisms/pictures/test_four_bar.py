@@ -9,7 +9,7 @@ from strategies import nudged
 
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
-from tri_glide_kinematics.mechanisms.pictures.four_bar import (
+from tri_glide_kinematics.mechanisms.pictures import (
     angles_figure,
     coupler_curve_figure,
     crank_angles,

@@ -39,8 +39,8 @@ from tri_glide_kinematics.motion import (
     NotStartedError,
     SliderLimits,
 )
-from tri_glide_kinematics.tri_glide.errors import ArmTooShortError, NoPoseError
-from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
+from tri_glide_kinematics.tri_glide import ArmTooShortError, NoPoseError
+from tri_glide_kinematics.workspace import OutsideWorkspaceError
 
 
 @pytest.mark.parametrize("kind", ["slider", "linear", 0, None])

@@ -21,8 +21,8 @@ from motion_machine import (
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase
-from tri_glide_kinematics.motion.moves.search import MotionKind
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.moves import MotionKind
+from tri_glide_kinematics.motion.trajectory import SliderLimits
 
 TURN = 2.0 * math.pi
 

@@ -24,7 +24,7 @@ from tri_glide_kinematics.errors import (
     KinematicsError,
 )
 from tri_glide_kinematics.motion import MotionKind, MotionPhase, NoRoomError
-from tri_glide_kinematics.workspace.workspace import WorkspaceLimits
+from tri_glide_kinematics.workspace import WorkspaceLimits
 
 
 @each_kind

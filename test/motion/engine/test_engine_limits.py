@@ -22,7 +22,7 @@ from motion_machine import (
 
 from tri_glide_kinematics import TriGlide, TriGlideGeometry, Workspace, WorkspaceLimits
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, SliderLimits
-from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
+from tri_glide_kinematics.workspace import OutsideWorkspaceError
 
 
 @each_kind

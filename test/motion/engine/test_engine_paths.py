@@ -11,8 +11,7 @@ from motion_machine import DT, HOME, LIMITS, MACHINE, TARGET, WORKSPACE, engine,
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformPath
-from tri_glide_kinematics.motion.trajectory.errors import NewerGoalError, NoPathError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory import NewerGoalError, NoPathError, SliderLimits
 
 START = MACHINE.forward(HOME)
 SIDE = 0.04

@@ -22,8 +22,8 @@ from motion_machine import (
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
+from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.workspace import OutsideWorkspaceError
 
 CENTRE = (0.0, 0.0, 0.3)
 AT_REST = (0.0, 0.0, 0.0)

@@ -23,15 +23,16 @@ from numpy.polynomial import Polynomial
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion import MotionKind, PlanningError, SliderLimits, SliderState
-from tri_glide_kinematics.motion.moves.search import MotionPlanner
-from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
-from tri_glide_kinematics.motion.trajectory import verification
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST
-from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
-from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE
-from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.motion.moves import MotionPlanner, SliderMotion
+from tri_glide_kinematics.motion.trajectory import (
+    AT_REST,
+    EDGE_CLEARANCE,
+    LinePlan,
+    StraightLine,
+    TimeScaling,
+    verification,
+)
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 
 def nothing(*_arguments, **_options) -> None:

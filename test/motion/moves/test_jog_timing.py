@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from strategies import nudged
 
-from tri_glide_kinematics.motion.moves.jog_timing import MARGIN, JogFactors, TimedJog
-from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.moves import MARGIN, JogFactors, TimedJog
+from tri_glide_kinematics.motion.trajectory import TimeScaling
 
 KNOTS = np.array([0.0, 0.1, 0.2, 0.7, 1.0])
 

@@ -23,18 +23,20 @@ from benchmarks.moves_in_motion import bent, planned, random_turns
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limit_use import are_within
-from tri_glide_kinematics.motion.moves.line_ends import LineToEdge, LineToPosition
-from tri_glide_kinematics.motion.moves.line_joining import LineJoining
-from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, SliderState
-from tri_glide_kinematics.motion.trajectory.errors import NoRoomError, PlanningError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.line_bounds import derivative_bounds, slowdown
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.motion.trajectory.verification import check_line_limits
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
-from tri_glide_kinematics.workspace.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.motion.moves import LinearMotion, LineJoining, LineToEdge, LineToPosition
+from tri_glide_kinematics.motion.trajectory import (
+    AT_REST,
+    NoRoomError,
+    PlanningError,
+    SliderLimits,
+    SliderState,
+    StraightLine,
+    check_line_limits,
+    derivative_bounds,
+    slowdown,
+)
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 UNEQUAL_LIMITS = SliderLimits((1.0, 0.5, 0.8), (10.0, 12.0, 6.0), (200.0, 90.0, 300.0))

@@ -5,11 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.motion.moves.parametrisation import SpeedNorm, parametrise
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.phases import CoordinateProfile
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.motion.moves import SpeedNorm, parametrise
+from tri_glide_kinematics.motion.trajectory import CoordinateProfile, SliderLimits, StraightLine
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 LIMITS = SliderLimits((1.0, 0.8, 0.9), (10.0, 9.0, 8.0), (200.0, 250.0, 180.0))
 ACROSS = StraightLine.between(DEFAULT_GEOMETRY, (-0.12, -0.08, 0.3), (0.1, 0.12, 0.45))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from testing.path_samples import random_path
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.path import PlatformPath
 
 
 def test_the_length_is_that_of_many_chords():

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from testing.path_samples import distances, random_path, sides_of_breaks
-from tri_glide_kinematics.motion.path.corners.swinging import FARTHEST, REACH
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
+from tri_glide_kinematics.motion.path.corners import FARTHEST, REACH
 
 PATHS = [random_path(np.random.default_rng(seed)) for seed in range(120)]
 

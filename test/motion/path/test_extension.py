@@ -10,10 +10,7 @@ import pytest
 
 from testing.path_samples import Piece, distances, random_path, sides_of_breaks
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.errors import ApartError
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.path.segments import Segments
+from tri_glide_kinematics.motion.path import ApartError, DrivenPath, PlatformPath, Segments
 
 
 def dense_ways(driven, count=4000):

@@ -11,8 +11,7 @@ import pytest
 from testing.pieces import median_piece
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path.flat_path import FlatPath, SegmentKind, polyline_from
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, SegmentKind, polyline_from
 
 START = (0.0, 0.0, 0.25)
 LINE, ARC_THROUGH, ARC_ABOUT = SegmentKind

@@ -13,15 +13,16 @@ from strategies import DEFAULT_LIMITS, random_geometry
 from testing.path_samples import random_path
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path.errors import PathPlaceError
-from tri_glide_kinematics.motion.path.place_check import check_place, clearances
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.tri_glide.errors import UnreachableError
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
-from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
-from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimit
-from tri_glide_kinematics.workspace.tracing import ConditionField
-from tri_glide_kinematics.workspace.workspace import TOLERANCE, Workspace
+from tri_glide_kinematics.motion.path import PathPlaceError, PlatformPath, check_place, clearances
+from tri_glide_kinematics.tri_glide import TriGlide, UnreachableError
+from tri_glide_kinematics.workspace import (
+    TOLERANCE,
+    ConditionField,
+    Cylinder,
+    OutsideWorkspaceError,
+    Workspace,
+    WorkspaceLimit,
+)
 
 BOX = {"box_lower": (-0.1, -0.12, 0.05), "box_upper": (0.11, 0.1, 0.4)}
 WORKSPACES = {

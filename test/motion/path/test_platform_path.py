@@ -11,15 +11,15 @@ import pytest
 from testing.path_samples import random_path
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path.errors import (
+from tri_glide_kinematics.motion.path import (
     ApartError,
     EmptyPathError,
     NoArcError,
     PathError,
+    PlatformPath,
     RepeatedPointError,
     ShortSegmentError,
 )
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
 
 START = PlatformPath.start((0.0, 0.0, 0.2))
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.path.polylines import polylines_of
+from tri_glide_kinematics.motion.path import PlatformPath, polylines_of
 
 TOLERANCE = 0.001
 CENTRE = (0.02, 0.04, 0.25)

@@ -8,9 +8,14 @@ import numpy as np
 import pytest
 
 from testing.path_samples import unit
-from tri_glide_kinematics.motion.path.errors import NoArcError, ShortSegmentError
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.path.segments import arc_about, arc_through, line
+from tri_glide_kinematics.motion.path import (
+    NoArcError,
+    PlatformPath,
+    ShortSegmentError,
+    arc_about,
+    arc_through,
+    line,
+)
 
 
 def along(segment, start, way):

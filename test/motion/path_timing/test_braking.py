@@ -3,11 +3,9 @@ import pytest
 from timed_paths import AT_BEGIN, LIMITS, dense_path, random_path, seen
 
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.path_timing.braking import brake
-from tri_glide_kinematics.motion.path_timing.windows import plan_window
-from tri_glide_kinematics.motion.trajectory.curve_bounds import check_path_limits
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.path_timing import brake, plan_window
+from tri_glide_kinematics.motion.trajectory import PlanningError, check_path_limits
 
 
 @pytest.mark.parametrize("path", [random_path(4), random_path(7), dense_path(600)])

@@ -6,17 +6,19 @@ from timed_paths import AT_BEGIN, DT, LIMITS, dense_path, driven, random_path, s
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import SliderLimits
-from tri_glide_kinematics.motion.moves.line_timing import LineTiming
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.moves import LineTiming
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.path_timing import MOST_PIECES, plan_window
 from tri_glide_kinematics.motion.path_timing import grid as timing_grid
 from tri_glide_kinematics.motion.path_timing import windows as path_timing
-from tri_glide_kinematics.motion.path_timing.grid import MOST_PIECES
-from tri_glide_kinematics.motion.path_timing.windows import plan_window
-from tri_glide_kinematics.motion.trajectory.curve_bounds import check_path_limits
-from tri_glide_kinematics.motion.trajectory.errors import PathTimingError, PlanningError
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.motion.trajectory import (
+    PathStart,
+    PathTimingError,
+    PlanningError,
+    StraightLine,
+    check_path_limits,
+)
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 SQUARE = [(0.0, 0.0), (0.04, 0.0), (0.04, 0.04), (0.0, 0.04), (0.0, 0.0)]
 

@@ -12,14 +12,17 @@ from strategies import DEFAULT_LIMITS
 from tracking_run import TrackingRun, at_rest
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.tracking import clearance
-from tri_glide_kinematics.motion.tracking.braking import braking_alone, braking_together
-from tri_glide_kinematics.motion.tracking.clearance import first_certified
-from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget, WantedVelocity
-from tri_glide_kinematics.motion.tracking.slider_way import way_of
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, CubicPlan, SliderState
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.motion.tracking import (
+    MovingTarget,
+    WantedVelocity,
+    braking_alone,
+    braking_together,
+    clearance,
+    first_certified,
+    way_of,
+)
+from tri_glide_kinematics.motion.trajectory import AT_REST, CubicPlan, SliderLimits, SliderState
+from tri_glide_kinematics.workspace import Workspace
 
 # From rest to rest: 4 mm upwards, up to 0.05 m/s, 1.25 m/s^2 and 31.25 m/s^3.
 UP = [(0.04, 31.25), (0.08, -31.25), (0.04, 31.25)]

@@ -12,16 +12,17 @@ from strategies import DEFAULT_LIMITS
 from tracking_run import PLACE, TrackingRun, at_rest, peaks
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.tracking.follower import Follower
-from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget, WantedVelocity
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, SAME_TIME, SliderState
-from tri_glide_kinematics.motion.trajectory.limits import (
+from tri_glide_kinematics.motion.tracking import Follower, MovingTarget, WantedVelocity
+from tri_glide_kinematics.motion.trajectory import (
+    AT_REST,
     RELATIVE_ROUNDING,
+    SAME_TIME,
     TRAVEL_ROUNDING,
     SliderLimits,
+    SliderState,
+    height_extremes,
 )
-from tri_glide_kinematics.motion.trajectory.verification import height_extremes
-from tri_glide_kinematics.workspace.workspace import TOLERANCE, Cylinder, Workspace
+from tri_glide_kinematics.workspace import TOLERANCE, Cylinder, Workspace
 
 UNEQUAL = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))
 SLOW = SliderLimits.uniform(0.3, 4.0, 60.0)

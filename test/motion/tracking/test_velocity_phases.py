@@ -8,14 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import reproducible
 
-from tri_glide_kinematics.motion.tracking.velocity_phases import (
-    cut_to,
-    stopping_velocity,
-    to_zero,
-    within,
-)
-from tri_glide_kinematics.motion.trajectory.phases import after, total_duration
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
+from tri_glide_kinematics.motion.tracking import cut_to, stopping_velocity, to_zero, within
+from tri_glide_kinematics.motion.trajectory import RuckigPlanner, after, total_duration
 
 MOST, JERK = 10.0, 200.0
 

@@ -11,20 +11,18 @@ from motion_machine import LIMITS, MACHINE, WORKSPACE
 from strategies import DEFAULT_LIMITS
 from tracking_run import PLACE, TrackingRun, at_rest
 
-from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity
+from tri_glide_kinematics.motion.tracking import WantedVelocity, WayAhead, approach, way_to_rest
 from tri_glide_kinematics.motion.tracking.slider_line import slider_line
 from tri_glide_kinematics.motion.tracking.wanted_motion import wanted_motion
-from tri_glide_kinematics.motion.tracking.way_ahead import (
-    WayAhead,
-    approach,
-    way_to_rest,
+from tri_glide_kinematics.motion.trajectory import (
+    EDGE_CLEARANCE,
+    CubicPlan,
+    RuckigPlanner,
+    SliderLimits,
+    SliderState,
 )
-from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan, SliderState
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
-from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 BOX = Workspace(
     MACHINE, replace(DEFAULT_LIMITS, box_lower=(-0.1, -0.12, 0.05), box_upper=(0.11, 0.1, 0.4))

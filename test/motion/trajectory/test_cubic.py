@@ -9,19 +9,19 @@ from ruckig import InputParameter, Ruckig, Trajectory
 from strategies import reproducible
 
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
-from tri_glide_kinematics.motion.moves.stopping import own_stop
-from tri_glide_kinematics.motion.trajectory import ruckig_planner
-from tri_glide_kinematics.motion.trajectory.cubic import (
+from tri_glide_kinematics.motion.moves import SliderMotion, own_stop
+from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     CubicPlan,
+    PlanningError,
+    RuckigPlanner,
     SequencePlan,
+    SliderLimits,
     SliderState,
+    check_slider_limits,
+    height_extremes,
+    ruckig_planner,
 )
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
-from tri_glide_kinematics.motion.trajectory.verification import check_slider_limits, height_extremes
 
 
 def assert_same(state: SliderState, other: SliderState, tolerance: float) -> None:

@@ -4,11 +4,15 @@ from timed_paths import AT_BEGIN, LIMITS, dense_path, random_path, seen
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import SliderLimits
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.path_timing.windows import plan_window
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.path_timing import plan_window
+from tri_glide_kinematics.motion.trajectory import (
+    PlanningError,
+    SliderLimitError,
+    check_path_limits,
+    path_bounds,
+)
 from tri_glide_kinematics.motion.trajectory import curve_bounds as module
-from tri_glide_kinematics.motion.trajectory.curve_bounds import check_path_limits, path_bounds
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError, SliderLimitError
 
 PATHS = [*map(random_path, range(6)), dense_path(150)]
 

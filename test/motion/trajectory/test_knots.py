@@ -9,9 +9,15 @@ from hypothesis import strategies as st
 from motion_plans import PHASES
 from strategies import nudged, reproducible
 
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, CubicPlan, SliderState
-from tri_glide_kinematics.motion.trajectory.knots import knots, shortest_piece, with_knots_of
-from tri_glide_kinematics.motion.trajectory.phases import total_duration
+from tri_glide_kinematics.motion.trajectory import (
+    AT_REST,
+    CubicPlan,
+    SliderState,
+    shortest_piece,
+    total_duration,
+    with_knots_of,
+)
+from tri_glide_kinematics.motion.trajectory.knots import knots
 
 
 def test_each_phase_gets_as_many_pieces_whatever_the_last_bits_are():

@@ -8,19 +8,20 @@ from strategies import DEFAULT_LIMITS
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.moves.line_ends import LineToPosition
-from tri_glide_kinematics.motion.moves.line_joining import LineJoining
-from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError, SliderLimitError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.line_bounds import derivative_bounds, slowdown
-from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
-from tri_glide_kinematics.motion.trajectory.verification import check_line_limits
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.motion.moves import LinearMotion, LineJoining, LineToPosition
+from tri_glide_kinematics.motion.trajectory import (
+    LinePlan,
+    PlanningError,
+    SliderLimitError,
+    SliderLimits,
+    StraightLine,
+    TimeScaling,
+    check_line_limits,
+    derivative_bounds,
+    slowdown,
+)
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.workspace import Workspace
 
 LIMITS = SliderLimits((1.0, 0.8, 0.9), (10.0, 9.0, 8.0), (200.0, 250.0, 180.0))
 MACHINE = TriGlide(DEFAULT_GEOMETRY)

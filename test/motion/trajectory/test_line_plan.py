@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, CubicPlan, SliderState
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.moves import LinearMotion
+from tri_glide_kinematics.motion.trajectory import (
+    AT_REST,
+    CubicPlan,
+    LinePlan,
+    SliderLimits,
+    SliderState,
+    StraightLine,
+)
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 MOTION = LinearMotion(TriGlide(DEFAULT_GEOMETRY))

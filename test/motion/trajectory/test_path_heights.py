@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from timed_paths import random_path, seen
 
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 
 
 @pytest.mark.parametrize("seed", range(8))

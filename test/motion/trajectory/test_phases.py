@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from motion_plans import PHASES
 from strategies import reproducible
 
-from tri_glide_kinematics.motion.trajectory.phases import (
+from tri_glide_kinematics.motion.trajectory import (
+    RuckigPlanner,
     after,
     evaluate,
     rest_to_rest,
     total_duration,
 )
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
 
 WAYS = st.floats(1e-6, 10.0)
 BOUNDS = st.tuples(st.floats(0.01, 2.0), st.floats(1.0, 20.0), st.floats(20.0, 500.0))

@@ -6,10 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import reproducible
 
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.tri_glide.errors import ArmTooShortError
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.motion.trajectory import StraightLine
+from tri_glide_kinematics.tri_glide import (
+    DEFAULT_GEOMETRY,
+    ArmTooShortError,
+    TriGlide,
+    TriGlideGeometry,
+)
 
 UNEQUAL = TriGlideGeometry(((0.01, 0.21), (-0.18, -0.09), (0.165, -0.11)), (0.40, 0.42, 0.385))
 PLACES = st.tuples(*(st.floats(low, high) for low, high in ((-0.1, 0.1), (-0.1, 0.1), (0.0, 0.6))))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.trajectory import TimeScaling
 
 SCALING = TimeScaling(
     np.array((0.0, 0.1, 0.2)),

@@ -11,8 +11,11 @@ from hypothesis import strategies as st
 from motion_plans import LIMITS, dense, heights, moving_plan
 from strategies import reproducible
 
-from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError
-from tri_glide_kinematics.motion.trajectory.verification import check_slider_limits, height_extremes
+from tri_glide_kinematics.motion.trajectory import (
+    SliderLimitError,
+    check_slider_limits,
+    height_extremes,
+)
 
 
 @reproducible

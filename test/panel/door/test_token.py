@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tri_glide_kinematics.panel.door.token import TOKEN, default_token_file, kept_token
+from tri_glide_kinematics.panel.door import TOKEN, default_token_file, kept_token
 from tri_glide_kinematics.panel.errors import TokenFileError
 
 

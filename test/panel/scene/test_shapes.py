@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.panel.scene.shapes import Parts, Quaternion, rod_pair, skin, turned
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY, TriGlideGeometry
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.panel.scene import Parts, Quaternion, rod_pair, skin, turned
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace.limits import WorkspaceLimits
-from tri_glide_kinematics.workspace.outline import edge_rings
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits, edge_rings
 
 UNEQUAL = TriGlideGeometry([[0.0, 0.21], [-0.17, -0.1], [0.19, -0.09]], [0.4, 0.42, 0.38])
 

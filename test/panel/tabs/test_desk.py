@@ -18,8 +18,7 @@ from testing.client import Probe
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.panel.hold import RENEWALS
 from tri_glide_kinematics.panel.machine_link import LATEST_ONLY, NOBODY, MachineLink
-from tri_glide_kinematics.panel.tabs.desk import Desk
-from tri_glide_kinematics.panel.tabs.inputs import OperatorsInput
+from tri_glide_kinematics.panel.tabs import Desk, OperatorsInput
 
 pytestmark = pytest.mark.nodes
 

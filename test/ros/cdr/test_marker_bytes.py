@@ -10,7 +10,7 @@ from geometry_msgs.msg import Point
 from rclpy.serialization import deserialize_message, serialize_message
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tri_glide_kinematics.ros.cdr.marker_bytes import MarkerShape, marker_array
+from tri_glide_kinematics.ros.cdr import MarkerShape, marker_array
 
 RNG = np.random.default_rng(1)
 LINE = MarkerShape("a path", Marker.LINE_STRIP, (0.001, 0.0, 0.0), (0.25, 0.5, 1.0, 0.5))

@@ -13,7 +13,7 @@ from rclpy.serialization import serialize_message
 
 from testing.client import Client
 from testing.raw_writer import RawWriter, requests
-from tri_glide_kinematics.ros.cdr.request_bytes import read_within_bytes
+from tri_glide_kinematics.ros.cdr import read_within_bytes
 
 PLAIN = b"\0\1\0\0"
 KIB_FOR_MILLIONS = 100_000  # 16 million texts take nine times as much

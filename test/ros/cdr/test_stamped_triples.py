@@ -5,12 +5,7 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.ros.cdr.stamped_triples import (
-    FIRST,
-    SECOND,
-    NoSuchPlaceError,
-    StampedTriples,
-)
+from tri_glide_kinematics.ros.cdr import FIRST, SECOND, NoSuchPlaceError, StampedTriples
 
 
 def set_point(point, numbers):

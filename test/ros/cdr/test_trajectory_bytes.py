@@ -9,8 +9,8 @@ import pytest
 from rclpy.serialization import deserialize_message
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from tri_glide_kinematics.motion.trajectory.cubic import SampledPlan
-from tri_glide_kinematics.ros.cdr.trajectory_bytes import joint_trajectory
+from tri_glide_kinematics.motion.trajectory import SampledPlan
+from tri_glide_kinematics.ros.cdr import joint_trajectory
 
 RNG = np.random.default_rng(1)
 

@@ -17,10 +17,13 @@ from testing.pieces import median_piece
 from tri_glide_interfaces.action import FollowPath
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import ROWS, at_once
-from tri_glide_kinematics.motion.path.errors import TooManySegmentsError
-from tri_glide_kinematics.motion.path.flat_path import SegmentKind, polyline_from
-from tri_glide_kinematics.motion.path.inputs import MOST_SEGMENTS
-from tri_glide_kinematics.ros.inputs.path_messages import AT_A_TIME, flat_path, path_points
+from tri_glide_kinematics.motion.path import (
+    MOST_SEGMENTS,
+    SegmentKind,
+    TooManySegmentsError,
+    polyline_from,
+)
+from tri_glide_kinematics.ros.inputs import AT_A_TIME, flat_path, path_points
 from tri_glide_kinematics.ros.messages import RefusedMessageError
 
 BASE = "tri_glide_base"

@@ -9,8 +9,8 @@ import pytest
 from motion_machine import LIMITS, MotionKind, MotionPhase, engine, place
 from scipy.interpolate import BPoly
 
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.ros.outputs.command_outputs import plan_points
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.ros.outputs import plan_points
 
 PERIOD = 0.002
 STEP = 0.01

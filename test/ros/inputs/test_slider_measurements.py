@@ -11,8 +11,7 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.inputs import slider_measurements
-from tri_glide_kinematics.ros.inputs.slider_measurements import MOST_LAYOUTS, SliderMeasurements
+from tri_glide_kinematics.ros.inputs import MOST_LAYOUTS, SliderMeasurements, slider_measurements
 from tri_glide_kinematics.ros.messages import RefusedMessageError, SliderReader
 
 NAMES = ["slider_1", "slider_2", "slider_3"]

@@ -18,7 +18,7 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Int32
 from std_srvs.srv import Trigger
 
-from tri_glide_kinematics.ros.loop.cycle_loop import Cycle, CycleLoop
+from tri_glide_kinematics.ros.loop import Cycle, CycleLoop
 
 pytestmark = [pytest.mark.nodes, pytest.mark.alone]
 

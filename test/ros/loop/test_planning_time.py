@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.ros.loop.planning_time import FORGETTING, PlanningTime
+from tri_glide_kinematics.ros.loop import FORGETTING, PlanningTime
 
 END = 1.0  # s
 

@@ -14,8 +14,8 @@ from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.mechanisms.errors import DegenerateLinkageError, SelfMotionError
 from tri_glide_kinematics.mechanisms.f_mechanism import EventKind
+from tri_glide_kinematics.ros.mechanisms import RefusedRequestError
 from tri_glide_kinematics.ros.mechanisms import f_mechanism as f_mechanism_messages
-from tri_glide_kinematics.ros.mechanisms.fields import RefusedRequestError
 
 
 def message_of(mechanism):

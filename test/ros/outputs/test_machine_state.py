@@ -12,16 +12,22 @@ from documents import ROOT, text
 from rclpy.clock import Clock
 
 from tri_glide_interfaces.msg import MachineState
+from tri_glide_kinematics.control import (
+    FAULT,
+    IDLE,
+    Cause,
+    ControllerStatus,
+    OperatingState,
+    Reason,
+)
 from tri_glide_kinematics.control import errors as control_errors
-from tri_glide_kinematics.control.commands.inbox import TargetKind
-from tri_glide_kinematics.control.operating_state import FAULT, IDLE, OperatingState
-from tri_glide_kinematics.control.reason import Cause, Reason
-from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.control.commands import TargetKind
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, Refusal
 from tri_glide_kinematics.motion.path import errors as path_errors
 from tri_glide_kinematics.motion.trajectory import errors as motion_errors
 from tri_glide_kinematics.reason_log import RefusalLog
-from tri_glide_kinematics.ros.outputs.machine_state import cause_of, machine_state, state_of
+from tri_glide_kinematics.ros.outputs import cause_of, state_of
+from tri_glide_kinematics.ros.outputs.machine_state import machine_state
 from tri_glide_kinematics.tri_glide import errors as tri_glide_errors
 from tri_glide_kinematics.workspace import errors as workspace_errors
 

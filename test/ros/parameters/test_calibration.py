@@ -7,8 +7,7 @@ import math
 import pytest
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.parameters.calibration import probe_settings_of
-from tri_glide_kinematics.ros.parameters.tables import CALIBRATION_NODE
+from tri_glide_kinematics.ros.parameters import CALIBRATION_NODE, probe_settings_of
 
 VALUES = {entry.name: entry.default for entry in CALIBRATION_NODE}
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.ros.parameters.command_line import (
+from tri_glide_kinematics.ros.parameters import (
+    FK_NODE,
     ArgumentError,
     check_arguments,
     help_text,
@@ -13,7 +14,6 @@ from tri_glide_kinematics.ros.parameters.command_line import (
     parameter_files,
     parameter_rules,
 )
-from tri_glide_kinematics.ros.parameters.tables import FK_NODE
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,8 @@ import os
 
 import pytest
 
-from tri_glide_kinematics.ros.parameters.sources import (
+from tri_glide_kinematics.ros.parameters import (
+    ParameterError,
     ParameterSource,
     check_names,
     check_sources,
@@ -14,7 +15,6 @@ from tri_glide_kinematics.ros.parameters.sources import (
     sections_of,
     sources_of,
 )
-from tri_glide_kinematics.ros.parameters.table import ParameterError
 
 PARAMETERS = "ros__parameters: {rate: 500.0}"
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tri_glide_kinematics.ros.parameters.tables import DEFAULT_GEOMETRY, NODES, document
+from tri_glide_kinematics.ros.parameters import NODES, document
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 CONFIG = Path(__file__).parents[3] / "config" / "tri_glide.yaml"
 TABLES = {name: {entry.name: entry for entry in table} for name, table in NODES.items()}

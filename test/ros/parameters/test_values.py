@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.parameters.tables import IK_NODE
-from tri_glide_kinematics.ros.parameters.values import (
+from tri_glide_kinematics.ros.parameters import (
+    IK_NODE,
     check_joint_names,
     check_travel,
     in_position_bounds_of,
@@ -16,8 +16,7 @@ from tri_glide_kinematics.ros.parameters.values import (
     true_travel_of,
     workspace_limits_of,
 )
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 
 POSITION = (0.03, -0.02, 0.25)
 

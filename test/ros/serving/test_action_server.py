@@ -17,11 +17,13 @@ from testing.client import Client
 from testing.domain import own_context
 from testing.goals import SentGoal
 from tri_glide_interfaces.action import MoveTo
-from tri_glide_kinematics.control.commands.goals import Goal, GoalCode
-from tri_glide_kinematics.control.commands.inbox import TargetPosition
-from tri_glide_kinematics.ros.serving import action_server, old_results
-from tri_glide_kinematics.ros.serving.action_server import ActionServer
-from tri_glide_kinematics.ros.serving.patient_services import PatientServices
+from tri_glide_kinematics.control.commands import Goal, GoalCode, TargetPosition
+from tri_glide_kinematics.ros.serving import (
+    ActionServer,
+    PatientServices,
+    action_server,
+    old_results,
+)
 
 pytestmark = pytest.mark.nodes
 

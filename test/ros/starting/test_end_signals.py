@@ -11,7 +11,7 @@ from contextlib import suppress
 import pytest
 
 from testing.client import TIMEOUT
-from tri_glide_kinematics.ros.starting.end_signals import EndSignals
+from tri_glide_kinematics.ros.starting import EndSignals
 
 BOTH = (signal.SIGINT, signal.SIGTERM)
 

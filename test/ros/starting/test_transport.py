@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from tri_glide_kinematics.ros.starting.transport import (
+from tri_glide_kinematics.ros.starting import (
     MIDDLEWARE_VARIABLES,
     TransportError,
     choose_transport,

@@ -51,7 +51,7 @@ from tri_glide_kinematics.calibration.fit.solving import (
     starting_state,
 )
 from tri_glide_kinematics.calibration.fit.unknowns import State, Unknowns
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.wording import number_text
 
 DEFAULT_PRIORS = Priors()

@@ -41,9 +41,9 @@ from tri_glide_kinematics.calibration.fit.priors import Priors
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import UNITS, Keys, load_yaml, whole_yaml
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY, TriGlideGeometry
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimits
+from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
 
 NONE = "none"
 

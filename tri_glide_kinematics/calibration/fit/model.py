@@ -24,7 +24,7 @@ from tri_glide_kinematics.calibration.fit.measurements import (
 )
 from tri_glide_kinematics.calibration.fit.unknowns import MACHINE, State, Unknowns, cross_matrix
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 
 Kind = TypeVar("Kind", Touch, MeasuredPosition, Distance)

@@ -32,9 +32,9 @@ from tri_glide_kinematics.calibration.fit.solving import Solution
 from tri_glide_kinematics.calibration.fit.unknowns import MACHINE, State, Unknowns
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.rounding import first_largest
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 KINDS = ("touch", "position", "distance")
 # Rings of candidate places in the region, besides its centre.

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tri_glide_kinematics.calibration.fit.model import position_derivatives
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
 
 # Radius of the disc as part of the distance of the anchors from their centre: at 200 mm, 120 mm.

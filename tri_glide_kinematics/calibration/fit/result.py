@@ -18,9 +18,9 @@ from tri_glide_kinematics.calibration.fit.region import Region, plane_basis
 from tri_glide_kinematics.calibration.fit.solving import Solution
 from tri_glide_kinematics.calibration.fit.unknowns import MACHINE, FramePlacement, Unknowns
 from tri_glide_kinematics.checks import finite_array, finite_vector
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # A direction is named if this part of it (of the square of its length) is not determined.
 MOSTLY = 0.8

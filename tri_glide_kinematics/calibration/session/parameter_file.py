@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
+from tri_glide_kinematics.calibration.fit import MachineParameters
 from tri_glide_kinematics.calibration.session.errors import SavingError
 from tri_glide_kinematics.files import replace_file
 

@@ -6,13 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from tri_glide_kinematics.control.operating_state import (
-    IDLE,
-    JOGGING,
-    STOPPING,
-    OperatingState,
-)
-from tri_glide_kinematics.control.reason import Cause
+from tri_glide_kinematics.control import IDLE, JOGGING, STOPPING, Cause, OperatingState
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 

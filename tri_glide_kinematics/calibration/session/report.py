@@ -9,10 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tri_glide_kinematics.calibration.fit.machine import PARAMETER_NAMES
-from tri_glide_kinematics.calibration.fit.next_points import Proposal
-from tri_glide_kinematics.calibration.fit.region import Region
-from tri_glide_kinematics.calibration.fit.result import Calibration, Residual
+from tri_glide_kinematics.calibration.fit import (
+    PARAMETER_NAMES,
+    Calibration,
+    Proposal,
+    Region,
+    Residual,
+)
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text
 

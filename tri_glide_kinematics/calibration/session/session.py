@@ -8,22 +8,23 @@ from datetime import datetime
 from itertools import count
 from pathlib import Path
 
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
-from tri_glide_kinematics.calibration.fit.measurement_file import MeasurementFile, measurement_text
-from tri_glide_kinematics.calibration.fit.measurements import (
+from tri_glide_kinematics.calibration.fit import (
     BASE,
     Distance,
+    MachineParameters,
     MeasuredPosition,
     Measurement,
+    MeasurementFile,
     Plate,
+    Priors,
     Touch,
+    measurement_text,
 )
-from tri_glide_kinematics.calibration.fit.priors import Priors
 from tri_glide_kinematics.calibration.session.errors import RecordingError, SavingError
 from tri_glide_kinematics.files import write_file
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
-from tri_glide_kinematics.workspace.limits import WorkspaceLimits
+from tri_glide_kinematics.workspace import WorkspaceLimits
 
 
 def new_session_file(folder: Path) -> Path:

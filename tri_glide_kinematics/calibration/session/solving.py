@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from tri_glide_kinematics.calibration.fit import (
+    Calibration,
+    MachineParameters,
+    MeasurementFile,
+    Proposal,
+)
 from tri_glide_kinematics.calibration.fit.calibrate import calibrate
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
-from tri_glide_kinematics.calibration.fit.measurement_file import MeasurementFile
-from tri_glide_kinematics.calibration.fit.next_points import Proposal
-from tri_glide_kinematics.calibration.fit.result import Calibration
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.limits import WorkspaceLimits
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 NOT_SAID = (
     "These places are not compared with the sliders' travel: the measurements come without a "

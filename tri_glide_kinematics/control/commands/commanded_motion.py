@@ -31,9 +31,8 @@ from tri_glide_kinematics.control.operating_state import (
 from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.errors import KinematicsError, Refusal
-from tri_glide_kinematics.motion.engine.commands import jog_of
-from tri_glide_kinematics.motion.engine.engine import MotionEngine
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.engine import MotionEngine, jog_of
+from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.vectors import Vector3
 
 STATE_OF = {

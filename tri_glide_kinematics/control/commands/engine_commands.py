@@ -22,9 +22,8 @@ from tri_glide_kinematics.control.commands.streams import Streams
 from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError, Refusal
-from tri_glide_kinematics.motion.engine.engine import MotionEngine, MotionPhase, SliderState
-from tri_glide_kinematics.motion.trajectory.errors import NoRoomError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
+from tri_glide_kinematics.motion.trajectory import NoRoomError, SliderLimits, SliderState
 
 NO_PATH_BEFORE = "the path that it goes on from was refused"
 TRACKING_REASON = "follows a moving target"

@@ -11,7 +11,7 @@ from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.operating_state import MOVING, ON_THE_WAY
 from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError, Refusal
-from tri_glide_kinematics.motion.engine.progress import PathProgress
+from tri_glide_kinematics.motion.engine import PathProgress
 from tri_glide_kinematics.vectors import Vector3
 
 

@@ -9,8 +9,8 @@ from enum import Enum, IntEnum
 from typing import ClassVar
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import vector_text
 

@@ -8,8 +8,8 @@ from tri_glide_kinematics.control.commands.inbox import TargetPath
 from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.engine import MotionEngine
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.engine import MotionEngine
+from tri_glide_kinematics.motion.path import PlatformPath
 
 
 class PathMaking:

@@ -13,8 +13,8 @@ from rclpy.qos import qos_profile_sensor_data
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.demo.client import START_TIMEOUT, DemoError
-from tri_glide_kinematics.ros.clients.goal_sender import GoalSender
-from tri_glide_kinematics.ros.outputs.state_reports import LATCHED
+from tri_glide_kinematics.ros.clients import GoalSender
+from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.vectors import Vector3
 
 MOVE_TIMEOUT = 30.0  # s

@@ -15,21 +15,22 @@ from pathlib import Path
 import numpy as np
 
 from tri_glide_interfaces.srv import SaveMeasurements, SolveCalibration
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
-from tri_glide_kinematics.calibration.fit.measurement_file import load_measurements
-from tri_glide_kinematics.calibration.fit.priors import Priors
-from tri_glide_kinematics.calibration.session.parameter_file import save_parameters
+from tri_glide_kinematics.calibration.fit import MachineParameters, Priors, load_measurements
+from tri_glide_kinematics.calibration.session import save_parameters, solved
 from tri_glide_kinematics.calibration.session.report import report
-from tri_glide_kinematics.calibration.session.solving import solved
 from tri_glide_kinematics.demo.calibration.client import CalibrationClient
 from tri_glide_kinematics.demo.calibration.course import PLATE, judge, measure_distances, probe
 from tri_glide_kinematics.demo.calibration.verdict import Verdict, table
 from tri_glide_kinematics.demo.command import PATIENCE, ros_that_ctrl_c_ends
 from tri_glide_kinematics.demo.report import say
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.starting.processes import NodeProcesses, default_parameter_file
-from tri_glide_kinematics.ros.starting.transport import COMPUTER, choose_transport
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.ros.starting import (
+    COMPUTER,
+    NodeProcesses,
+    choose_transport,
+    default_parameter_file,
+)
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 NOMINAL = MachineParameters(DEFAULT_GEOMETRY)
 # How far machines are from their drawing, and what is assumed of this one (standard deviations).

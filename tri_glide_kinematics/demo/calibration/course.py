@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tri_glide_interfaces.srv import ProbePlate, RecordDistanceEnd
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
+from tri_glide_kinematics.calibration.fit import MachineParameters
 from tri_glide_kinematics.demo.calibration.client import CalibrationClient
 from tri_glide_kinematics.demo.report import in_millimetres, say
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 RADIUS = 0.12  # m, within which all happens

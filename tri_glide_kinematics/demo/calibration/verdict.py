@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tri_glide_kinematics.calibration.fit.region import plane_basis
-from tri_glide_kinematics.calibration.fit.result import Calibration
+from tri_glide_kinematics.calibration.fit import Calibration, plane_basis
 from tri_glide_kinematics.demo.calibration.course import Judged
 from tri_glide_kinematics.vectors import FloatArray
 

@@ -12,7 +12,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.drawing.exit_code import exit_code, find_file
+from tri_glide_kinematics.drawing import find_file
+from tri_glide_kinematics.drawing.exit_code import exit_code
 
 REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
 
@@ -37,11 +38,15 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
     Raises:
         KinematicsError: if there is no calibration, or one that no node should use.
     """
-    from tri_glide_kinematics.calibration.fit.measurement_file import load_measurements
-    from tri_glide_kinematics.calibration.session.errors import SavingError
-    from tri_glide_kinematics.calibration.session.parameter_file import save_parameters
-    from tri_glide_kinematics.calibration.session.report import contradiction, report
-    from tri_glide_kinematics.calibration.session.solving import proposed, solved
+    from tri_glide_kinematics.calibration.fit import load_measurements
+    from tri_glide_kinematics.calibration.session import (
+        SavingError,
+        contradiction,
+        proposed,
+        save_parameters,
+        solved,
+    )
+    from tri_glide_kinematics.calibration.session.report import report
     from tri_glide_kinematics.files import write_file
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -51,7 +56,7 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
     print(text)
     folder.mkdir(parents=True, exist_ok=True)
     write_file(folder / REPORT, f"{text}\n")
-    from tri_glide_kinematics.drawing.saving import save_figure
+    from tri_glide_kinematics.drawing import save_figure
     from tri_glide_kinematics.figures.calibration.pictures import calibration_figure
 
     save_figure(calibration_figure(calibration), folder / PICTURE, 110)

@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.tri import Triangulation
 
-from tri_glide_kinematics.calibration.fit.region import Region
-from tri_glide_kinematics.calibration.fit.result import Calibration, Residual
-from tri_glide_kinematics.calibration.session.report import UncertaintyMap
+from tri_glide_kinematics.calibration.fit import Calibration, Region, Residual
+from tri_glide_kinematics.calibration.session import UncertaintyMap
 from tri_glide_kinematics.vectors import FloatArray
 
 LEVELS = 24

@@ -23,12 +23,4 @@ if TYPE_CHECKING:
         FMechanismTrace as FMechanismTrace,
     )
 
-__all__, __getattr__, __dir__ = when_first_used(
-    __name__,
-    {
-        "mechanism": "FMechanism",
-        "overview.overview": "FMechanismOverview",
-        "results.pose": "FMechanismPose FMechanismPoses",
-        "results.trace": "EventKind FMechanismEvent FMechanismTrace",
-    },
-)
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -12,20 +12,21 @@ from numpy.typing import ArrayLike, NDArray
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector, positive
 from tri_glide_kinematics.errors import OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.mechanisms.errors import DegenerateLinkageError
-from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve
-from tri_glide_kinematics.mechanisms.f_mechanism.following.stations import explicit_stations
-from tri_glide_kinematics.mechanisms.f_mechanism.following.trace import (
+from tri_glide_kinematics.mechanisms.f_mechanism.following import (
+    Curve,
     TraceOptions,
+    explicit_stations,
     starting_point,
     straight_drive,
     trace_branch,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.overview.overview import FMechanismOverview, survey
-from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose, FMechanismPoses
-from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import FMechanismTrace
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.batch import solve_batch
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import Linkage
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import poses_at
+from tri_glide_kinematics.mechanisms.f_mechanism.overview import FMechanismOverview, survey
+from tri_glide_kinematics.mechanisms.f_mechanism.results import (
+    FMechanismPose,
+    FMechanismPoses,
+    FMechanismTrace,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.solving import Linkage, poses_at, solve_batch
 from tri_glide_kinematics.rounding import SAME_ANGLE
 from tri_glide_kinematics.wording import number_text
 

@@ -20,19 +20,11 @@ if TYPE_CHECKING:
         AssembledFourBar as AssembledFourBar,
     )
     from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar as FourBar
+    from tri_glide_kinematics.mechanisms.four_bar.loop import LoopConstants as LoopConstants
+    from tri_glide_kinematics.mechanisms.four_bar.loop import close_loop as close_loop
     from tri_glide_kinematics.mechanisms.four_bar.pose import FourBarPose as FourBarPose
     from tri_glide_kinematics.mechanisms.four_bar.sweep import BranchSweep as BranchSweep
     from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarSweep as FourBarSweep
     from tri_glide_kinematics.mechanisms.four_bar.sweep import PointMotion as PointMotion
 
-__all__, __getattr__, __dir__ = when_first_used(
-    __name__,
-    {
-        "analysis": "Branch DeadCentre DeadCentreKind GrashofClass TransmissionExtremes",
-        "events": "SweepEvent SweepEventKind sweep_events",
-        "lengths": "LinkLengths",
-        "linkage": "AssembledFourBar FourBar",
-        "pose": "FourBarPose",
-        "sweep": "BranchSweep FourBarSweep PointMotion",
-    },
-)
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

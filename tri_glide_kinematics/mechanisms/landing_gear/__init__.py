@@ -15,9 +15,4 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.mechanisms.landing_gear.gear import Reaction as Reaction
 
-__all__, __getattr__, __dir__ = when_first_used(
-    __name__,
-    {
-        "gear": "BodyState LandingGear LandingGearMotion LandingGearState Reaction",
-    },
-)
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

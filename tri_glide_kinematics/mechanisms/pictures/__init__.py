@@ -1,1 +1,55 @@
-"""Pictures of mechanisms, and the command that draws them."""
+"""Pictures of planar mechanisms."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.mechanisms.pictures.animation import (
+        f_mechanism_movie as f_mechanism_movie,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.animation import four_bar_movie as four_bar_movie
+    from tri_glide_kinematics.mechanisms.pictures.animation import save_movie as save_movie
+    from tri_glide_kinematics.mechanisms.pictures.drawing import DrawnMechanism as DrawnMechanism
+    from tri_glide_kinematics.mechanisms.pictures.drawing import LengthUnit as LengthUnit
+    from tri_glide_kinematics.mechanisms.pictures.drawing import angle_axis as angle_axis
+    from tri_glide_kinematics.mechanisms.pictures.drawing import degrees_text as degrees_text
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism import angle_figure as angle_figure
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
+        corners_figure as corners_figure,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism import paths_figure as paths_figure
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
+        positions_figure as positions_figure,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import (
+        FEWEST_SAMPLES as FEWEST_SAMPLES,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import (
+        BranchCurve as BranchCurve,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import (
+        angle_that_is_drawn as angle_that_is_drawn,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import (
+        branch_through as branch_through,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import describe as describe
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import (
+        detailed_overview as detailed_overview,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import evenly as evenly
+    from tri_glide_kinematics.mechanisms.pictures.four_bar import SKELETON as SKELETON
+    from tri_glide_kinematics.mechanisms.pictures.four_bar import angles_figure as angles_figure
+    from tri_glide_kinematics.mechanisms.pictures.four_bar import (
+        coupler_curve_figure as coupler_curve_figure,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.four_bar import crank_angles as crank_angles
+    from tri_glide_kinematics.mechanisms.pictures.four_bar import (
+        default_crank_angle as default_crank_angle,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.four_bar import interval_around as interval_around
+    from tri_glide_kinematics.mechanisms.pictures.pictures import Choice as Choice
+    from tri_glide_kinematics.mechanisms.pictures.pictures import pictures_of as pictures_of
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

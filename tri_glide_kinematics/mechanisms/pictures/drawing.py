@@ -16,7 +16,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.drawing.style import MILLIMETRES
+from tri_glide_kinematics.drawing import MILLIMETRES
 from tri_glide_kinematics.rounding import SAME_PART, directions, first_largest
 from tri_glide_kinematics.vectors import FloatArray
 

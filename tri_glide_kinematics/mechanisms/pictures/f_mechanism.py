@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tri_glide_kinematics.drawing.style import LIMIT_STYLE
+from tri_glide_kinematics.drawing import LIMIT_STYLE
 from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism, FMechanismOverview
 from tri_glide_kinematics.mechanisms.pictures.drawing import (
     GRID_STYLE,

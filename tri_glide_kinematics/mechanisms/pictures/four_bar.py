@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tri_glide_kinematics.drawing.style import LIMIT_STYLE
+from tri_glide_kinematics.drawing import LIMIT_STYLE
 from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.four_bar import (
     AssembledFourBar,

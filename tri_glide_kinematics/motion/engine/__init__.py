@@ -1,1 +1,20 @@
 """The engine: commands in, setpoints out; it always holds a verified trajectory to rest."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.engine.commands import DriveLimits as DriveLimits
+    from tri_glide_kinematics.motion.engine.commands import Jog as Jog
+    from tri_glide_kinematics.motion.engine.commands import Move as Move
+    from tri_glide_kinematics.motion.engine.commands import jog_of as jog_of
+    from tri_glide_kinematics.motion.engine.engine import MotionEngine as MotionEngine
+    from tri_glide_kinematics.motion.engine.held_motion import HeldMotion as HeldMotion
+    from tri_glide_kinematics.motion.engine.held_motion import MotionPhase as MotionPhase
+    from tri_glide_kinematics.motion.engine.held_motion import PlanRole as PlanRole
+    from tri_glide_kinematics.motion.engine.progress import PathProgress as PathProgress
+    from tri_glide_kinematics.motion.engine.pursuit import Pursuit as Pursuit
+    from tri_glide_kinematics.motion.engine.replanning import Replanning as Replanning
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

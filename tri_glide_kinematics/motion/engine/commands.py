@@ -8,11 +8,9 @@ from functools import cached_property
 
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.errors import OutOfBoundsError
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.tracking.velocity_tracking import SLOWEST_JOG
-from tri_glide_kinematics.motion.trajectory.cubic import SliderState
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.tracking import SLOWEST_JOG
+from tri_glide_kinematics.motion.trajectory import PathHeights, SliderLimits, SliderState
 from tri_glide_kinematics.vectors import Vector3
 
 # Jogs are the same if their directions differ by less than this [rad], and their speeds by less

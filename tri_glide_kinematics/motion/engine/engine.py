@@ -26,17 +26,19 @@ from tri_glide_kinematics.motion.engine.execution import PlanExecution
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, MotionPhase, PlanRole
 from tri_glide_kinematics.motion.engine.plan_holder import PlanHolder
 from tri_glide_kinematics.motion.engine.progress import PathProgress
-from tri_glide_kinematics.motion.moves.search import MotionKind
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.trajectory.cubic import SampledPlan, SliderState
-from tri_glide_kinematics.motion.trajectory.errors import NewerGoalError, NoPathError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.tri_glide.errors import NoPoseError
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.moves import MotionKind
+from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
+from tri_glide_kinematics.motion.trajectory import (
+    NewerGoalError,
+    NoPathError,
+    SampledPlan,
+    SliderLimits,
+    SliderState,
+)
+from tri_glide_kinematics.tri_glide import NoPoseError, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import vector_text
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 __all__ = [
     "MotionEngine",

@@ -18,9 +18,9 @@ from tri_glide_kinematics.motion.engine.preparation import LeadTime, Making, Pre
 from tri_glide_kinematics.motion.engine.progress import PathMeasuring
 from tri_glide_kinematics.motion.engine.pursuit import Pursuit
 from tri_glide_kinematics.motion.engine.replanning import Replanning
-from tri_glide_kinematics.motion.moves.search import MotionKind
-from tri_glide_kinematics.motion.trajectory.cubic import SliderState, TrackedStep
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.motion.moves import MotionKind
+from tri_glide_kinematics.motion.trajectory import SliderState, TrackedStep
+from tri_glide_kinematics.workspace import Workspace
 
 # What could not be done at once is tried again after this time of motion [s].
 RETRY_INTERVAL = 0.008

@@ -28,9 +28,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 from tri_glide_kinematics.motion.engine.commands import Command, DriveLimits, Follow, Jog, Track
-from tri_glide_kinematics.motion.trajectory.cubic import Plan, TrackedStep
-from tri_glide_kinematics.motion.trajectory.path_plan import PathPlan
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.motion.trajectory import PathPlan, Plan, TrackedStep
+from tri_glide_kinematics.workspace import Workspace
 
 
 class MotionPhase(Enum):

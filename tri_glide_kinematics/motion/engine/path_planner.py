@@ -7,15 +7,11 @@ from math import inf
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import DriveLimits
-from tri_glide_kinematics.motion.path.place_check import check_place
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.path import PlatformPath, check_place
 from tri_glide_kinematics.motion.path_timing import braking as path_braking
 from tri_glide_kinematics.motion.path_timing import windows as path_timing
-from tri_glide_kinematics.motion.trajectory.errors import SOUND
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.path_plan import PathPlan
-from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.motion.trajectory import SOUND, PathHeights, PathPlan, PathStart
+from tri_glide_kinematics.workspace import Workspace
 
 
 class PathPlanner:

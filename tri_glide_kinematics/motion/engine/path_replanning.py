@@ -11,10 +11,9 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import DriveLimits, Follow
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.path_planner import PathPlanner
-from tri_glide_kinematics.motion.moves.search import SAME_PLACE, MotionPlanner
-from tri_glide_kinematics.motion.moves.stopping import NEARLY
-from tri_glide_kinematics.motion.trajectory.path_plan import PathPlan
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.motion.moves import NEARLY, SAME_PLACE, MotionPlanner
+from tri_glide_kinematics.motion.trajectory import PathPlan
+from tri_glide_kinematics.workspace import Workspace
 
 # Comes to rest, from what is held and a time in it [s].
 Braking = Callable[[HeldMotion, float], Interruptible[HeldMotion]]

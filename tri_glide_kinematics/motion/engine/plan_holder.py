@@ -7,9 +7,13 @@ import numpy as np
 from tri_glide_kinematics.motion.engine.commands import DriveLimits, Follow, Move
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, MotionPhase
 from tri_glide_kinematics.motion.engine.progress import PathProgress, progress
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.trajectory.cubic import SampledPlan, SliderState, TrackedStep
-from tri_glide_kinematics.motion.trajectory.errors import NotStartedError
+from tri_glide_kinematics.motion.path import DrivenPath
+from tri_glide_kinematics.motion.trajectory import (
+    NotStartedError,
+    SampledPlan,
+    SliderState,
+    TrackedStep,
+)
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 

@@ -14,7 +14,7 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import Command
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
 from tri_glide_kinematics.motion.engine.replanning import Replanned
-from tri_glide_kinematics.motion.trajectory.errors import SOUND
+from tri_glide_kinematics.motion.trajectory import SOUND
 
 # Makes what is held next, from what is held and the time in it at which that begins [s].
 Making = Callable[[HeldMotion, float], Interruptible[Replanned]]

@@ -9,11 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.path.arc_length import ArcLength
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.trajectory.cubic import Plan
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.path_plan import PathPlan
+from tri_glide_kinematics.motion.path import ArcLength, DrivenPath
+from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan, Plan
 
 
 class PathMeasuring:

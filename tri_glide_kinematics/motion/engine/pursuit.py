@@ -13,14 +13,14 @@ from dataclasses import replace
 
 from tri_glide_kinematics.motion.engine.commands import Jog, Track
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
-from tri_glide_kinematics.motion.tracking.follower import Follower
-from tri_glide_kinematics.motion.tracking.moving_target import (
+from tri_glide_kinematics.motion.tracking import (
+    Follower,
     MovingTarget,
     TargetMotion,
     WantedVelocity,
 )
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 
 class Pursuit:

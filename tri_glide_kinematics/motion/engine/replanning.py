@@ -21,20 +21,26 @@ from tri_glide_kinematics.motion.engine.commands import (
 )
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.path_replanning import PathReplanning
-from tri_glide_kinematics.motion.moves.search import MotionKind, MotionPlanner
-from tri_glide_kinematics.motion.moves.stopping import LONGEST_TRACKED, Along, own_stop
-from tri_glide_kinematics.motion.trajectory import verification
-from tri_glide_kinematics.motion.trajectory.cubic import (
+from tri_glide_kinematics.motion.moves import (
+    LONGEST_TRACKED,
+    Along,
+    MotionKind,
+    MotionPlanner,
+    own_stop,
+)
+from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     CubicPlan,
+    LinePlan,
+    PathPlan,
     Plan,
     SequencePlan,
     SliderState,
     TrackedStep,
+    verification,
 )
-from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan, PathPlan
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 
 class Replanned(NamedTuple):

@@ -1,1 +1,31 @@
 """Moves to a position, jogs and stops, from rest or in motion."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.moves.blends import Entry as Entry
+    from tri_glide_kinematics.motion.moves.hard_braking import hardest_braking as hardest_braking
+    from tri_glide_kinematics.motion.moves.jog_timing import MARGIN as MARGIN
+    from tri_glide_kinematics.motion.moves.jog_timing import JogFactors as JogFactors
+    from tri_glide_kinematics.motion.moves.jog_timing import TimedJog as TimedJog
+    from tri_glide_kinematics.motion.moves.line_ends import LineToEdge as LineToEdge
+    from tri_glide_kinematics.motion.moves.line_ends import LineToPosition as LineToPosition
+    from tri_glide_kinematics.motion.moves.line_joining import LineJoining as LineJoining
+    from tri_glide_kinematics.motion.moves.line_timing import NORM as NORM
+    from tri_glide_kinematics.motion.moves.line_timing import LineTiming as LineTiming
+    from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion as LinearMotion
+    from tri_glide_kinematics.motion.moves.parametrisation import SpeedNorm as SpeedNorm
+    from tri_glide_kinematics.motion.moves.parametrisation import parametrise as parametrise
+    from tri_glide_kinematics.motion.moves.search import SAME_PLACE as SAME_PLACE
+    from tri_glide_kinematics.motion.moves.search import MotionKind as MotionKind
+    from tri_glide_kinematics.motion.moves.search import MotionPlanner as MotionPlanner
+    from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion as SliderMotion
+    from tri_glide_kinematics.motion.moves.stopping import LONGEST_ON_LINE as LONGEST_ON_LINE
+    from tri_glide_kinematics.motion.moves.stopping import LONGEST_TRACKED as LONGEST_TRACKED
+    from tri_glide_kinematics.motion.moves.stopping import NEARLY as NEARLY
+    from tri_glide_kinematics.motion.moves.stopping import Along as Along
+    from tri_glide_kinematics.motion.moves.stopping import own_stop as own_stop
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

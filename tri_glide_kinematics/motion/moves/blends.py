@@ -12,12 +12,17 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.moves.line_ends import LineBuilder
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, CubicPlan, SliderState
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner, Synchronization
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.trajectory import (
+    AT_REST,
+    CubicPlan,
+    PlanningError,
+    RuckigPlanner,
+    SliderLimits,
+    SliderState,
+    StraightLine,
+    Synchronization,
+)
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
 # Velocities [m/s] and accelerations [m/s^2] below these are zero: rounding. A step of this size is

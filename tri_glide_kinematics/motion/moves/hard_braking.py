@@ -14,9 +14,12 @@ from math import inf, isfinite, sqrt
 
 import numpy as np
 
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.phases import CoordinateProfile, after
+from tri_glide_kinematics.motion.trajectory import (
+    CoordinateProfile,
+    PlanningError,
+    SliderLimits,
+    after,
+)
 from tri_glide_kinematics.vectors import FloatArray
 
 # First, second and third derivative of the three heights, each of the shape (3, n), at n places.

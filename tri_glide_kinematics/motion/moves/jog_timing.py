@@ -8,18 +8,20 @@ import numpy as np
 
 from tri_glide_kinematics.motion.moves.blends import Entry
 from tri_glide_kinematics.motion.moves.parametrisation import PathParametrisation, SpeedNorm
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError
-from tri_glide_kinematics.motion.trajectory.knots import (
-    knots,
+from tri_glide_kinematics.motion.trajectory import (
+    RELATIVE_ROUNDING,
+    PlanningError,
+    RuckigPlanner,
+    TimeScaling,
+    after,
+    evaluate,
     lasting,
     merged,
     shortest_piece,
+    total_duration,
     with_knots_of,
 )
-from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING
-from tri_glide_kinematics.motion.trajectory.phases import after, evaluate, total_duration
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
-from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.trajectory.knots import knots
 from tri_glide_kinematics.vectors import FloatArray
 
 # A jog is to have its full speed in the middle of the workspace. So the bends of the heights, which

@@ -6,12 +6,10 @@ from typing import Protocol
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.trajectory.errors import NoRoomError
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.motion.trajectory import EDGE_CLEARANCE, NoRoomError, StraightLine
+from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # Ruckig plans no more than two hours; a jog that is so slow ends after this time [s].
 LONGEST_JOG = 1000.0

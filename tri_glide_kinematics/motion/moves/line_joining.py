@@ -18,16 +18,21 @@ from tri_glide_kinematics.motion.moves.blends import Entry, LineEntry, check_len
 from tri_glide_kinematics.motion.moves.line_ends import LineBuilder
 from tri_glide_kinematics.motion.moves.line_timing import NORM, LineTiming, MovingFactors
 from tri_glide_kinematics.motion.moves.parametrisation import PathParametrisation, parametrise
-from tri_glide_kinematics.motion.trajectory import verification
-from tri_glide_kinematics.motion.trajectory.cubic import SliderState
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError, SliderLimitError
-from tri_glide_kinematics.motion.trajectory.knots import shortest_piece, with_knots_of
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.line_bounds import derivative_bounds, slowdown
-from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
-from tri_glide_kinematics.motion.trajectory.phases import total_duration
-from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.trajectory import (
+    LinePlan,
+    PlanningError,
+    SliderLimitError,
+    SliderLimits,
+    SliderState,
+    TimeScaling,
+    derivative_bounds,
+    shortest_piece,
+    slowdown,
+    total_duration,
+    verification,
+    with_knots_of,
+)
+from tri_glide_kinematics.tri_glide import TriGlide
 
 # In mid-motion a time scaling cannot be stretched, as its first speed is given. It is made again,
 # slower or faster: this many times at most, by more than the limits ask for. These are the factors

@@ -14,26 +14,25 @@ from tri_glide_kinematics.motion.moves.parametrisation import (
     SpeedNorm,
     parametrise,
 )
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError
-from tri_glide_kinematics.motion.trajectory.knots import (
-    knots,
-    knots_with_blend,
-    lasting,
-    shortest_piece,
-    with_knots_of,
-)
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.line_bounds import derivative_bounds, slowdown
-from tri_glide_kinematics.motion.trajectory.phases import (
+from tri_glide_kinematics.motion.trajectory import (
     Phases,
+    PlanningError,
+    RuckigPlanner,
+    SliderLimits,
+    StraightLine,
+    TimeScaling,
+    derivative_bounds,
     evaluate,
     first_of,
+    knots_with_blend,
+    lasting,
     rest_to_rest,
+    shortest_piece,
+    slowdown,
     total_duration,
+    with_knots_of,
 )
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.trajectory.knots import knots
 
 # The path parametrisation of moves to a target. A motion from rest begins with all the jerk of the
 # path parameter; next to its top speed it uses less, by up to this fraction, as the bends of the

@@ -15,14 +15,18 @@ from tri_glide_kinematics.motion.moves.jog_timing import JogFactors, JogTiming
 from tri_glide_kinematics.motion.moves.line_ends import LineBuilder, LineToStop
 from tri_glide_kinematics.motion.moves.line_timing import LineTiming
 from tri_glide_kinematics.motion.moves.parametrisation import parametrise
-from tri_glide_kinematics.motion.trajectory import verification
-from tri_glide_kinematics.motion.trajectory.cubic import SliderState
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError
-from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.trajectory.line_bounds import derivative_bounds, slowdown
-from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.trajectory import (
+    RELATIVE_ROUNDING,
+    LinePlan,
+    PlanningError,
+    SliderLimits,
+    SliderState,
+    StraightLine,
+    derivative_bounds,
+    slowdown,
+    verification,
+)
+from tri_glide_kinematics.tri_glide import TriGlide
 
 # A blend may take this many times as long as a stop, as a jog is to follow the hand.
 LONGEST_JOG_BLEND = 2.0

@@ -19,12 +19,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.motion.trajectory import quintics
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.phases import CoordinateProfile
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
-from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.trajectory import (
+    CoordinateProfile,
+    PlanningError,
+    SliderLimits,
+    StraightLine,
+    TimeScaling,
+    quintics,
+)
 from tri_glide_kinematics.vectors import FloatArray
 
 # Places along a line where the weight w is calculated: Chebyshev points, which are closer at both

@@ -18,14 +18,18 @@ from tri_glide_kinematics.motion.moves.line_joining import LineJoining, WayOnto
 from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
 from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
 from tri_glide_kinematics.motion.moves.stopping import Stopping
-from tri_glide_kinematics.motion.trajectory import verification
-from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan, Plan, SequencePlan, SliderState
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
+from tri_glide_kinematics.motion.trajectory import (
+    CubicPlan,
+    LinePlan,
+    Plan,
+    SequencePlan,
+    SliderLimits,
+    SliderState,
+    StraightLine,
+    verification,
+)
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace
 
 # Fraction of acceleration and jerk that blends use at most; the line has what is left.
 BLEND_FRACTIONS = (0.3, 0.6)

@@ -6,15 +6,15 @@ Ruckig gives the jerks. They are integrated, and every plan is compared with the
 from __future__ import annotations
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.trajectory import verification
-from tri_glide_kinematics.motion.trajectory.cubic import (
+from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     CubicPlan,
+    RuckigPlanner,
+    SliderLimits,
     SliderState,
     StraightPlan,
+    verification,
 )
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
 from tri_glide_kinematics.vectors import Vector3
 
 

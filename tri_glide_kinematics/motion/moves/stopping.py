@@ -14,19 +14,23 @@ from typing import NamedTuple
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, coarser
 from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
-from tri_glide_kinematics.motion.tracking.braking import (
+from tri_glide_kinematics.motion.tracking import (
     Braking,
+    SliderWay,
     braking_alone,
     braking_together,
+    first_certified,
 )
-from tri_glide_kinematics.motion.tracking.clearance import first_certified
-from tri_glide_kinematics.motion.tracking.slider_way import SliderWay
-from tri_glide_kinematics.motion.trajectory import verification
-from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan, Plan, SliderState
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.phases import total_duration
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.motion.trajectory import (
+    CubicPlan,
+    Plan,
+    PlanningError,
+    SliderLimits,
+    SliderState,
+    total_duration,
+    verification,
+)
+from tri_glide_kinematics.workspace import Workspace
 
 # On a line or a path a stop may take this many times the sliders' own stop.
 LONGEST_ON_LINE = 1.5

@@ -1,20 +1,36 @@
-"""Paths of lines and arcs, their corners rounded to a tolerance."""
+"""Paths: what is asked for, and what is driven."""
 
 from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.path.arc_length import ArcLength as ArcLength
+    from tri_glide_kinematics.motion.path.distinct import are_among as are_among
     from tri_glide_kinematics.motion.path.driven_path import DrivenPath as DrivenPath
+    from tri_glide_kinematics.motion.path.errors import ApartError as ApartError
+    from tri_glide_kinematics.motion.path.errors import EmptyPathError as EmptyPathError
+    from tri_glide_kinematics.motion.path.errors import NoArcError as NoArcError
     from tri_glide_kinematics.motion.path.errors import PathError as PathError
     from tri_glide_kinematics.motion.path.errors import PathPlaceError as PathPlaceError
+    from tri_glide_kinematics.motion.path.errors import RepeatedPointError as RepeatedPointError
+    from tri_glide_kinematics.motion.path.errors import ShortSegmentError as ShortSegmentError
+    from tri_glide_kinematics.motion.path.errors import TooManySegmentsError as TooManySegmentsError
+    from tri_glide_kinematics.motion.path.flat_path import FlatPath as FlatPath
+    from tri_glide_kinematics.motion.path.flat_path import SegmentKind as SegmentKind
+    from tri_glide_kinematics.motion.path.flat_path import polyline_from as polyline_from
+    from tri_glide_kinematics.motion.path.inputs import MOST_SEGMENTS as MOST_SEGMENTS
+    from tri_glide_kinematics.motion.path.inputs import check_count as check_count
+    from tri_glide_kinematics.motion.path.pieces import Indices as Indices
+    from tri_glide_kinematics.motion.path.place_check import check_place as check_place
+    from tri_glide_kinematics.motion.path.place_check import clearances as clearances
     from tri_glide_kinematics.motion.path.platform_path import PlatformPath as PlatformPath
+    from tri_glide_kinematics.motion.path.polylines import PathPolylines as PathPolylines
+    from tri_glide_kinematics.motion.path.polylines import polylines_of as polylines_of
+    from tri_glide_kinematics.motion.path.segments import SHORTEST as SHORTEST
+    from tri_glide_kinematics.motion.path.segments import Segments as Segments
+    from tri_glide_kinematics.motion.path.segments import arc_about as arc_about
+    from tri_glide_kinematics.motion.path.segments import arc_through as arc_through
+    from tri_glide_kinematics.motion.path.segments import line as line
 
-__all__, __getattr__, __dir__ = when_first_used(
-    __name__,
-    {
-        "driven_path": "DrivenPath",
-        "drive_file": "PathError PathPlaceError",
-        "platform_path": "PlatformPath",
-    },
-)
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -22,10 +22,16 @@ from tri_glide_kinematics.interruptible import (
     columns_of,
 )
 from tri_glide_kinematics.motion.path.arc_length import ArcLength
-from tri_glide_kinematics.motion.path.corners.corrections import corrections_of
-from tri_glide_kinematics.motion.path.corners.joints import LEAST_RATE, RoundedJoints, joints_of
-from tri_glide_kinematics.motion.path.corners.rounding import enveloped, least_widths, widths_of
-from tri_glide_kinematics.motion.path.corners.widths import Widths
+from tri_glide_kinematics.motion.path.corners import (
+    LEAST_RATE,
+    RoundedJoints,
+    Widths,
+    corrections_of,
+    enveloped,
+    joints_of,
+    least_widths,
+    widths_of,
+)
 from tri_glide_kinematics.motion.path.extension import (
     in_succession,
     stops_kept,

@@ -14,9 +14,7 @@ from tri_glide_kinematics.interruptible import (
     columns_of,
     indices_of,
 )
-from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints
-from tri_glide_kinematics.motion.path.corners.rounding import widths_of
-from tri_glide_kinematics.motion.path.corners.widths import Widths
+from tri_glide_kinematics.motion.path.corners import RoundedJoints, Widths, widths_of
 from tri_glide_kinematics.motion.path.errors import ApartError
 from tri_glide_kinematics.motion.path.inputs import check_count
 from tri_glide_kinematics.motion.path.segments import SAME_PLACE, Segments, joined_in_pieces

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.interruptible import ROWS, Interruptible, at_once
-from tri_glide_kinematics.motion.path.corners.joints import lengths_of
+from tri_glide_kinematics.motion.path.corners import lengths_of
 from tri_glide_kinematics.motion.path.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
 

@@ -25,11 +25,10 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.path.distinct import distinct
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.errors import PathPlaceError
-from tri_glide_kinematics.tri_glide.conditioning import extreme_singular_values_batch
+from tri_glide_kinematics.tri_glide import extreme_singular_values_batch
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import vector_text
-from tri_glide_kinematics.workspace.bounds import ROUNDING, Bound, Disc, Face
-from tri_glide_kinematics.workspace.workspace import TOLERANCE, Workspace
+from tri_glide_kinematics.workspace import ROUNDING, TOLERANCE, Bound, Disc, Face, Workspace
 
 
 class Clearances(NamedTuple):

@@ -5,15 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.moves.hard_braking import hardest_braking
+from tri_glide_kinematics.motion.moves import hardest_braking
 from tri_glide_kinematics.motion.path_timing.windows import plan_window
-from tri_glide_kinematics.motion.trajectory.curve_bounds import check_path_limits
-from tri_glide_kinematics.motion.trajectory.errors import MotionError, PlanningError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.phases import evaluate, total_duration
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
-from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
+from tri_glide_kinematics.motion.trajectory import (
+    MotionError,
+    PathHeights,
+    PathScaling,
+    PathStart,
+    PlanningError,
+    RuckigPlanner,
+    SliderLimits,
+    TimeScaling,
+    check_path_limits,
+    evaluate,
+    total_duration,
+)
 
 # Where a hard braking begins at the speed that the path asks for, its few pieces bound the speed no
 # better than to this part.

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from tri_glide_kinematics.motion.path_timing.grid import TimingGrid
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.phases import evaluate
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
-from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
+from tri_glide_kinematics.motion.trajectory import (
+    PathHeights,
+    PlanningError,
+    RuckigPlanner,
+    SliderLimits,
+    TimeScaling,
+    evaluate,
+)
 from tri_glide_kinematics.vectors import FloatArray
 
 # Part of the limits with which a motion is made slower in a guess.

@@ -23,8 +23,7 @@ from tri_glide_kinematics.motion.path_timing.speed_estimate import (
     estimated,
     samples,
 )
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
+from tri_glide_kinematics.motion.trajectory import PathHeights, SliderLimits
 from tri_glide_kinematics.vectors import FloatArray
 
 BoolArray = NDArray[np.bool_]

@@ -23,12 +23,15 @@ from tri_glide_kinematics.motion.path_timing.problem import (
     spline_rows,
     timing_problem,
 )
-from tri_glide_kinematics.motion.trajectory.curve_bounds import bounds_in_pieces
-from tri_glide_kinematics.motion.trajectory.errors import PathTimingError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.line_bounds import NO_BACKWARD_SPEED
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart, TimeScaling
+from tri_glide_kinematics.motion.trajectory import (
+    NO_BACKWARD_SPEED,
+    PathHeights,
+    PathStart,
+    PathTimingError,
+    SliderLimits,
+    TimeScaling,
+    bounds_in_pieces,
+)
 from tri_glide_kinematics.vectors import FloatArray
 
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(6)

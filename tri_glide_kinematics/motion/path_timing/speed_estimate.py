@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.path.distinct import distinct
-from tri_glide_kinematics.motion.trajectory.errors import PathTimingError
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
+from tri_glide_kinematics.motion.trajectory import PathHeights, PathTimingError, SliderLimits
 from tri_glide_kinematics.vectors import FloatArray
 
 BoolArray = NDArray[np.bool_]

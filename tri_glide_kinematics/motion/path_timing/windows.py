@@ -21,11 +21,17 @@ from tri_glide_kinematics.motion.path_timing.grid import (
     timing_grid,
 )
 from tri_glide_kinematics.motion.path_timing.search import COMMITTED, TimingSearch, slowdown
-from tri_glide_kinematics.motion.trajectory.curve_bounds import bounds_in_pieces
-from tri_glide_kinematics.motion.trajectory.errors import PathTimingError, PlanningError
-from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
+from tri_glide_kinematics.motion.trajectory import (
+    RELATIVE_ROUNDING,
+    PathHeights,
+    PathScaling,
+    PathStart,
+    PathTimingError,
+    PlanningError,
+    SliderLimits,
+    TimeScaling,
+    bounds_in_pieces,
+)
 from tri_glide_kinematics.vectors import FloatArray
 
 # A plan from rest is stretched to keep the limits if that costs less than this part of its time.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from tri_glide_kinematics.motion.tracking.slider_way import SliderWay
 from tri_glide_kinematics.motion.tracking.velocity_phases import Phase, to_zero
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory import SliderLimits
 
 # A slider that is slower than the others brakes more gently, but not by more than this.
 GENTLEST = 0.05

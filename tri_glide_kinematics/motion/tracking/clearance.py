@@ -19,16 +19,15 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.tracking.velocity_phases import Phase
-from tri_glide_kinematics.motion.trajectory.cubic import SliderState
-from tri_glide_kinematics.motion.trajectory.limits import (
+from tri_glide_kinematics.motion.trajectory import (
     RELATIVE_ROUNDING,
     TRAVEL_ROUNDING,
     SliderLimits,
+    SliderState,
+    after,
 )
-from tri_glide_kinematics.motion.trajectory.phases import after
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.limits import WorkspaceLimits
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 
 class Excursion(NamedTuple):

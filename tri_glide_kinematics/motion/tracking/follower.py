@@ -19,10 +19,8 @@ from tri_glide_kinematics.motion.tracking.target_tracking import (
     straight_towards,
 )
 from tri_glide_kinematics.motion.tracking.velocity_tracking import VelocityTracking
-from tri_glide_kinematics.motion.trajectory.cubic import SliderState, TrackedStep
-from tri_glide_kinematics.motion.trajectory.errors import SOUND
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.motion.trajectory import SOUND, SliderLimits, SliderState, TrackedStep
+from tri_glide_kinematics.workspace import Workspace
 
 
 class Follower:

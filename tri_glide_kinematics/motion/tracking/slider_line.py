@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tri_glide_kinematics.tri_glide.errors import NoPoseError
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.tri_glide import NoPoseError, TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import vector_text
 

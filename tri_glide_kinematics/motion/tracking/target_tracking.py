@@ -22,12 +22,14 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
 )
 from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, within
 from tri_glide_kinematics.motion.tracking.way_ahead import approach
-from tri_glide_kinematics.motion.trajectory.cubic import SliderState
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner
-from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE
+from tri_glide_kinematics.motion.trajectory import (
+    EDGE_CLEARANCE,
+    RuckigPlanner,
+    SliderLimits,
+    SliderState,
+)
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # What the target may take of the limits: there is always something left to catch up with. A
 # target that takes more is not followed, only run after.

@@ -23,11 +23,10 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
 from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, to_zero
 from tri_glide_kinematics.motion.tracking.wanted_motion import TINY, WantedMotion, wanted_motion
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
-from tri_glide_kinematics.motion.trajectory.cubic import AT_REST, SliderState
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.trajectory import AT_REST, SliderLimits, SliderState
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # What of the limits of the jerk the motion along the line may take: the rest keeps to the line.
 FRACTION_OF_JERK = 0.95

@@ -12,9 +12,8 @@ from tri_glide_kinematics.motion.tracking.way_ahead import (
     approach,
     way_to_rest,
 )
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.motion.trajectory import EDGE_CLEARANCE, SliderLimits
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
 # What the bends of the slider paths may take of the limits of acceleration and jerk; the rest is

@@ -14,9 +14,9 @@ from __future__ import annotations
 from math import dist, hypot, inf, sqrt
 from typing import NamedTuple
 
-from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE
+from tri_glide_kinematics.motion.trajectory import EDGE_CLEARANCE
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # Nearer than this it is there [m].
 ARRIVED = 1e-7

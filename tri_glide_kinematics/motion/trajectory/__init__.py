@@ -1,1 +1,78 @@
 """Trajectories to rest: their curves and time scalings, and the proof that they keep limits."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.trajectory.cubic import AT_REST as AT_REST
+    from tri_glide_kinematics.motion.trajectory.cubic import SAME_TIME as SAME_TIME
+    from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan as CubicPlan
+    from tri_glide_kinematics.motion.trajectory.cubic import Plan as Plan
+    from tri_glide_kinematics.motion.trajectory.cubic import SampledPlan as SampledPlan
+    from tri_glide_kinematics.motion.trajectory.cubic import SequencePlan as SequencePlan
+    from tri_glide_kinematics.motion.trajectory.cubic import SliderState as SliderState
+    from tri_glide_kinematics.motion.trajectory.cubic import StraightPlan as StraightPlan
+    from tri_glide_kinematics.motion.trajectory.cubic import TrackedStep as TrackedStep
+    from tri_glide_kinematics.motion.trajectory.curve_bounds import (
+        bounds_in_pieces as bounds_in_pieces,
+    )
+    from tri_glide_kinematics.motion.trajectory.curve_bounds import (
+        check_path_limits as check_path_limits,
+    )
+    from tri_glide_kinematics.motion.trajectory.curve_bounds import path_bounds as path_bounds
+    from tri_glide_kinematics.motion.trajectory.errors import SOUND as SOUND
+    from tri_glide_kinematics.motion.trajectory.errors import MotionError as MotionError
+    from tri_glide_kinematics.motion.trajectory.errors import NewerGoalError as NewerGoalError
+    from tri_glide_kinematics.motion.trajectory.errors import NoPathError as NoPathError
+    from tri_glide_kinematics.motion.trajectory.errors import NoRoomError as NoRoomError
+    from tri_glide_kinematics.motion.trajectory.errors import NotStartedError as NotStartedError
+    from tri_glide_kinematics.motion.trajectory.errors import PathTimingError as PathTimingError
+    from tri_glide_kinematics.motion.trajectory.errors import PlanningError as PlanningError
+    from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError as SliderLimitError
+    from tri_glide_kinematics.motion.trajectory.knots import knots_with_blend as knots_with_blend
+    from tri_glide_kinematics.motion.trajectory.knots import lasting as lasting
+    from tri_glide_kinematics.motion.trajectory.knots import merged as merged
+    from tri_glide_kinematics.motion.trajectory.knots import shortest_piece as shortest_piece
+    from tri_glide_kinematics.motion.trajectory.knots import with_knots_of as with_knots_of
+    from tri_glide_kinematics.motion.trajectory.limits import QUANTITIES as QUANTITIES
+    from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING as RELATIVE_ROUNDING
+    from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING as TRAVEL_ROUNDING
+    from tri_glide_kinematics.motion.trajectory.limits import SliderLimits as SliderLimits
+    from tri_glide_kinematics.motion.trajectory.line_bounds import (
+        NO_BACKWARD_SPEED as NO_BACKWARD_SPEED,
+    )
+    from tri_glide_kinematics.motion.trajectory.line_bounds import (
+        derivative_bounds as derivative_bounds,
+    )
+    from tri_glide_kinematics.motion.trajectory.line_bounds import slowdown as slowdown
+    from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights as PathHeights
+    from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan as LinePlan
+    from tri_glide_kinematics.motion.trajectory.path_plan import PathPlan as PathPlan
+    from tri_glide_kinematics.motion.trajectory.phases import CoordinateProfile as CoordinateProfile
+    from tri_glide_kinematics.motion.trajectory.phases import Phases as Phases
+    from tri_glide_kinematics.motion.trajectory.phases import after as after
+    from tri_glide_kinematics.motion.trajectory.phases import evaluate as evaluate
+    from tri_glide_kinematics.motion.trajectory.phases import first_of as first_of
+    from tri_glide_kinematics.motion.trajectory.phases import rest_to_rest as rest_to_rest
+    from tri_glide_kinematics.motion.trajectory.phases import total_duration as total_duration
+    from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner as RuckigPlanner
+    from tri_glide_kinematics.motion.trajectory.ruckig_planner import (
+        Synchronization as Synchronization,
+    )
+    from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine as StraightLine
+    from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling as PathScaling
+    from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart as PathStart
+    from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling
+    from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE as EDGE_CLEARANCE
+    from tri_glide_kinematics.motion.trajectory.verification import (
+        check_line_limits as check_line_limits,
+    )
+    from tri_glide_kinematics.motion.trajectory.verification import (
+        check_slider_limits as check_slider_limits,
+    )
+    from tri_glide_kinematics.motion.trajectory.verification import (
+        height_extremes as height_extremes,
+    )
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

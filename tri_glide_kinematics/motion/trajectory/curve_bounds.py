@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.path.pieces import Indices
+from tri_glide_kinematics.motion.path import Indices
 from tri_glide_kinematics.motion.trajectory import quintics
 from tri_glide_kinematics.motion.trajectory.errors import PlanningError
 from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING, SliderLimits

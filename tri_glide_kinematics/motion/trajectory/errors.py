@@ -8,7 +8,7 @@ from types import TracebackType
 import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError, Refusal
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
+from tri_glide_kinematics.motion.path import DrivenPath
 from tri_glide_kinematics.wording import number_text, vector_text
 
 

@@ -16,10 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.pieces import Indices
+from tri_glide_kinematics.motion.path import DrivenPath, Indices
 from tri_glide_kinematics.motion.trajectory.cubic import SliderState, new_state
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
 
 # However small the scale is, no path is to be driven more slowly [m/s].

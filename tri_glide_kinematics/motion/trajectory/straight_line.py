@@ -17,8 +17,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tri_glide_kinematics.tri_glide.errors import ArmTooShortError
-from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
+from tri_glide_kinematics.tri_glide import ArmTooShortError, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 

@@ -38,8 +38,7 @@ from tri_glide_kinematics.motion.trajectory.line_bounds import (
 from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan, PathPlan
 from tri_glide_kinematics.motion.trajectory.phases import after
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace.limits import WorkspaceLimits
-from tri_glide_kinematics.workspace.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 # A motion ends this far from the edge of the workspace, and needs as much room to begin [m].
 EDGE_CLEARANCE = 1e-6

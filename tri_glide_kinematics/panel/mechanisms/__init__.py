@@ -2,3 +2,24 @@
 
 For other parts of the panel: ``MechanismsTab`` in ``tab``, ``MechanismRequests`` in ``requests``.
 """
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.panel.mechanisms.drawing import BLUE as BLUE
+    from tri_glide_kinematics.panel.mechanisms.drawing import GREEN as GREEN
+    from tri_glide_kinematics.panel.mechanisms.drawing import ORANGE as ORANGE
+    from tri_glide_kinematics.panel.mechanisms.drawing import PALE as PALE
+    from tri_glide_kinematics.panel.mechanisms.drawing import fitted as fitted
+    from tri_glide_kinematics.panel.mechanisms.questions import example_files as example_files
+    from tri_glide_kinematics.panel.mechanisms.questions import questions_about as questions_about
+    from tri_glide_kinematics.panel.mechanisms.requests import (
+        MechanismRequests as MechanismRequests,
+    )
+    from tri_glide_kinematics.panel.mechanisms.tab import NONE as NONE
+    from tri_glide_kinematics.panel.mechanisms.tab import MechanismsTab as MechanismsTab
+    from tri_glide_kinematics.panel.mechanisms.track import Track as Track
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 import viser
 
-from tri_glide_kinematics.control.operating_state import IDLE
+from tri_glide_kinematics.control import IDLE
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.curves.plots import CurveLimits, Curves
+from tri_glide_kinematics.panel.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.feeds import Feeds, MotionFeed
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import note
-from tri_glide_kinematics.panel.scene.scene import Pose, Scene, view_of
+from tri_glide_kinematics.panel.scene import Pose, Scene, view_of
 from tri_glide_kinematics.panel.tabs.desk import Desk
 from tri_glide_kinematics.panel.tabs.go_to_handle import GoToHandle
 from tri_glide_kinematics.panel.tabs.numbers import Row, edge_row, numbers_table
-from tri_glide_kinematics.ros.outputs.motion_state import Motion
+from tri_glide_kinematics.ros.outputs import Motion
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.workspace.outline import edge_rings
+from tri_glide_kinematics.workspace import edge_rings
 
 NUMBERS_PERIOD = 0.5  # s
 # The edge is looked for in six directions, which takes some milliseconds [s].

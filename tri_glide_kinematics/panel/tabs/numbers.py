@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import bar, table
-from tri_glide_kinematics.panel.scene.scene import Pose
+from tri_glide_kinematics.panel.scene import Pose
 from tri_glide_kinematics.vectors import Vector3
 
 # A bar is coloured from this part of its limit on.

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tri_glide_kinematics.motion.trajectory.cubic import SampledPlan
+from tri_glide_kinematics.motion.trajectory import SampledPlan
 from tri_glide_kinematics.ros.cdr.message_bytes import (
     align,
     begun,

@@ -10,8 +10,8 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 
 from tri_glide_interfaces.action import FollowPath, MoveTo
-from tri_glide_kinematics.motion.path.flat_path import FlatPath
-from tri_glide_kinematics.ros.cdr.request_bytes import read_kinds_within_bytes
+from tri_glide_kinematics.motion.path import FlatPath
+from tri_glide_kinematics.ros.cdr import read_kinds_within_bytes
 from tri_glide_kinematics.vectors import Vector3
 
 

@@ -14,19 +14,20 @@ from rclpy.task import Future
 from std_msgs.msg import Bool
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.calibration.session.errors import ProbingError, RecordingError
-from tri_glide_kinematics.calibration.session.height_record import HeightRecord
-from tri_glide_kinematics.calibration.session.probing import (
+from tri_glide_kinematics.calibration.session import (
+    HeightRecord,
     MachineView,
     Probe,
     ProbePhase,
     ProbeSettings,
+    ProbingError,
+    RecordingError,
     Speed,
 )
-from tri_glide_kinematics.control.operating_state import IDLE
+from tri_glide_kinematics.control import IDLE
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.messages import set_stamp
-from tri_glide_kinematics.ros.outputs.machine_state import cause_of, state_of
+from tri_glide_kinematics.ros.outputs import cause_of, state_of
 from tri_glide_kinematics.vectors import Vector3
 
 # Who asks right after a motion has to wait for the time of rest that is asked for [s].

@@ -9,12 +9,15 @@ from collections.abc import Callable
 from geometry_msgs.msg import Point
 
 from tri_glide_interfaces.action import FollowPath
-from tri_glide_kinematics.control.commands.goals import GoalCode
+from tri_glide_kinematics.control.commands import GoalCode
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.programs.drive_file import DriveFile, MoveStep, PathStep, Step
-from tri_glide_kinematics.programs.report import (
+from tri_glide_kinematics.programs import (
     NOT_DRIVEN,
+    DriveFile,
+    MoveStep,
+    PathStep,
     ProgressLine,
+    Step,
     StepReport,
     in_millimetres,
 )

@@ -1,1 +1,19 @@
 """What comes to a node: targets, goals, measurements and calls."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.ros.inputs.action_motions import NODE_ENDS as NODE_ENDS
+    from tri_glide_kinematics.ros.inputs.action_motions import MotionActions as MotionActions
+    from tri_glide_kinematics.ros.inputs.machine_services import MachineServices as MachineServices
+    from tri_glide_kinematics.ros.inputs.path_messages import AT_A_TIME as AT_A_TIME
+    from tri_glide_kinematics.ros.inputs.path_messages import flat_path as flat_path
+    from tri_glide_kinematics.ros.inputs.path_messages import path_points as path_points
+    from tri_glide_kinematics.ros.inputs.slider_measurements import MOST_LAYOUTS as MOST_LAYOUTS
+    from tri_glide_kinematics.ros.inputs.slider_measurements import (
+        SliderMeasurements as SliderMeasurements,
+    )
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -11,23 +11,29 @@ from geometry_msgs.msg import Point
 from rclpy.node import Node
 
 from tri_glide_interfaces.action import FollowPath, MoveTo
-from tri_glide_kinematics.control.commands.goals import Goal, GoalCode, Outcome
-from tri_glide_kinematics.control.commands.inbox import TargetPath, TargetPosition
-from tri_glide_kinematics.control.controller import MotionController
-from tri_glide_kinematics.control.errors import CommandRefusedError
+from tri_glide_kinematics.control import CommandRefusedError, MotionController
+from tri_glide_kinematics.control.commands import (
+    Goal,
+    GoalCode,
+    Outcome,
+    TargetPath,
+    TargetPosition,
+)
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.moves.search import MotionKind
-from tri_glide_kinematics.motion.path.flat_path import FlatPath, SegmentKind, polyline_from
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.path.segments import SHORTEST
+from tri_glide_kinematics.motion.moves import MotionKind
+from tri_glide_kinematics.motion.path import (
+    SHORTEST,
+    FlatPath,
+    PlatformPath,
+    SegmentKind,
+    polyline_from,
+)
 from tri_glide_kinematics.reason_log import RefusalLog
 from tri_glide_kinematics.ros.inputs.path_messages import flat_path, path_points
 from tri_glide_kinematics.ros.messages import target_position
-from tri_glide_kinematics.ros.serving.action_server import ActionServer
-from tri_glide_kinematics.ros.serving.patient_services import PatientServices
-from tri_glide_kinematics.tri_glide.errors import NoPoseError
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide
+from tri_glide_kinematics.ros.serving import ActionServer, PatientServices
+from tri_glide_kinematics.tri_glide import NoPoseError, TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
 

@@ -8,11 +8,11 @@ from collections.abc import Callable
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
-from tri_glide_kinematics.control.controller import MotionController
+from tri_glide_kinematics.control import MotionController
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import RefusalLog
-from tri_glide_kinematics.ros.outputs.state_reports import StateReports
-from tri_glide_kinematics.ros.serving.patient_services import CALLS
+from tri_glide_kinematics.ros.outputs import StateReports
+from tri_glide_kinematics.ros.serving import CALLS
 
 
 class MachineServices:

@@ -13,9 +13,8 @@ import numpy as np
 
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.path.flat_path import FlatPath
-from tri_glide_kinematics.motion.path.inputs import check_count
-from tri_glide_kinematics.ros.cdr.stamped_triples import PLAIN, byte_order
+from tri_glide_kinematics.motion.path import FlatPath, check_count
+from tri_glide_kinematics.ros.cdr import PLAIN, byte_order
 from tri_glide_kinematics.ros.messages import (
     ROTATION_TOLERANCE,
     RefusedMessageError,

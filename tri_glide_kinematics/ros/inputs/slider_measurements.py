@@ -17,7 +17,7 @@ from typing import NamedTuple
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.ros.cdr.stamped_triples import (
+from tri_glide_kinematics.ros.cdr import (
     KIND,
     MARKS,
     PLAIN,

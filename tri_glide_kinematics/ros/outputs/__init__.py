@@ -1,1 +1,29 @@
 """What a node tells: setpoints, states, markers and diagnostics."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.ros.outputs.command_outputs import CommandOutputs as CommandOutputs
+    from tri_glide_kinematics.ros.outputs.command_outputs import plan_points as plan_points
+    from tri_glide_kinematics.ros.outputs.diagnostics import (
+        DiagnosticsPublisher as DiagnosticsPublisher,
+    )
+    from tri_glide_kinematics.ros.outputs.diagnostics import status_message as status_message
+    from tri_glide_kinematics.ros.outputs.machine_state import STATES as STATES
+    from tri_glide_kinematics.ros.outputs.machine_state import cause_of as cause_of
+    from tri_glide_kinematics.ros.outputs.machine_state import state_of as state_of
+    from tri_glide_kinematics.ros.outputs.markers import DRIVEN as DRIVEN
+    from tri_glide_kinematics.ros.outputs.markers import PROGRAMMED as PROGRAMMED
+    from tri_glide_kinematics.ros.outputs.markers import TARGET as TARGET
+    from tri_glide_kinematics.ros.outputs.markers import Markers as Markers
+    from tri_glide_kinematics.ros.outputs.motion_state import NEWEST as NEWEST
+    from tri_glide_kinematics.ros.outputs.motion_state import Motion as Motion
+    from tri_glide_kinematics.ros.outputs.motion_state import MotionStates as MotionStates
+    from tri_glide_kinematics.ros.outputs.motion_state import read_motion as read_motion
+    from tri_glide_kinematics.ros.outputs.state_reports import LATCHED as LATCHED
+    from tri_glide_kinematics.ros.outputs.state_reports import StateReports as StateReports
+    from tri_glide_kinematics.ros.outputs.truth_outputs import TruthOutputs as TruthOutputs
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

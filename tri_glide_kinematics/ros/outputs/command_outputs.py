@@ -14,10 +14,10 @@ from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
 from tri_glide_kinematics.errors import KinematicsError, Refusal
-from tri_glide_kinematics.motion.engine.engine import MotionEngine, SampledPlan, SliderState
-from tri_glide_kinematics.ros.cdr.stamped_triples import FIRST, SECOND, StampedTriples
-from tri_glide_kinematics.ros.cdr.trajectory_bytes import joint_trajectory
-from tri_glide_kinematics.ros.parameters.table import Values
+from tri_glide_kinematics.motion.engine import MotionEngine
+from tri_glide_kinematics.motion.trajectory import SampledPlan, SliderState
+from tri_glide_kinematics.ros.cdr import FIRST, SECOND, StampedTriples, joint_trajectory
+from tri_glide_kinematics.ros.parameters import Values
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 RELIABLE = QoSProfile(depth=10)

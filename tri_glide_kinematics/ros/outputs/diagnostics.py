@@ -9,7 +9,7 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
-from tri_glide_kinematics.control.health import Health
+from tri_glide_kinematics.control import Health
 from tri_glide_kinematics.ros.messages import set_stamp
 from tri_glide_kinematics.wording import number_text
 

@@ -8,9 +8,7 @@ from geometry_msgs.msg import Point, Vector3
 from rclpy.clock import Clock
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.control.operating_state import OperatingState
-from tri_glide_kinematics.control.reason import Cause
-from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.control import Cause, ControllerStatus, OperatingState
 from tri_glide_kinematics.reason_log import RefusalLog
 from tri_glide_kinematics.ros.messages import set_stamp
 

@@ -12,13 +12,12 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.engine import MotionEngine
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.polylines import PathPolylines, polylines_of
-from tri_glide_kinematics.ros.cdr.marker_bytes import MarkerShape, marker_array
+from tri_glide_kinematics.motion.engine import MotionEngine
+from tri_glide_kinematics.motion.path import DrivenPath, PathPolylines, polylines_of
+from tri_glide_kinematics.ros.cdr import MarkerShape, marker_array
 from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace import Workspace
 from tri_glide_kinematics.workspace.outline import outline
-from tri_glide_kinematics.workspace.workspace import Workspace
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

@@ -10,8 +10,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from tri_glide_interfaces.msg import MotionState
-from tri_glide_kinematics.motion.engine.engine import SliderState
-from tri_glide_kinematics.ros.cdr.stamped_triples import (
+from tri_glide_kinematics.motion.trajectory import SliderState
+from tri_glide_kinematics.ros.cdr import (
     FIRST,
     FOURTH,
     SECOND,
@@ -21,7 +21,7 @@ from tri_glide_kinematics.ros.cdr.stamped_triples import (
     StampedTriples,
     byte_order,
 )
-from tri_glide_kinematics.ros.parameters.table import Values
+from tri_glide_kinematics.ros.parameters import Values
 from tri_glide_kinematics.vectors import Vector3
 
 TOPIC = "~/motion_state"

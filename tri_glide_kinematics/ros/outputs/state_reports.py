@@ -10,10 +10,15 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.control.controller_health import line_of, status_of
-from tri_glide_kinematics.control.health import Health
-from tri_glide_kinematics.control.operating_state import FAULT, JOGGING, TRACKING
-from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.control import (
+    FAULT,
+    JOGGING,
+    TRACKING,
+    ControllerStatus,
+    Health,
+    line_of,
+    status_of,
+)
 from tri_glide_kinematics.reason_log import ReasonLog, RefusalLog
 from tri_glide_kinematics.ros.outputs.diagnostics import status_message
 from tri_glide_kinematics.ros.outputs.machine_state import TOPIC, machine_state

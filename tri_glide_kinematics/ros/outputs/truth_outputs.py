@@ -7,8 +7,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Bool
 
-from tri_glide_kinematics.control.simulated_sliders import SimulatedPlate
-from tri_glide_kinematics.ros.cdr.stamped_triples import FIRST, StampedTriples
+from tri_glide_kinematics.control import SimulatedPlate
+from tri_glide_kinematics.ros.cdr import FIRST, StampedTriples
 from tri_glide_kinematics.vectors import Vector3
 
 RELIABLE = QoSProfile(depth=10)

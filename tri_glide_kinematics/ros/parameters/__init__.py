@@ -1,1 +1,63 @@
 """Parameters: their tables, where values come from, and what is made of them."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.ros.parameters.calibration import deviations_of as deviations_of
+    from tri_glide_kinematics.ros.parameters.calibration import folder_of as folder_of
+    from tri_glide_kinematics.ros.parameters.calibration import nominal_of as nominal_of
+    from tri_glide_kinematics.ros.parameters.calibration import plate_of as plate_of
+    from tri_glide_kinematics.ros.parameters.calibration import priors_of as priors_of
+    from tri_glide_kinematics.ros.parameters.calibration import (
+        probe_settings_of as probe_settings_of,
+    )
+    from tri_glide_kinematics.ros.parameters.calibration import (
+        reported_workspace_of as reported_workspace_of,
+    )
+    from tri_glide_kinematics.ros.parameters.calibration import requested as requested
+    from tri_glide_kinematics.ros.parameters.command_line import ArgumentError as ArgumentError
+    from tri_glide_kinematics.ros.parameters.command_line import check_arguments as check_arguments
+    from tri_glide_kinematics.ros.parameters.command_line import help_text as help_text
+    from tri_glide_kinematics.ros.parameters.command_line import help_wanted as help_wanted
+    from tri_glide_kinematics.ros.parameters.command_line import in_words as in_words
+    from tri_glide_kinematics.ros.parameters.command_line import parameter_files as parameter_files
+    from tri_glide_kinematics.ros.parameters.command_line import parameter_rules as parameter_rules
+    from tri_glide_kinematics.ros.parameters.live import LiveParameters as LiveParameters
+    from tri_glide_kinematics.ros.parameters.sources import ParameterSource as ParameterSource
+    from tri_glide_kinematics.ros.parameters.sources import check_names as check_names
+    from tri_glide_kinematics.ros.parameters.sources import check_sources as check_sources
+    from tri_glide_kinematics.ros.parameters.sources import is_for as is_for
+    from tri_glide_kinematics.ros.parameters.sources import sections_of as sections_of
+    from tri_glide_kinematics.ros.parameters.sources import sources_of as sources_of
+    from tri_glide_kinematics.ros.parameters.table import Parameter as Parameter
+    from tri_glide_kinematics.ros.parameters.table import ParameterError as ParameterError
+    from tri_glide_kinematics.ros.parameters.table import Values as Values
+    from tri_glide_kinematics.ros.parameters.table import change_text as change_text
+    from tri_glide_kinematics.ros.parameters.table import markdown_table as markdown_table
+    from tri_glide_kinematics.ros.parameters.table import plain_list as plain_list
+    from tri_glide_kinematics.ros.parameters.table import start_text as start_text
+    from tri_glide_kinematics.ros.parameters.tables import CALIBRATION_NODE as CALIBRATION_NODE
+    from tri_glide_kinematics.ros.parameters.tables import FK_NODE as FK_NODE
+    from tri_glide_kinematics.ros.parameters.tables import IK_NODE as IK_NODE
+    from tri_glide_kinematics.ros.parameters.tables import NODES as NODES
+    from tri_glide_kinematics.ros.parameters.tables import PANEL_NODE as PANEL_NODE
+    from tri_glide_kinematics.ros.parameters.tables import SIMULATOR_NODE as SIMULATOR_NODE
+    from tri_glide_kinematics.ros.parameters.tables import document as document
+    from tri_glide_kinematics.ros.parameters.values import check_joint_names as check_joint_names
+    from tri_glide_kinematics.ros.parameters.values import check_travel as check_travel
+    from tri_glide_kinematics.ros.parameters.values import (
+        in_position_bounds_of as in_position_bounds_of,
+    )
+    from tri_glide_kinematics.ros.parameters.values import limits_of as limits_of
+    from tri_glide_kinematics.ros.parameters.values import machine_of as machine_of
+    from tri_glide_kinematics.ros.parameters.values import (
+        supervision_bounds_of as supervision_bounds_of,
+    )
+    from tri_glide_kinematics.ros.parameters.values import true_travel_of as true_travel_of
+    from tri_glide_kinematics.ros.parameters.values import (
+        workspace_limits_of as workspace_limits_of,
+    )
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

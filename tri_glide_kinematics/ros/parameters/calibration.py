@@ -8,16 +8,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
-from tri_glide_kinematics.calibration.fit.measurements import Plate
-from tri_glide_kinematics.calibration.fit.priors import Priors
-from tri_glide_kinematics.calibration.session.errors import SavingError
-from tri_glide_kinematics.calibration.session.probing import ProbeSettings
-from tri_glide_kinematics.calibration.session.session import Deviations
+from tri_glide_kinematics.calibration.fit import MachineParameters, Plate, Priors
+from tri_glide_kinematics.calibration.session import Deviations, ProbeSettings, SavingError
 from tri_glide_kinematics.ros.parameters.table import Values
 from tri_glide_kinematics.ros.parameters.tables import CALIBRATION_NODE
 from tri_glide_kinematics.ros.parameters.values import machine_of, workspace_limits_of
-from tri_glide_kinematics.workspace.limits import WorkspaceLimits
+from tri_glide_kinematics.workspace import WorkspaceLimits
 
 
 def nominal_of(values: Values) -> MachineParameters:

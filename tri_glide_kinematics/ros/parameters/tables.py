@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from tri_glide_kinematics.ros.parameters.table import Parameter, markdown_table
-from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 JOINT_NAMES = Parameter(
     "joint_names",

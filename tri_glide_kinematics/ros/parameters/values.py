@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.control.in_position import InPositionBounds
-from tri_glide_kinematics.control.supervision import SupervisionBounds
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.control import InPositionBounds, SupervisionBounds
+from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.ros.parameters.table import ParameterError, Values
-from tri_glide_kinematics.tri_glide.kinematics import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
-from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimits
+from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
 
 CALIBRATED = "calibrated"
 

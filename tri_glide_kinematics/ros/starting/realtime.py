@@ -11,7 +11,7 @@ from pathlib import Path
 
 from rclpy.node import Node
 
-from tri_glide_kinematics.ros.parameters.table import Values
+from tri_glide_kinematics.ros.parameters import Values
 
 # Of prctl [ns].
 SET_TIMER_SLACK = 29

@@ -58,10 +58,8 @@ def run(module: str, class_name: str) -> int:
     from rclpy.signals import SignalHandlerOptions
 
     from tri_glide_kinematics.errors import KinematicsError
-    from tri_glide_kinematics.ros.cdr.request_bytes import read_within_bytes
-    from tri_glide_kinematics.ros.parameters import command_line
-    from tri_glide_kinematics.ros.parameters.sources import sources_of
-    from tri_glide_kinematics.ros.parameters.tables import NODES
+    from tri_glide_kinematics.ros.cdr import read_within_bytes
+    from tri_glide_kinematics.ros.parameters import NODES, command_line, sources_of
     from tri_glide_kinematics.ros.starting.end_signals import EndSignals
     from tri_glide_kinematics.ros.starting.transport import choose_transport
 
@@ -117,7 +115,7 @@ def _spin(node: Node, signals: EndSignals) -> None:
     rclpy's own services raise on some contents (a parameter of an unknown type, for instance).
     That is the sender's mistake and must not stop a machine, so it is logged and survived.
     """
-    from tri_glide_kinematics.ros.loop.error_log import ErrorLog
+    from tri_glide_kinematics.ros.loop import ErrorLog
 
     errors = ErrorLog(node)
 
@@ -146,7 +144,7 @@ def _spinner_of(
     """Return what spins a node, in its own cycle if it has one, and what has to be called then."""
     cycle = getattr(node, "cycle", None)
     if cycle is not None:
-        from tri_glide_kinematics.ros.loop.cycle_loop import CycleLoop
+        from tri_glide_kinematics.ros.loop import CycleLoop
         from tri_glide_kinematics.ros.starting.realtime import ask_of_system
 
         ask_of_system(node)

@@ -5,8 +5,7 @@ import math
 import numpy as np
 from f_mechanism_samples import random_mechanism
 
-from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve, Drive
-from tri_glide_kinematics.mechanisms.f_mechanism.following.trace import starting_point
+from tri_glide_kinematics.mechanisms.f_mechanism.following import Curve, Drive, starting_point
 from tri_glide_kinematics.mechanisms.f_mechanism.following.tube import tube
 
 

@@ -5,9 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.batch_roots import row_roots
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.polynomial import Cubic, evaluate
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.roots import real_roots
+from tri_glide_kinematics.mechanisms.f_mechanism.solving import (
+    Cubic,
+    evaluate,
+    real_roots,
+    row_roots,
+)
 
 
 def random_cubic(rng):

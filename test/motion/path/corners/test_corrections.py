@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from testing.path_samples import random_path, unit
+from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
 from tri_glide_kinematics.motion.path.corners import corrections
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
 
 
 def rough_polyline(rng, tolerance):

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from testing.path_samples import random_path
-from tri_glide_kinematics.motion.path.corners.swinging import FARTHEST, NARROWER, REACH, swing_of
-from tri_glide_kinematics.motion.path.corners.tapering import WIDEST
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.path.corners import FARTHEST, NARROWER, REACH, WIDEST, swing_of
 
 TOLERANCE = 1e-3
 PLACES = np.linspace(0.0, 1.0, 401)

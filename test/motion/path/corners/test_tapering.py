@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from testing.path_samples import random_path
-from tri_glide_kinematics.motion.path.corners import corrections
-from tri_glide_kinematics.motion.path.corners.tapering import WIDEST
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.path.corners import WIDEST, corrections
 
 TOLERANCE = 1e-3
 

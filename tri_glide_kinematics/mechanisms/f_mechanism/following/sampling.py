@@ -11,8 +11,12 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve, Vector
 from tri_glide_kinematics.mechanisms.f_mechanism.following.follow import Arc
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import direction, pins_at
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.rods import newton_step, rod_jacobian
+from tri_glide_kinematics.mechanisms.f_mechanism.solving import (
+    direction,
+    newton_step,
+    pins_at,
+    rod_jacobian,
+)
 
 Array = NDArray[np.float64]
 

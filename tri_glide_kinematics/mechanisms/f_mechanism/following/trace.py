@@ -30,21 +30,19 @@ from tri_glide_kinematics.mechanisms.f_mechanism.following.stations import (
     Stations,
     multiples,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import (
+from tri_glide_kinematics.mechanisms.f_mechanism.results import (
     EventKind,
     FMechanismEvent,
     FMechanismTrace,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import (
+from tri_glide_kinematics.mechanisms.f_mechanism.solving import (
+    CONVERGED,
     Linkage,
     Number,
     direction,
-    pins_at,
-)
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import pose_of
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.rods import (
-    CONVERGED,
     motion,
+    pins_at,
+    pose_of,
     position_of,
     refined,
     rod_jacobian,

@@ -13,10 +13,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.batch_roots import row_roots
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import ROUNDING, Closure, closure
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import Linkage, direction, pins_at
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.polynomial import Cubic, derivatives
+from tri_glide_kinematics.mechanisms.f_mechanism.solving import (
+    ROUNDING,
+    Closure,
+    Cubic,
+    Linkage,
+    derivatives,
+    direction,
+    pins_at,
+    row_roots,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import closure
 
 Array = NDArray[np.float64]
 

@@ -8,20 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import Curve
-from tri_glide_kinematics.mechanisms.f_mechanism.following.stations import uniform_stations
-from tri_glide_kinematics.mechanisms.f_mechanism.following.trace import (
+from tri_glide_kinematics.mechanisms.f_mechanism.following import (
+    Curve,
     TraceOptions,
     starting_point,
     straight_drive,
     trace_branch,
+    uniform_stations,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.overview.islands import find_islands
-from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose, FMechanismPoses
-from tri_glide_kinematics.mechanisms.f_mechanism.results.trace import FMechanismTrace
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.batch import solve_batch
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import Linkage
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import poses_at
+from tri_glide_kinematics.mechanisms.f_mechanism.results import (
+    FMechanismPose,
+    FMechanismPoses,
+    FMechanismTrace,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.solving import Linkage, poses_at, solve_batch
 from tri_glide_kinematics.rounding import first_largest
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import Linkage, pins_at
+from tri_glide_kinematics.mechanisms.f_mechanism.solving import Linkage, pins_at
 from tri_glide_kinematics.vectors import Point
 
 Array = NDArray[np.float64]

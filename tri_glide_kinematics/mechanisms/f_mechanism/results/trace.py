@@ -10,9 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import Linkage, direction, pins_at
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.positions import pose_of
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.rods import position_of
+from tri_glide_kinematics.mechanisms.f_mechanism.solving import (
+    Linkage,
+    direction,
+    pins_at,
+    pose_of,
+    position_of,
+)
 from tri_glide_kinematics.vectors import Point
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.mechanisms.errors import SelfMotionError
-from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPoses
+from tri_glide_kinematics.mechanisms.f_mechanism.results import FMechanismPoses
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.batch_roots import row_order, simple_roots
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import ROUNDING, Closure, closure
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import (

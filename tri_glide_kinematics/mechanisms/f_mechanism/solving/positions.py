@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from tri_glide_kinematics.mechanisms.errors import SelfMotionError
-from tri_glide_kinematics.mechanisms.f_mechanism.results.pose import FMechanismPose
+from tri_glide_kinematics.mechanisms.f_mechanism.results import FMechanismPose
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.cells import NODES
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.closure import ROUNDING, Closure, closure
 from tri_glide_kinematics.mechanisms.f_mechanism.solving.exact import exact_positions
