@@ -13,6 +13,7 @@ PAGES = sorted(
         ROOT / "README.md",
         ROOT / "CONTRIBUTING.md",
         ROOT / "examples" / "README.md",
+        ROOT / "test" / "README.md",
         *(ROOT / "docs").rglob("*.md"),
     ]
 )

@@ -18,7 +18,7 @@ IDS = [str(page.relative_to(ROOT)) for page in PAGES]
 NODE_SOURCES = "".join(
     path.read_text(encoding="utf-8")
     for folder in ("nodes", "ros")
-    for path in (ROOT / PACKAGE / folder).glob("*.py")
+    for path in (ROOT / PACKAGE / folder).rglob("*.py")
 )
 TABLES = {
     name: {parameter.name: parameter for parameter in table}
