@@ -222,7 +222,7 @@ def test_an_installed_mechanism_is_found_by_its_name(tmp_path, monkeypatch):
 def test_ros_is_not_imported(tmp_path):
     script = f"""if True:
         import sys
-        from tri_glide_kinematics.figures.mechanisms.command import main
+        from tri_glide_kinematics.mechanisms.pictures.command import main
         assert not any(name.startswith(("numpy", "matplotlib")) for name in sys.modules)
         assert main([{str(FOUR_BAR)!r}, "--output", {str(tmp_path)!r}]) == 0
         print([name for name in sys.modules if name.startswith(("rclpy", "ament", "tkinter"))])

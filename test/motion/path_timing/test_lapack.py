@@ -11,8 +11,8 @@ from tri_glide_kinematics.motion.path_timing import dpbtrf, dpbtrs
 
 MOTION_ALONE = """
 import sys
-import tri_glide_kinematics.motion.engine
-from tri_glide_kinematics.motion.paths.lapack import dpbtrf
+import tri_glide_kinematics.motion.engine.engine
+from tri_glide_kinematics.motion.path_timing import dpbtrf
 assert "scipy.linalg" not in sys.modules
 from scipy.linalg import cholesky_banded, lapack
 assert lapack.dpbtrf is dpbtrf

@@ -416,7 +416,7 @@ def test_a_shutdown_from_another_thread_ends_the_loop(node, context, numbers, pe
 NODE_THAT_SLEEPS = """
 import signal, rclpy
 from rclpy.node import Node
-from tri_glide_kinematics.ros.cycle_loop import Cycle, CycleLoop
+from tri_glide_kinematics.ros.loop import Cycle, CycleLoop
 
 signal.signal(signal.SIGINT, lambda *_: None)
 rclpy.init(args=[])

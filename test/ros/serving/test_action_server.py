@@ -22,7 +22,6 @@ from tri_glide_kinematics.ros.serving import (
     ActionServer,
     PatientServices,
     action_server,
-    old_results,
 )
 
 pytestmark = pytest.mark.nodes
@@ -171,13 +170,13 @@ def test_the_list_of_states_stays_short_and_results_are_forgotten_later(monkeypa
 
     desk.client.wait_for(is_listed, "the first goal to be listed no more", 5.0)
     assert status() == GoalStatus.STATUS_SUCCEEDED
-    monkeypatch.setattr(old_results, "KEPT", 0.0)
+    monkeypatch.setattr(action_server, "KEPT", 0.0)
     assert status() == GoalStatus.STATUS_UNKNOWN
 
 
 def test_of_many_results_the_newest_are_kept(monkeypatch, request):
     monkeypatch.setattr(action_server, "STATE_TOLD", 0.01)
-    monkeypatch.setattr(old_results, "MOST", 2)
+    monkeypatch.setattr(action_server, "MOST", 2)
     desk = request.getfixturevalue("desk")
     sent = []
     for _ in range(4):
