@@ -150,7 +150,11 @@ class Admission:
 
 def shown(values: Sequence[str]) -> str:
     """Return what somebody sent, fit for a log: short, and without control characters."""
-    return ascii(", ".join(values)[:SHOWN]) if values else "(none)"
+    if not values:
+        return "(none)"
+    # A character may take six of ASCII.
+    text = ascii(", ".join(values)[:SHOWN])
+    return text if len(text) <= SHOWN + 2 else f"{text[:SHOWN]}..."
 
 
 def is_address(name: str) -> bool:
