@@ -24,7 +24,7 @@ TURNS = 250
 TURNS_WITH_WAYS = 40
 WAYS = 300
 
-HEAD = ("a linear move begun in motion", "median", "90 %", "99 %", "largest", "goal", "reached")
+HEAD = ("a linear move begun in motion", "median", "90 %", "99 %", "largest", "to reach", "reached")
 GOAL = f"{LARGEST_MEDIAN:g} in the median, {LARGEST_MOST:g} at 99 %"
 
 

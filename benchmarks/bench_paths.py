@@ -100,7 +100,7 @@ def run(count: int = 12) -> bool:
     """Measure and print the table; it is always complete."""
     words = {True: "yes", False: "NO", None: "-"}
     lines = [(*row[:3], words[row.is_reached]) for row in rows(count)]
-    print("\n" + aligned([("paths", "ours", "goal", "reached"), *lines]), flush=True)
+    print("\n" + aligned([("paths", "ours", "to reach", "reached"), *lines]), flush=True)
     return True
 
 

@@ -365,9 +365,9 @@ HEAD = (
     "stop of",
     "own stop inside",
     "time over own stop (median, 99 %, largest)",
-    "goal",
+    "to reach",
     "processor time of the call (median, largest)",
-    "goal",
+    "to reach",
     "reached",
 )
 

@@ -52,7 +52,7 @@ def main() -> int:
         found.append(row)
         print(f"{row.what}: {row.ours}", file=sys.stderr, flush=True)
     lines = [(*row[:3], "yes" if row.is_reached else "NO") for row in found]
-    print("\n" + aligned([("calibration", "ours", "goal", "reached"), *lines]), flush=True)
+    print("\n" + aligned([("calibration", "ours", "to reach", "reached"), *lines]), flush=True)
     return 0
 
 

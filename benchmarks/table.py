@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from benchmarks.harness import Figure, Missing
 
-HEAD = ("what", "ours", "reference", "ratio (5 to 95 %)", "goal", "reached")
+HEAD = ("what", "ours", "reference", "ratio (5 to 95 %)", "to reach", "reached")
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 
 
