@@ -34,7 +34,7 @@ SAMPLES = 1440
 FEWEST_SAMPLES = 300
 """Positions of a branch that make it look smooth."""
 
-SAME_PLACE = 1e-6
+ON_BRANCH = 1e-6
 """Branches that pass a position within this [rad, sizes] both pass through it."""
 
 SKELETON = Skeleton(
@@ -171,7 +171,7 @@ def branch_through(overview: FMechanismOverview, pose: FMechanismPose) -> int:
 
     distances = [distance(branch) for branch in overview.branches]
     # In a bifurcation it lies on two branches, of which the first is taken.
-    return next(i for i, found in enumerate(distances) if found <= min(distances) + SAME_PLACE)
+    return next(i for i, found in enumerate(distances) if found <= min(distances) + ON_BRANCH)
 
 
 def angle_that_is_drawn(overview: FMechanismOverview) -> float:

@@ -47,8 +47,8 @@ from tri_glide_kinematics.vectors import FloatArray
 MAX_ROUNDS = 40
 SMALLER = 0.7
 
-# Places of two paths that are nearer are the same [m].
-SAME_PLACE = 1e-12
+# Two paths are driven alike as long as they differ by no more than this [m].
+DRIVEN_ALIKE = 1e-12
 
 # Places in a piece at which it is looked for where they do.
 SAMPLES = 9
@@ -211,9 +211,11 @@ class DrivenPath(Pieces):
         for path in (self, other):
             beyond = np.abs(path.table[:count, columns:]).max(axis=(1, 2), initial=0.0)
             apart[:, 0] += beyond * steps[:, 0] ** columns
-        differs = (apart.max(axis=1) > SAME_PLACE) | (self.segment[:count] != other.segment[:count])
+        differs = (apart.max(axis=1) > DRIVEN_ALIKE) | (
+            self.segment[:count] != other.segment[:count]
+        )
         ends, other_ends = self.breaks[1 : count + 1], other.breaks[1 : count + 1]
-        parted = differs | (np.abs(ends - other_ends) > SAME_PLACE)
+        parted = differs | (np.abs(ends - other_ends) > DRIVEN_ALIKE)
         first = int(np.flatnonzero(np.append(parted, True))[0])
         # One of two equal pieces may be longer.
         if first < count and not differs[first]:

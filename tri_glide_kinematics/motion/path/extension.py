@@ -17,7 +17,7 @@ from tri_glide_kinematics.interruptible import (
 from tri_glide_kinematics.motion.path.corners import RoundedJoints, Widths, widths_of
 from tri_glide_kinematics.motion.path.errors import ApartError
 from tri_glide_kinematics.motion.path.inputs import check_count
-from tri_glide_kinematics.motion.path.segments import SAME_PLACE, Segments, joined_in_pieces
+from tri_glide_kinematics.motion.path.segments import JOINED_WITHIN, Segments, joined_in_pieces
 from tri_glide_kinematics.vectors import FloatArray
 
 # Where a path ended there is a stop still, if the place up to which it stays is not so far before.
@@ -34,8 +34,8 @@ def in_succession(segments: Segments, more: Segments) -> Interruptible[Segments]
     check_count(len(segments) + len(more))
     end, start = segments.points[-1].tolist(), more.points[0].tolist()
     distance = dist(end, start)
-    if not distance <= SAME_PLACE:
-        raise ApartError(end, start, distance, SAME_PLACE)
+    if not distance <= JOINED_WITHIN:
+        raise ApartError(end, start, distance, JOINED_WITHIN)
     return (yield from joined_in_pieces((segments, more)))
 
 

@@ -15,7 +15,7 @@ from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.errors import ApartError, EmptyPathError
 from tri_glide_kinematics.motion.path.inputs import place_of, points_of, speed_of, tolerance_of
 from tri_glide_kinematics.motion.path.segments import (
-    SAME_PLACE,
+    JOINED_WITHIN,
     Segment,
     Segments,
     arc_about,
@@ -192,8 +192,8 @@ class PlatformPath:
         before, after = self.segments, other.segments
         start = after.points[0].tolist()
         distance = dist(self.end, start)
-        if not distance <= SAME_PLACE:
-            raise ApartError(self.end, start, distance, SAME_PLACE)
+        if not distance <= JOINED_WITHIN:
+            raise ApartError(self.end, start, distance, JOINED_WITHIN)
         return PlatformPath.of_segments(joined((before, after)))
 
     def reversed(self) -> PlatformPath:

@@ -49,8 +49,11 @@ def combined(p: float, a: Vector3, q: float, b: Vector3) -> Vector3:
 # A shorter segment ends where it begins, as far as machines go [m].
 SHORTEST = 1e-6
 
-# Places that are nearer are the same [m], and an axis that is shorter is none.
-SAME_PLACE = 1e-9
+# Ends of segments that are nearer than this are joined [m].
+JOINED_WITHIN = 1e-9
+
+# The axis of an arc is at least this long.
+LEAST_AXIS = 1e-9
 
 # An arc that is flatter is a line, but for rounding [m].
 LARGEST_RADIUS = 1000.0
@@ -239,8 +242,8 @@ def arc_about(
         ShortSegmentError: if the arc has no length.
     """
     size = hypot(*axis)
-    if not size >= SAME_PLACE:
-        raise NoArcError(number, "the length of its axis", size, SAME_PLACE, False, "")
+    if not size >= LEAST_AXIS:
+        raise NoArcError(number, "the length of its axis", size, LEAST_AXIS, False, "")
     unit = scaled(axis, 1.0 / size)
     out = minus(start, centre)
     out = combined(1.0, out, -dot(out, unit), unit)

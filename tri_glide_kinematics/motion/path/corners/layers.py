@@ -30,8 +30,8 @@ from tri_glide_kinematics.motion.path.corners.tapering import PARTS, WIDEST
 from tri_glide_kinematics.motion.path.corners.widths import Widths
 from tri_glide_kinematics.vectors import FloatArray
 
-# Two places of a path that are nearer, as part of its length, are the same: rounding.
-SAME_PLACE = 1e-13
+# Two breaks that are nearer, as part of the path's length, are one: the rest is rounding error.
+SAME_BREAK = 1e-13
 
 
 class Layer(NamedTuple):
@@ -150,7 +150,7 @@ def breaks_of(ways: FloatArray, layers: Sequence[Layer]) -> Interruptible[list[B
         some = slice(first, first + ROWS)
         begin = max(first, 1)
         steps = np.diff(ascending[begin - 1 : first + ROWS])
-        fresh[begin : first + ROWS] = steps > SAME_PLACE * ways[-1]
+        fresh[begin : first + ROWS] = steps > SAME_BREAK * ways[-1]
         numbers = np.cumsum(fresh[some]) + total
         group[order[some]] = numbers
         total = int(numbers[-1])
