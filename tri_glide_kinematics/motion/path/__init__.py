@@ -6,7 +6,6 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.arc_length import ArcLength as ArcLength
-    from tri_glide_kinematics.motion.path.distinct import are_among as are_among
     from tri_glide_kinematics.motion.path.driven_path import DrivenPath as DrivenPath
     from tri_glide_kinematics.motion.path.errors import ApartError as ApartError
     from tri_glide_kinematics.motion.path.errors import EmptyPathError as EmptyPathError
@@ -19,8 +18,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.flat_path import FlatPath as FlatPath
     from tri_glide_kinematics.motion.path.flat_path import SegmentKind as SegmentKind
     from tri_glide_kinematics.motion.path.flat_path import polyline_from as polyline_from
-    from tri_glide_kinematics.motion.path.inputs import MOST_SEGMENTS as MOST_SEGMENTS
-    from tri_glide_kinematics.motion.path.inputs import check_count as check_count
+    from tri_glide_kinematics.motion.path.input_checks import MOST_SEGMENTS as MOST_SEGMENTS
+    from tri_glide_kinematics.motion.path.input_checks import check_count as check_count
+    from tri_glide_kinematics.motion.path.number_sets import are_among as are_among
     from tri_glide_kinematics.motion.path.pieces import Indices as Indices
     from tri_glide_kinematics.motion.path.place_check import check_place as check_place
     from tri_glide_kinematics.motion.path.place_check import clearances as clearances

@@ -16,7 +16,7 @@ from tri_glide_kinematics.interruptible import (
 )
 from tri_glide_kinematics.motion.path.corners import RoundedJoints, Widths, widths_of
 from tri_glide_kinematics.motion.path.errors import ApartError
-from tri_glide_kinematics.motion.path.inputs import check_count
+from tri_glide_kinematics.motion.path.input_checks import check_count
 from tri_glide_kinematics.motion.path.segments import JOINED_WITHIN, Segments, joined_in_pieces
 from tri_glide_kinematics.vectors import FloatArray
 

@@ -15,7 +15,7 @@ from tri_glide_kinematics.checks import finite_array
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.interruptible import ROWS, Interruptible, concatenated
 from tri_glide_kinematics.motion.path.errors import PathError, SegmentError
-from tri_glide_kinematics.motion.path.inputs import (
+from tri_glide_kinematics.motion.path.input_checks import (
     LARGEST_PLACE,
     LARGEST_SPEED,
     LEAST_SPEED,

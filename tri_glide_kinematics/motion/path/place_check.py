@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.path.distinct import distinct
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.errors import PathPlaceError
+from tri_glide_kinematics.motion.path.number_sets import distinct
 from tri_glide_kinematics.tri_glide import extreme_singular_values_batch
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import vector_text

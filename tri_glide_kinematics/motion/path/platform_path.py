@@ -13,7 +13,12 @@ from tri_glide_kinematics.checks import finite
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.errors import ApartError, EmptyPathError
-from tri_glide_kinematics.motion.path.inputs import place_of, points_of, speed_of, tolerance_of
+from tri_glide_kinematics.motion.path.input_checks import (
+    place_of,
+    points_of,
+    speed_of,
+    tolerance_of,
+)
 from tri_glide_kinematics.motion.path.segments import (
     JOINED_WITHIN,
     Segment,

@@ -9,7 +9,7 @@ from typing import Any
 
 import viser
 
-from tri_glide_kinematics.panel.tabs.desk import Desk
+from tri_glide_kinematics.panel.tabs.operator_requests import Desk
 from tri_glide_kinematics.vectors import Vector3
 
 

@@ -18,9 +18,9 @@ from tri_glide_kinematics.panel.feeds import Feeds, MotionFeed
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import note
 from tri_glide_kinematics.panel.scene import Pose, Scene, view_of
-from tri_glide_kinematics.panel.tabs.desk import Desk
 from tri_glide_kinematics.panel.tabs.go_to_handle import GoToHandle
 from tri_glide_kinematics.panel.tabs.numbers import Row, edge_row, numbers_table
+from tri_glide_kinematics.panel.tabs.operator_requests import Desk
 from tri_glide_kinematics.ros.outputs import Motion
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import edge_rings

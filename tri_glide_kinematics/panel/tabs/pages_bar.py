@@ -5,7 +5,7 @@ from __future__ import annotations
 import viser
 
 from tri_glide_kinematics.panel.tabs.controls import Controls, name_of
-from tri_glide_kinematics.panel.tabs.desk import Desk, Event
+from tri_glide_kinematics.panel.tabs.operator_requests import Desk, Event
 
 
 class PagesBar:

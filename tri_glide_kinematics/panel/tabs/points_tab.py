@@ -9,8 +9,8 @@ import viser
 
 from tri_glide_kinematics.panel.markup import note, table
 from tri_glide_kinematics.panel.points import load_points, save_points
-from tri_glide_kinematics.panel.tabs.desk import Desk
-from tri_glide_kinematics.panel.tabs.inputs import OperatorsInput
+from tri_glide_kinematics.panel.tabs.operator_inputs import OperatorsInput
+from tri_glide_kinematics.panel.tabs.operator_requests import Desk
 from tri_glide_kinematics.vectors import Vector3
 
 USUAL_TOLERANCE = 1.0  # mm

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from tri_glide_kinematics.mechanisms.f_mechanism.following.arc_proof import tube
 from tri_glide_kinematics.mechanisms.f_mechanism.following.curve import (
     Curve,
     Frame,
@@ -20,7 +21,6 @@ from tri_glide_kinematics.mechanisms.f_mechanism.following.singular import (
     find_bifurcation,
     turning_point,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.following.tube import tube
 
 # A start whose drive is slower than this along the curve is a turning point.
 STANDSTILL = 1e-6

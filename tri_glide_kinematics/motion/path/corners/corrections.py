@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, blocks, columns_of
 from tri_glide_kinematics.motion.path.corners.joints import Indices, RoundedJoints
-from tri_glide_kinematics.motion.path.corners.layers import Breaks, Layer, breaks_of, layers_of
+from tri_glide_kinematics.motion.path.corners.rounding_layers import (
+    Breaks,
+    Layer,
+    breaks_of,
+    layers_of,
+)
 from tri_glide_kinematics.motion.path.corners.widths import Widths
 from tri_glide_kinematics.vectors import FloatArray
 

@@ -16,7 +16,7 @@ from tri_glide_kinematics.interruptible import (
     indices_of,
     picked,
 )
-from tri_glide_kinematics.motion.path.distinct import are_among
+from tri_glide_kinematics.motion.path.number_sets import are_among
 from tri_glide_kinematics.motion.path.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
 

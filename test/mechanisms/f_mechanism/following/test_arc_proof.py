@@ -6,7 +6,7 @@ import numpy as np
 from f_mechanism_samples import random_mechanism
 
 from tri_glide_kinematics.mechanisms.f_mechanism.following import Curve, Drive, starting_point
-from tri_glide_kinematics.mechanisms.f_mechanism.following.tube import tube
+from tri_glide_kinematics.mechanisms.f_mechanism.following.arc_proof import tube
 
 
 def test_no_other_branch_enters_the_tube():

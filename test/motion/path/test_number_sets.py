@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from tri_glide_kinematics.motion.path import are_among
-from tri_glide_kinematics.motion.path.distinct import distinct
+from tri_glide_kinematics.motion.path.number_sets import distinct
 
 # Few different numbers, so that many come twice.
 PARTS = arrays(float, st.integers(0, 8), elements=st.sampled_from([-1.5, -0.0, 0.0, 1e-300, 2.0]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from tri_glide_kinematics.panel.tabs.desk import Desk, Event
+from tri_glide_kinematics.panel.tabs.operator_requests import Desk, Event
 
 
 class OperatorsInput:
