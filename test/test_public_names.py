@@ -21,7 +21,8 @@ PACKAGES = sorted(
 )
 PROMISED = (
     "TriGlide TriGlideGeometry Workspace WorkspaceLimits SliderLimits MotionEngine MotionKind "
-    "MotionPhase FourBar Branch FMechanism LandingGear KinematicsError NoPoseError NoRoomError"
+    "MotionPhase FourBar Branch FMechanism LandingGear KinematicsError NoPoseError NoRoomError "
+    "calibrate Calibration CalibrationError Touch Plate Distance MeasuredPosition Priors"
 )
 
 

@@ -5,7 +5,14 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.calibration.fit.calibrate import calibrate as calibrate
+    from tri_glide_kinematics.calibration import Calibration as Calibration
+    from tri_glide_kinematics.calibration import CalibrationError as CalibrationError
+    from tri_glide_kinematics.calibration import Distance as Distance
+    from tri_glide_kinematics.calibration import MeasuredPosition as MeasuredPosition
+    from tri_glide_kinematics.calibration import Plate as Plate
+    from tri_glide_kinematics.calibration import Priors as Priors
+    from tri_glide_kinematics.calibration import Touch as Touch
+    from tri_glide_kinematics.calibration import calibrate as calibrate
     from tri_glide_kinematics.errors import KinematicsError as KinematicsError
     from tri_glide_kinematics.errors import NotAChoiceError as NotAChoiceError
     from tri_glide_kinematics.errors import NotANumberError as NotANumberError

@@ -15,6 +15,7 @@ from tri_glide_kinematics.calibration import (
     Plate,
     Priors,
     Touch,
+    calibrate,
 )
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.tri_glide import GeometryError
@@ -46,6 +47,12 @@ HEIGHTS = (0.6, 0.61, 0.62)
 def test_numbers_without_a_meaning_are_refused(make, error, text):
     with pytest.raises(error, match=text):
         make()
+
+
+@pytest.mark.parametrize("offsets", [0.0, (0.0, 0.0), ()])
+def test_height_offsets_are_three(offsets):
+    with pytest.raises(WrongShapeError, match="height_offsets"):
+        calibrate(NOMINAL.geometry, [Touch(HEIGHTS)], height_offsets=offsets)
 
 
 def test_the_twelve_numbers_make_the_machine_again():

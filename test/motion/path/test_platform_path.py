@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 
 from testing.path_samples import random_path
-from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
+from tri_glide_kinematics.errors import (
+    NotANumberError,
+    NotFiniteError,
+    OutOfBoundsError,
+    WrongShapeError,
+)
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import (
     ApartError,
@@ -22,6 +27,20 @@ from tri_glide_kinematics.motion.path import (
 )
 
 START = PlatformPath.start((0.0, 0.0, 0.2))
+
+
+def test_a_path_shows_what_it_is():
+    path = START.line_to((0.1, 0, 0.2), 1e-3).line_to((0.1, 0.1, 0.2))
+    assert repr(path) == "<PlatformPath, 2 segments, end (0.1, 0.1, 0.2) m>"
+    assert repr(path.driven) == "<DrivenPath, 2 segments, 2 stops, within 1 mm>"
+
+
+@pytest.mark.parametrize("way", [[[0.1]], np.zeros((2, 3)), [[0.1], [0.2, 0.3]], "nonsense"])
+def test_ways_of_another_shape_are_refused(way):
+    path = START.line_to((0.1, 0, 0.2))
+    for ask in (path.position, path.tangent):
+        with pytest.raises((WrongShapeError, NotANumberError), match="way"):
+            ask(way)
 
 
 def test_a_path_never_changes():

@@ -84,9 +84,10 @@ def calibrate(
     Raises:
         CalibrationError: if the measurements are too few, all in one place, probably in another
             unit, or not of a machine that is anything like the nominal one.
+        WrongShapeError: if there are not three height offsets.
         KinematicsError: if a number is not finite or out of bounds.
     """
-    assumed = MachineParameters(nominal, tuple(height_offsets))  # type: ignore[arg-type]
+    assumed = MachineParameters(nominal, height_offsets)  # type: ignore[arg-type]
     measurements: list[Measurement] = [*touches, *positions, *distances]
     check_machine(assumed)
     check_plates(measurements)

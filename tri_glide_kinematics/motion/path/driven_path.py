@@ -41,6 +41,7 @@ from tri_glide_kinematics.motion.path.extension import (
 from tri_glide_kinematics.motion.path.pieces import Indices, Pieces, segment_of_pieces
 from tri_glide_kinematics.motion.path.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.wording import number_text
 
 # Where roundings that overlap would make the way driven too short, they are made smaller so often,
 # each time to this part.
@@ -79,6 +80,12 @@ class DrivenPath(Pieces):
         self.stops = stops
         self.rounded = rounded
         self.widths = widths
+
+    def __repr__(self) -> str:
+        """Return how many segments it has, where it stops, and how far it deviates."""
+        stops = len(self.stops)
+        bound = number_text(1e3 * self.deviation_bound, 3)
+        return f"<DrivenPath, {len(self.segments)} segments, {stops} stops, within {bound} mm>"
 
     @classmethod
     def of(cls, segments: Segments) -> DrivenPath:

@@ -9,7 +9,7 @@ from math import dist
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tri_glide_kinematics.checks import finite
+from tri_glide_kinematics.checks import array_of_shape, finite
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.errors import ApartError, EmptyPathError
@@ -250,10 +250,14 @@ class PlatformPath:
         """Return where the platform is after a ``way`` driven [m].
 
         Args:
-            way: one number or many; what is beyond an end counts as the end [m].
+            way: one number, or n of them with shape (n,); beyond an end, the end counts [m].
 
         Returns:
             Shape (3,), or (n, 3) for n ways [m].
+
+        Raises:
+            WrongShapeError: if the ways have another shape.
+            NotANumberError: if one of them is no number.
         """
         return self._derivative(way, 0)
 
@@ -261,18 +265,24 @@ class PlatformPath:
         """Return the direction in which the platform moves after a ``way`` driven [m].
 
         Args:
-            way: one number or many; in a corner where the platform stops, the direction after it.
+            way: one number, or n of them with shape (n,); in a corner where the platform stops,
+                the direction after it.
 
         Returns:
             Unit vectors. Shape (3,), or (n, 3) for n ways.
+
+        Raises:
+            WrongShapeError: if the ways have another shape.
+            NotANumberError: if one of them is no number.
         """
         vectors = self._derivative(way, 1)
         return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
 
     def _derivative(self, way: ArrayLike, order: int) -> FloatArray:
-        ways = np.asarray(way, dtype=np.float64)
-        rows = self.driven.derivatives(self.driven.place_of(np.atleast_1d(ways)), order)[order]
-        return rows if ways.ndim else np.asarray(rows[0])
+        is_one = not hasattr(way, "__len__") or (isinstance(way, np.ndarray) and not way.ndim)
+        ways = array_of_shape("way", np.reshape(way, 1) if is_one else way, (None,))
+        rows = self.driven.derivatives(self.driven.place_of(ways), order)[order]
+        return np.asarray(rows[0]) if is_one else rows
 
     def _with(self, segment: Segment) -> PlatformPath:
         return PlatformPath(segment.end, self.count + 1, self, segment)
