@@ -56,7 +56,7 @@ def main() -> int:
     parser.add_argument(
         "file", type=Path, help="YAML file; those of config/ are found by their name alone"
     )
-    parser.add_argument("--check", action="store_true", help="only look whether the file is right")
+    parser.add_argument("--check", action="store_true", help="check the file and drive nothing")
     arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
     try:
         file = find_file(arguments.file)

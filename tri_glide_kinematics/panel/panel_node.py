@@ -68,8 +68,9 @@ class PanelNode(Node):
         self._server = self._page.server
         if not is_loopback(host):
             self.get_logger().error(
-                f"host {host}: the connection is not encrypted: who can listen to the network can "
-                "read the token and move the machine; 127.0.0.1 is for this computer alone"
+                f"host {host}: the connection is not encrypted: anyone who can listen to the "
+                "network can read the token and move the machine; 127.0.0.1 is for this computer "
+                "alone"
             )
         self._facts: MachineFacts | None = None
         self._identity = NOBODY
@@ -150,7 +151,7 @@ class PanelNode(Node):
         """Tell whether the machine is the one that is shown, and say so if not."""
         self._look()
         if self._facts is None:
-            self._desk.refuse(f"nothing done: {self._link.server} has not told yet what it drives")
+            self._desk.refuse(f"nothing done: {self._link.server} has not told its target yet")
         return self._facts is not None
 
     def _take_facts(self, facts: MachineFacts, identity: Identity) -> None:
@@ -262,7 +263,7 @@ class PanelNode(Node):
             now=time.monotonic(),
         )
         if target is None:
-            self._desk.refuse("no step: it is not known where the platform is")
+            self._desk.refuse("no step: the position of the platform is not known")
         else:
             self._link.move_to(target)
 

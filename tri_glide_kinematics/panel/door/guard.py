@@ -224,7 +224,7 @@ class _Guard:
     def _on_error(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         error = context.get("exception")
         what = _in_a_line(error) if error is not None else shown([context.get("message", "")])
-        self.tell(f"a message of a page came to nothing: {what}")
+        self.tell(f"a message of a page failed: {what}")
 
     def _logger(self) -> logging.Logger:
         """Return a log of websockets that leads to ours, in lines without tracebacks."""

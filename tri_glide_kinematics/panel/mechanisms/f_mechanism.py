@@ -33,7 +33,7 @@ TURNS = 2
 MARKED = {
     TraceEvent.TURNING_POINT: "The cranks turn back",
     TraceEvent.BIFURCATION: "Branches meet",
-    TraceEvent.SINGULAR: "The way on is not unique",
+    TraceEvent.SINGULAR: "The continuation is not unique",
 }
 TURNS_FULLY = {
     TraceFMechanism.Response.YES: "The cranks turn fully on this branch.",

@@ -69,7 +69,7 @@ class PointsTab:
     def _teach(self) -> None:
         position = self._present()
         if position is None:
-            self._desk.refuse("nothing taught: it is not known where the platform is")
+            self._desk.refuse("nothing taught: the position of the platform is not known")
             return
         self.points.append(position)
         self._show()

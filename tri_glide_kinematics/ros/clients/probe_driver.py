@@ -214,7 +214,7 @@ class ProbeDriver:
 
     def _check_contact(self, settings: ProbeSettings, now: float) -> None:
         if self._is_touched is None:
-            raise ProbingError("nothing has been heard on the topic contact yet")
+            raise ProbingError("no message has come on the topic contact yet")
         if 0.0 < settings.contact_timeout < now - self._heard:
             raise ProbingError(f"contact is silent for {now - self._heard:.3g} s")
         if self._is_touched:
@@ -238,7 +238,7 @@ class ProbeDriver:
     def _on_pose(self, _: PoseStamped) -> None:
         """Notice a command that our next twist takes the place of before it makes a state."""
         if self._probe is not None:
-            self._probe.other_command("somebody else sends a target pose", time.monotonic())
+            self._probe.other_command("another node sends a target pose", time.monotonic())
 
     def _on_machine(self, message: MachineState) -> None:
         self._machine = MachineView(state_of(message), cause_of(message), message.reason)

@@ -232,7 +232,7 @@ IK_NODE = (
     Parameter(
         "motion",
         "linear",
-        "`linear`: the platform moves in a straight line; `slider`: shorter time, the path bends",
+        "`linear`: the platform moves in a straight line; `slider`: on a curve, in less time",
         choices=("linear", "slider"),
         told=True,
     ),
@@ -257,7 +257,7 @@ IK_NODE = (
     Parameter(
         "tracking_latency",
         0.0,
-        "a moving target is followed where it will be after this time, as the drives are late",
+        "time for which a moving target is extrapolated, as the drives are late",
         "s",
         -0.5,
         0.5,
@@ -266,7 +266,7 @@ IK_NODE = (
     Parameter(
         "path_tolerance",
         0.001,
-        "how far the platform may be from the corners of a path that gives no tolerance",
+        "tolerance of the corners of a path that gives none",
         "m",
         0.0,
         1.0,
@@ -393,9 +393,9 @@ CALIBRATION_NODE = (
         told=True,
     ),
     Parameter(
-        "probe_speed", 0.002, "of the platform on its way down", "m/s", 0.0002, 0.1, told=True
+        "probe_speed", 0.002, "of the platform while it moves down", "m/s", 0.0002, 0.1, told=True
     ),
-    Parameter("probe_depth", 0.01, "longest way down", "m", 0.0001, 1.0, told=True),
+    Parameter("probe_depth", 0.01, "longest distance down", "m", 0.0001, 1.0, told=True),
     Parameter(
         "contact_timeout",
         0.5,
@@ -408,17 +408,16 @@ CALIBRATION_NODE = (
     Parameter(
         "contact_delay",
         0.0,
-        "how long after a contact its message is sent, on average: debouncing, half a sampling "
-        "period",
+        "mean delay of the message after a contact: debouncing, half a sampling period",
         "s",
         0.0,
         1.0,
     ),
-    Parameter("plate_name", "bed", "name of the plate that is meant where none is named"),
+    Parameter("plate_name", "bed", "name of the plate if a request names none"),
     Parameter(
         "plate_known",
         "height_and_tilt",
-        "what is known of that plate; what is not is fitted, too",
+        "known values of that plate; the others are fitted, too",
         choices=("height_and_tilt", "tilt", "nothing"),
         told=True,
     ),
@@ -491,10 +490,11 @@ NODES = {
 
 INTRODUCTION = """# Parameters
 
-`config/tri_glide.yaml` holds those of the default machine; what a file does not name has the
-default of these tables. *Live* ones may be changed while the machine moves (`ros2 param set`). A
-new value is refused, with the reason, if it does not fit its bounds or the other parameters. A node
-does not start with a file in which a key stands twice: ROS would take one of them without a word.
+`config/tri_glide.yaml` holds those of the default machine; a parameter that a file does not name
+has the default of these tables. *Live* ones may be changed while the machine moves
+(`ros2 param set`). A new value is refused, with the reason, if it does not fit its bounds or the
+other parameters. A node does not start with a file in which a key stands twice: ROS would take
+one of them without a word.
 
 This page is made by `python -m tri_glide_kinematics.ros.parameters.tables > docs/parameters.md`."""
 

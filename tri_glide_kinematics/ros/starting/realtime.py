@@ -29,7 +29,8 @@ def ask_of_system(node: Node) -> None:
     names = ("realtime_priority", "lock_memory", "cpu_core")
     refused = refusals({name: node.get_parameter(name).value for name in names})
     if refused:
-        node.get_logger().warning(f"runs without what the system refused: {'; '.join(refused)}")
+        settings = "; ".join(refused)
+        node.get_logger().warning(f"the system refused, and the node runs without: {settings}")
 
 
 def wake_in_time() -> None:
