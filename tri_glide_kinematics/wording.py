@@ -8,7 +8,7 @@ from collections.abc import Iterable
 # millimetres.
 LOOKS_LIKE_MILLIMETRES = 3.0
 
-# What rounding leaves of a zero, as part of the numbers that it was computed from.
+# Rounding errors leave this of a zero, as part of the numbers that it was computed from.
 ROUNDING = 1e-12
 
 

@@ -41,7 +41,7 @@ class DemoError(KinematicsError):
 
 @dataclass(frozen=True)
 class MachineSettings:
-    """What the running ``ik_node`` says of itself.
+    """The facts that the running ``ik_node`` tells.
 
     Attributes:
         period: time between two commands [s].

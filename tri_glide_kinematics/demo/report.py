@@ -1,4 +1,4 @@
-"""What the demonstration prints: its progress, and the table that judges it."""
+"""The output of the demonstration: its progress, and the table that judges it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all commands that draw share."""
+"""Code that all commands that draw share."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""What pictures have in common."""
+"""The common style of pictures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be wrong with a mechanism, or with its file."""
+"""Errors of a mechanism, or of its file."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ _GEAR_NUMBERS = (
 
 @dataclass(frozen=True)
 class MechanismFile:
-    """What a file holds.
+    """The contents of a mechanism file.
 
     Attributes:
         mechanism: which kind it is, its class says.

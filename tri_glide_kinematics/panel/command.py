@@ -57,7 +57,7 @@ class ShownNode:
 
     @property
     def last_lines(self) -> str:
-        """What it has written last, to be read behind how it has ended."""
+        """Its last lines, to be read behind the reason for its end."""
         if not self._last_lines:
             return "it has logged nothing"
         return "\n  | ".join(("its last lines:", *self._last_lines))

@@ -1,4 +1,4 @@
-"""What the panel cannot do."""
+"""Errors of the panel."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the panel hears of the machine."""
+"""The messages of the machine to the panel."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ class MotionFeed:
 
     @property
     def commanded(self) -> SliderState | None:
-        """Where the sliders are to be, None if that was told long ago or is not known."""
+        """Commanded heights of the sliders; None if they are old or not known."""
         return self._newest.commanded if self._newest and self._is_fresh() else None
 
     @property
     def measured(self) -> Vector3 | None:
-        """Where the sliders are [m], None if that was told long ago or is not known."""
+        """Measured heights of the sliders [m]; None if they are old or not known."""
         return self._newest.measured if self._newest and self._is_fresh() else None
 
     def _is_fresh(self) -> bool:

@@ -1,4 +1,4 @@
-"""What the running ``ik_node`` says of its machine, by its parameters."""
+"""The facts of the machine that the parameters of the running ``ik_node`` tell."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ Log = Callable[[str], object]
 
 @dataclass(frozen=True)
 class Strip:
-    """What stands above the page.
+    """The line above the page.
 
     Attributes:
         color: ready, motion, warning or fault.
@@ -141,12 +141,12 @@ class Page:
 
     @property
     def address(self) -> str:
-        """What is opened in a browser: with the token."""
+        """The address to be opened in a browser: with the token."""
         return f"{self.origin}/?{QUERY}={self._token}"
 
     @property
     def origin(self) -> str:
-        """Where the page is, without the token."""
+        """The address of the page, without the token."""
         host = "127.0.0.1" if self._host in ("", "0.0.0.0", "::") else self._host
         return f"http://{f'[{host}]' if ':' in host else host}:{self.server.get_port()}"
 

@@ -1,4 +1,4 @@
-"""What the page says about the machine, in a word, a colour and a line."""
+"""The state of the machine on the page: a word, a colour and a line."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ Step = MoveStep | PathStep | WaitStep
 
 @dataclass(frozen=True)
 class DriveFile:
-    """What a file holds.
+    """The contents of a drive file.
 
     Attributes:
         frame: of all places; empty for that of the machine.

@@ -1,4 +1,4 @@
-"""What a drive prints: its progress in one line, and a table at the end."""
+"""The output of a drive: its progress in one line, and a table at the end."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ANEW = "\r\033[K"
 
 @dataclass(frozen=True)
 class StepReport:
-    """What became of a step.
+    """The result of a step.
 
     Attributes:
         step: that it is about.

@@ -28,7 +28,7 @@ LARGEST_LEAD = 0.01
 
 
 class RefusedMessageError(KinematicsError):
-    """A message asks for something that this machine has no way to do, or contradicts itself."""
+    """A message asks for something that this machine cannot do, or contradicts itself."""
 
     def __init__(self, text: str, refusal: Refusal = Refusal.MESSAGE) -> None:
         """Store why, in words and for programs."""
@@ -37,7 +37,7 @@ class RefusedMessageError(KinematicsError):
 
 
 class SliderReading(NamedTuple):
-    """What a JointState says about the sliders; heights may still be NaN.
+    """The slider data of a JointState; heights may still be NaN.
 
     Attributes:
         heights: Shape (3,) [m].
@@ -115,7 +115,7 @@ def decoded(data: bytes, kind: Any) -> Any:
     try:
         return deserialize_message(data, kind)
     except Exception as error:
-        # What rclpy raises depends on the bytes, and is an error of whoever sent them.
+        # The error of rclpy depends on the bytes; the sender has made it.
         raise RefusedMessageError(
             f"{len(data)} bytes are no {kind.__name__}: {type(error).__name__}"
         ) from error

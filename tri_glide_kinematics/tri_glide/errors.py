@@ -1,4 +1,4 @@
-"""What can be wrong with a tri-glide, its places and its heights."""
+"""Errors of a tri-glide, its poses and its heights."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ AnyBound = TypeVar("AnyBound", bound="Bound")
 
 
 class Exit(NamedTuple):
-    """Where a line leaves the shape of a limit.
+    """The point at which a line leaves the shape of a limit.
 
     Attributes:
         distance: from the start of the line [m].
@@ -64,7 +64,7 @@ class Bound(ABC):
 
     @property
     def edge(self) -> float:
-        """Where lines are cut off [m]: so far beyond the bound that they may end on it.
+        """The end of lines [m]: so far beyond the bound that they may end on it.
 
         It is nearer than what is granted to places, so that the end of a cut line is one inside.
         """

@@ -1,4 +1,4 @@
-"""What can be wrong with a place: it is outside the workspace."""
+"""Errors for a place outside the workspace."""
 
 from __future__ import annotations
 

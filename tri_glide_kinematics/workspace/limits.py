@@ -1,4 +1,4 @@
-"""What bounds the workspace of a tri-glide: the numbers, checked as a set."""
+"""The limits of the workspace of a tri-glide: the numbers, checked as a set."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class WorkspaceLimits:
-    """Where the platform and the sliders are allowed to be.
+    """The limits of the platform and of the sliders.
 
     Attributes:
         lower_heights: lower end of the travel of each slider. Shape (3,) [m].

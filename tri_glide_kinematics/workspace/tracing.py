@@ -9,7 +9,7 @@ Between two samples that are inside, three bounds leave nothing to chance:
   farther out than both samples, by at most $a \Delta t^2/8$ with the platform's acceleration a.
 - Slider travel: likewise with the acceleration of the sliders.
 
-Where this is not enough the interval is halved. So that this ends, ``TOLERANCE`` is granted: a
+If this is not enough, the interval is halved. So that this ends, ``TOLERANCE`` is granted: a
 place of an accepted path breaks reach, box, cylinder or travel by at most this, and is at most
 this far from a place that keeps the condition number. (docs/kinematics.md derives the bounds.)
 """
@@ -26,7 +26,7 @@ from tri_glide_kinematics.tri_glide import TriGlideGeometry, extreme_singular_va
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
 
-# What a path may break a limit by between two samples that keep it [m].
+# A path may break a limit by this between two samples that keep it [m].
 TOLERANCE = 5e-5
 
 # A path that needs more runs along the edge, closer to it than can be decided; it is refused.
@@ -46,7 +46,7 @@ class SliderMotionState(NamedTuple):
 
 
 class MovingSliders(Protocol):
-    """Whatever has the heights and velocities of the sliders, as a setpoint of the engine does."""
+    """Anything with heights and velocities of the sliders, such as a setpoint of the engine."""
 
     @property
     def heights(self) -> Vector3:
@@ -58,7 +58,7 @@ class MovingSliders(Protocol):
 
 
 class Surroundings(NamedTuple):
-    """What is known of the Jacobian around a place that keeps the condition number.
+    """Bounds of the Jacobian around a place that keeps the condition number.
 
     Attributes:
         radius: no place within this distance breaks the condition number [m].
@@ -73,7 +73,7 @@ class Surroundings(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """What is known of one place of a path.
+    """Bounds that hold at one place of a path.
 
     Attributes:
         time: parameter of the path.

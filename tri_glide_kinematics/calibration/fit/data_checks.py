@@ -1,4 +1,4 @@
-"""What is wrong with measurements before anything is fitted: too few, one place, another unit."""
+"""Checks of measurements before anything is fitted: too few, at one point, another unit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be wrong with measurements and with a calibration."""
+"""Errors of measurements and of a calibration."""
 
 from __future__ import annotations
 

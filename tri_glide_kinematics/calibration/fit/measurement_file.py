@@ -122,7 +122,7 @@ Made = TypeVar("Made")
 
 @dataclass(frozen=True)
 class MeasurementFile:
-    """What a file holds.
+    """The contents of a file of measurements.
 
     Attributes:
         nominal: the machine as it was drawn, with the offsets that are assumed.

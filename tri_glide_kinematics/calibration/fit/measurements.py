@@ -1,4 +1,4 @@
-"""What can be measured on a machine: touches of a plate, positions, distances.
+"""Measurements on a machine: touches of a plate, positions, distances.
 
 All slider heights are the *reported* ones, as the drives (and ``joint_states``) say them. A
 ``height_offset`` is what is **added** to a reported height to get the true one above the base.
@@ -24,7 +24,7 @@ BASE = "base"
 class Plate:
     """A flat plate: its surface is z = height + tilt[0] x + tilt[1] y in the frame of the machine.
 
-    What is not known is fitted, too.
+    Unknown numbers are fitted, too.
 
     Attributes:
         name: plates of one name are one plate.

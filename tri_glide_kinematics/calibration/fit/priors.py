@@ -1,4 +1,4 @@
-"""What is known of a machine before anything is measured."""
+"""Knowledge of a machine before anything is measured."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ ENDLESS = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Knowledge:
-    """What is known of the machine before anything is measured.
+    """Mean and covariance of the machine before anything is measured.
 
     Attributes:
         mean: the machine that is assumed. Shape (12,) [m].

@@ -136,7 +136,7 @@ UNTOUCHED = 1e-6
 
 @dataclass(frozen=True)
 class Residual:
-    """What is left of a measurement.
+    """The residual of a measurement.
 
     Attributes:
         name: kind and number, for example ``touch 3``.

@@ -1,4 +1,4 @@
-"""What is fitted: the machine, plates at unknown places, frames that are turned and shifted."""
+"""The fitted numbers: the machine, plates at unknown places, frames that are turned and shifted."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MACHINE = len(PARAMETER_NAMES)
 
 @dataclass(frozen=True, eq=False)
 class FramePlacement:
-    """Where the frame of a camera or tracker is: a place p is R p + shift in it.
+    """The pose of the frame of a camera or tracker: a position p is R p + shift in it.
 
     Attributes:
         rotation: R. Shape (3, 3).

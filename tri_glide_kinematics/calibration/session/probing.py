@@ -36,7 +36,7 @@ CHATTER = 5e-4
 
 
 class ProbePhase(Enum):
-    """What a probe is doing."""
+    """The phase of a probe."""
 
     DOWN = "moves down"
     STOPPING = "comes to rest"

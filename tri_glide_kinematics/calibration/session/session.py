@@ -161,7 +161,7 @@ class Session:
 
     @property
     def missing(self) -> str:
-        """What has been begun and is not whole, in words; empty if there is nothing."""
+        """The measurement that is begun and not whole, in words; empty if there is none."""
         return "" if self._first_end is None else "the second end of a distance"
 
     def content(

@@ -1,4 +1,4 @@
-"""What is done with the wrong machine: where it is probed, measured and judged."""
+"""The course with the wrong machine: the points at which it is probed, measured and judged."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ CALLIPER = 5e-5  # m, standard deviation
 
 @dataclass(frozen=True)
 class Judged:
-    """Where the platform was sent, and where it truly was.
+    """The commanded and the true position of the platform.
 
     Attributes:
         targets: Shape (n, 3) [m].

@@ -1,6 +1,6 @@
 """The command ``calibrate``: from measurements to a report, a picture and a parameter file.
 
-What is slow to load is imported after the command line has been read, so that a mistake in it is
+Slow modules are imported after the command line has been read, so that a mistake in it is
 told at once and Ctrl-C ends the process while modules are still being loaded.
 """
 

@@ -1,4 +1,4 @@
-"""What a four-bar linkage can do at all: Grashof class, crank limits, transmission, dead centres.
+"""The abilities of a four-bar linkage: Grashof class, crank limits, transmission, dead centres.
 
 Crank angles here are measured from the ground line; letters are those of source 004: crank a,
 coupler b, rocker c, ground d.
@@ -15,7 +15,7 @@ from tri_glide_kinematics.rounding import wrapped
 
 
 class Branch(Enum):
-    """The two ways to assemble the linkage at a crank angle.
+    """The two assemblies of the linkage at a crank angle.
 
     On the open branch the coupler points to the left of the diagonal from crank pin to rocker
     pivot, on the crossed branch to its right. At a change point the branches swap sides, as the

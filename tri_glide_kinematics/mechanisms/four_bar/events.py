@@ -1,4 +1,4 @@
-"""Where a sweep of the crank meets a limit or a change point."""
+"""Events of a sweep of the crank: limits and change points."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tri_glide_kinematics.vectors import FloatArray, Point
 
 
 class SweepEventKind(Enum):
-    """What happens where coupler and rocker are in line."""
+    """The event at which coupler and rocker are in line."""
 
     LIMIT = "limit"
     """The crank gets no farther."""

@@ -116,7 +116,7 @@ class FourBar:
 
     @cached_property
     def frame(self) -> GroundFrame:
-        """Where the ground lies."""
+        """The position of the ground link."""
         return GroundFrame(self.crank_pivot, self.ground_angle)
 
     @property

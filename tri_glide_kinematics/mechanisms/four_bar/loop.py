@@ -40,7 +40,7 @@ def constant(value: float) -> FloatArray:
 
 @dataclass(frozen=True)
 class LoopConstants:
-    """What the loop needs to know of a linkage.
+    """The numbers of a linkage that the loop needs.
 
     Letters are those of source 004, with the longest link as unit; attributes in [m] say so.
 

@@ -27,7 +27,7 @@ SINGULAR_SINE = 1e-7
 
 @dataclass(frozen=True)
 class GroundFrame:
-    """Where the ground link lies in the plane.
+    """The position of the ground link in the plane.
 
     Attributes:
         crank_pivot: x and y of the crank pivot, in [m].

@@ -35,7 +35,7 @@ from tri_glide_kinematics.vectors import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Value:
-    """What is equal to another of its class with the same numbers, be they in arrays or not."""
+    """A value: equal to another of its class with the same numbers, in arrays or not."""
 
     def __eq__(self, other: object) -> bool:
         """Return whether all fields have the same shapes and numbers."""
@@ -52,7 +52,7 @@ class Value:
 
 @dataclass(frozen=True, eq=False)
 class LandingGearMotion(Value):
-    """Where the gear is and how it moves: each attribute a number, or an array of shape (n,).
+    """Position and motion of the gear: each attribute a number, or an array of shape (n,).
 
     Attributes:
         pitch_angle: alpha, of y' above y, in [rad].
@@ -127,7 +127,7 @@ class BodyState:
 
 @dataclass(frozen=True, eq=False)
 class Reaction:
-    """What a joint does to the body that hangs on it, in x y z. Each array: (3,) or (n, 3).
+    """The reaction of a joint on the body that hangs on it, in x y z. Each array: (3,) or (n, 3).
 
     Attributes:
         position: of the joint, from A, in [m].

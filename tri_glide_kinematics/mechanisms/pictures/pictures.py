@@ -32,7 +32,7 @@ SHOWN_AFTER = 1.0  # a progress bar appears after so many seconds
 
 @dataclass(frozen=True)
 class Choice:
-    """What to draw.
+    """The pictures to draw.
 
     Attributes:
         branch: counted from 1; None leaves the choice to the mechanism.

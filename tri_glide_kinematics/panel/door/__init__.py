@@ -1,4 +1,4 @@
-"""Who may speak to the page: hosts, origins and the token."""
+"""Admission to the page: hosts, origins and the token."""
 
 from typing import TYPE_CHECKING
 

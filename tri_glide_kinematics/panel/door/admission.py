@@ -1,4 +1,4 @@
-"""Who is let in: a request with the token, for an address of ours, from no page but ours.
+"""Admission: a request needs the token, an address of ours, and no origin but our page.
 
 A browser lets any page of the world connect to this computer. It tells the server which page that
 is (the origin) and by which name it found the server (the host). The owner of a name can make it
@@ -33,7 +33,7 @@ class Headers(Protocol):
 
 @dataclass(frozen=True)
 class Request:
-    """What a browser asks for, before anything else is read.
+    """The request of a browser, before anything else is read.
 
     Attributes:
         path: with the query.
@@ -86,7 +86,7 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Admission:
-    """What lets somebody in.
+    """The conditions for admission.
 
     Attributes:
         host: on which the page is served, by name or address.

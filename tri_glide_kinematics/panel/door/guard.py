@@ -127,7 +127,7 @@ def _serving_by(guard: _Guard) -> Iterator[None]:
 
 
 class _Guard:
-    """What stands between the network and viser.
+    """The guard between the network and viser.
 
     Attributes:
         is_in_place: whether viser serves by it.

@@ -1,4 +1,4 @@
-"""What is drawn of a mechanism, in its own plane and in metres, whatever draws it."""
+"""The picture of a mechanism, in its own plane and in metres, whatever draws it."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Branch:
 
     @property
     def events(self) -> str:
-        """What happens at which crank angles, in words."""
+        """The events with their crank angles, in words."""
         marks = sorted(self.marks, key=lambda mark: mark.within_a_turn)
         kinds = dict.fromkeys(mark.kind for mark in self.marks)
         angles = {

@@ -1,4 +1,4 @@
-"""What the tab needs to know of each kind of mechanism, and which file holds which kind."""
+"""The questions of the tab for each kind of mechanism, and the kind of each file."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ Values = tuple[float, ...]
 
 @dataclass(frozen=True)
 class _Asked:
-    """What positions were asked for.
+    """A request for positions.
 
     Attributes:
         values: of the dimensions [m], [rad].
@@ -75,7 +75,7 @@ class Show:
 
     @property
     def words(self) -> str:
-        """What is seen, a paragraph on the branch and one on the position."""
+        """The text of the drawing: a paragraph on the branch and one on the position."""
         branch = self._branch
         paragraphs = [] if branch is None else [f"{branch.text} {branch.events}".strip()]
         count = len(self._positions)

@@ -53,7 +53,7 @@ NO_LINES: NDArray[np.float32] = np.zeros((0, 2, 3), dtype=np.float32)
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a machine is.
+    """The pose of a machine.
 
     Attributes:
         heights: of its carriages. Shape (3,) [m].

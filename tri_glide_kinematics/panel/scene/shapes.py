@@ -1,4 +1,4 @@
-"""Where the parts of a machine are, for whoever draws it. No viser in here."""
+"""The positions of the parts of a machine, to be drawn. No viser in here."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Place2 = tuple[float, float]
 
 @dataclass(frozen=True)
 class Parts:
-    """What a machine consists of.
+    """The parts of a machine.
 
     The kinematics know the difference between tower joint and platform joint only, so where one
     of them is drawn is a choice.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 @dataclass
 class Controls:
-    """Who has the controls, and who asks for them.
+    """The page that has the controls, and the one that asks for them.
 
     The first page has them until it gives them up or vanishes. Then the page that asks gets them.
     If none does, a page has to take them: nobody who only looks on is made the operator.

@@ -1,4 +1,4 @@
-"""What the page shows of the machine as it moves."""
+"""The view of the machine as it moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the tabs of the page share: who may act, and how wishes get to where the node spins."""
+"""Requests of the operator: who may act, and how a wish gets to the node's own thread."""
 
 from __future__ import annotations
 

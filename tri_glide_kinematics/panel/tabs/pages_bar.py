@@ -1,4 +1,4 @@
-"""Who has the controls: what the page says of it, and the buttons to take and to give them."""
+"""The line that says who has the controls, and the buttons to take and to give them."""
 
 from __future__ import annotations
 

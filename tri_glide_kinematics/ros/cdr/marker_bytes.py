@@ -35,7 +35,7 @@ REST = b"".join(
 
 
 class MarkerShape(NamedTuple):
-    """What one marker shows.
+    """The contents of one marker.
 
     Attributes:
         name: its namespace; it has the number 0 there.

@@ -1,4 +1,4 @@
-"""What speaks to a running machine as other nodes do."""
+"""Clients that speak to a running machine as other nodes do."""
 
 from typing import TYPE_CHECKING
 

@@ -77,7 +77,7 @@ ALL_STATES = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 @dataclass(frozen=True)
 class ProbeResult:
-    """What came of a probe.
+    """The result of a probe.
 
     Attributes:
         heights: as reported, at the contact. Shape (3,) [m]; None without a contact that counts.

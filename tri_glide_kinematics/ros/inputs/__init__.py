@@ -1,4 +1,4 @@
-"""What comes to a node: targets, goals, measurements and calls."""
+"""Inputs of a node: targets, goals, measurements and calls."""
 
 from typing import TYPE_CHECKING
 

@@ -33,7 +33,7 @@ PIECE = 100
 
 
 class _Pose(NamedTuple):
-    """Where a pose of a path stands.
+    """The offset of a pose of a path.
 
     Attributes:
         frame: its frame, as bytes.

@@ -34,7 +34,7 @@ MOST_LAYOUTS = 8
 
 
 class StampedReading(NamedTuple):
-    """What a JointState says about the sliders, and when; heights may still be NaN.
+    """The slider data of a JointState, with their time; heights may still be NaN.
 
     Attributes:
         heights: true ones. Shape (3,) [m].
@@ -56,7 +56,7 @@ class StampedReading(NamedTuple):
 
 @dataclass(frozen=True)
 class _Layout:
-    """Where the numbers stand in all messages of some length that begin alike.
+    """The offsets of the numbers in all messages of some length that begin alike.
 
     Attributes:
         kind: of the encoding.
@@ -163,7 +163,7 @@ class SliderMeasurements:
         velocities = offset_of(marked, more_marks) if velocity_count else None
         end = positions + numbers.size
         mask = _head_mask(message)
-        # Whoever sent it may write in another way than this computer does.
+        # The sender may have another byte order than this computer.
         if (
             marked[KIND] != data[KIND]
             or len(mask) != positions - STAMP_END

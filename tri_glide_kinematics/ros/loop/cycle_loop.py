@@ -25,7 +25,7 @@ WORK_MARGIN = 0.0002
 
 @dataclass(frozen=True)
 class Cycle:
-    """What a node does again and again.
+    """The work that a node repeats.
 
     Attributes:
         urgent: what is looked at in each cycle, in this order.

@@ -1,4 +1,4 @@
-"""What is not urgent in a node with a fast cycle: one callback at a time, when there is time."""
+"""Work that is not urgent in a node with a fast cycle: one callback at a time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a node looks at in each cycle: subscriptions and services, without rclpy's executor."""
+"""Inputs that a node checks in each cycle, without rclpy's executor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the services for all mechanisms have in common: points, columns, angles and refusals."""
+"""Code that all mechanism services share: points, columns, angles and refusals."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ SMALLEST = 1e-9
 
 
 class RefusedRequestError(KinematicsError):
-    """A request contradicts itself, or asks for something that there is no way to answer."""
+    """A request contradicts itself, or asks for something that cannot be answered."""
 
 
 def check_numbers(message: Any, name: str = "") -> None:
     """Check all numbers of a message except those in arrays of any length.
 
-    What is larger than any machine would overflow in the middle of a formula.
+    A length beyond that of any machine would overflow in the middle of a formula.
 
     Raises:
         NotFiniteError: if a number is NaN or infinite; it is named by its place in the message.

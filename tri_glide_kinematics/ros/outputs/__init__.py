@@ -1,4 +1,4 @@
-"""What a node tells: setpoints, states, markers and diagnostics."""
+"""Outputs of a node: setpoints, states, markers and diagnostics."""
 
 from typing import TYPE_CHECKING
 

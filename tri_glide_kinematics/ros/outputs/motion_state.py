@@ -1,4 +1,4 @@
-"""Where the sliders are and where they are to be, told less often than in each cycle."""
+"""Measured and commanded motion of the sliders, told less often than in each cycle."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ WHOLE = 1.0 - 1e-9
 
 
 class Motion(NamedTuple):
-    """What a message tells of the sliders.
+    """The slider data of a message.
 
     Attributes:
         stamp: when that was, by the clock of ``ik_node`` [s].

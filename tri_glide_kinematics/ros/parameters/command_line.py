@@ -1,4 +1,4 @@
-"""What a node is started with: its arguments are checked, and explained where they are wrong.
+"""The arguments of a node: they are checked, and a wrong one is explained.
 
 No ROS in here, so that a misspelt word is found before anything has started.
 """

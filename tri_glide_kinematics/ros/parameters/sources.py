@@ -1,4 +1,4 @@
-"""Where parameters come from, and whether all of them come to a node. No ROS in here.
+"""The sources of parameters, and whether all of them come to a node. No ROS in here.
 
 ROS drops without a word what it finds under the name of another node, or under a name that no
 parameter has. A machine would then run with the defaults instead.

@@ -41,7 +41,7 @@ def ending(code: int) -> str:
 
 
 class Process(Protocol):
-    """What is used of a ``subprocess.Popen``; tests put forks in its place."""
+    """The used part of a ``subprocess.Popen``; tests put forks in its place."""
 
     pid: int
     args: Any

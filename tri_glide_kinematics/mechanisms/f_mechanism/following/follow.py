@@ -40,7 +40,7 @@ _HALVINGS = 40
 
 @dataclass(frozen=True)
 class Arc:
-    """A piece of the curve along which the drive runs one way only.
+    """A part of the curve along which the drive runs in one direction only.
 
     Attributes:
         frame: frame in whose tube the arc lies, or None beside a bifurcation.

@@ -102,7 +102,7 @@ def starting_point(curve: Curve, angle: float, origin: complex) -> Vector:
 
 @dataclass(frozen=True)
 class TraceOptions:
-    """What to follow and what to report.
+    """The drive to follow and the samples to report.
 
     Attributes:
         stations: where to sample.
@@ -169,7 +169,7 @@ class _Recorder:
         return bool(closing) or ends
 
     def _closing(self, arc: Arc, stop: float) -> Vector | None:
-        """Where the arc comes back to the start, in the same direction."""
+        """The point at which the arc comes back to the start, in the same direction."""
         low = arc.start[2]
         if (stop > low) != self.rising or stop == low:
             return None

@@ -36,7 +36,7 @@ _LARGEST_STEP = 0.5
 
 @dataclass(frozen=True, eq=False)
 class FMechanismOverview:
-    """What a mechanism can do over one turn of its cranks.
+    """All positions of a mechanism over one turn of its cranks.
 
     Attributes:
         crank_angles: equidistant angles in [0, 2 pi), shape (n,) [rad].

@@ -1,4 +1,4 @@
-"""What solving and following an F-mechanism return."""
+"""Results of solving and following an F-mechanism."""
 
 from typing import TYPE_CHECKING
 

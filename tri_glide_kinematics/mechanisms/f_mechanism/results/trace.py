@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 class EventKind(enum.Enum):
-    """What happens to a followed branch."""
+    """An event of a followed branch."""
 
     TURNING_POINT = "turning point"
     BIFURCATION = "bifurcation"

@@ -1,4 +1,4 @@
-"""Where a trigonometric polynomial may have roots: what samples at the ends of cells prove.
+"""Cells that may hold roots of a trigonometric polynomial, by samples at their ends.
 
 The circle is cut into cells of equal width. Bounds of the second and third derivative decide for
 each cell whether it holds no root, exactly one, or must be looked at closely.
@@ -52,7 +52,7 @@ class Ends(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What samples at both ends prove about intervals.
+    """Proofs about intervals, from samples at both ends.
 
     Attributes:
         single: exactly one root.

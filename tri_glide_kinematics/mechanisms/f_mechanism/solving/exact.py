@@ -152,7 +152,7 @@ def exact_positions(linkage: Linkage, pins: CrankPins) -> list[Position]:
 
 
 class _Span(NamedTuple):
-    """Where a chart is searched.
+    """The part of a chart that is searched.
 
     Attributes:
         sense: +1, or -1 where phi is counted from half a turn.
@@ -168,7 +168,7 @@ class _Span(NamedTuple):
 
 
 def _spans(linkage: Linkage, pins: CrankPins) -> list[_Span]:
-    """What must be searched: the circle, or the narrow arc in which the rods allow positions.
+    """The range to be searched: the circle, or the narrow arc in which the rods allow positions.
 
     Two platform joints are as far from each other as their pins but for both rods, so the platform
     has turned from there by no more than an arc, which the law of cosines gives.
