@@ -23,8 +23,9 @@ FIGURES = (
     "transport",
 )
 TABLES = ("tracking", "stops", "moves", "paths", "goals", "streams", "panel")
+CALLS = "cycle_calls"
 GROWTH = "growth"
-NAMES = (*FIGURES, *TABLES, GROWTH)
+NAMES = (*FIGURES, *TABLES, CALLS, GROWTH)
 
 
 def main() -> int:
@@ -58,7 +59,7 @@ def main() -> int:
 
 def table(name: str) -> bool:
     """Measure and print a table; return whether it is complete."""
-    module = "growth" if name == GROWTH else f"bench_{name}"
+    module = name if name in (CALLS, GROWTH) else f"bench_{name}"
     try:
         complete: bool = import_module(f"benchmarks.{module}").run()
     except (NoAnswerError, TimeoutError) as error:

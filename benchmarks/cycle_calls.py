@@ -1,0 +1,122 @@
+"""How many functions of the package one control cycle calls, at rest and in a move.
+
+In Python a call costs time whatever it does. So the number of calls tells what a change has done to
+each cycle, and unlike a time it is the same in each run and on each computer. What is counted is
+``MotionController.cycle`` with an engine that plans in pieces, as in the node; what the caller and
+libraries do is not. It needs Python 3.11 or newer; from 3.12 on a comprehension is no call.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from pathlib import Path
+from types import CodeType, FrameType
+
+import tri_glide_kinematics
+from benchmarks.table import aligned
+from tri_glide_kinematics.control import (
+    IDLE,
+    MOVING,
+    InPositionBounds,
+    MotionController,
+    OperatingState,
+    SupervisionBounds,
+    Supervisor,
+)
+from tri_glide_kinematics.control.commands import Streams
+from tri_glide_kinematics.motion import MotionEngine, SliderLimits
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+
+PACKAGE = str(Path(tri_glide_kinematics.__file__).parent)
+CYCLES = 50  # that are counted
+BEFORE = 50  # cycles before that, in which a move is planned, and a target is reached
+PERIOD = 0.002  # s
+LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)  # m
+HOME = (0.6, 0.6, 0.6)  # m, heights
+TARGET = (0.05, 0.03, 0.3)  # m
+# Most calls in a cycle that are wanted.
+GOALS = {IDLE: 30, MOVING: 35}
+
+Calls = Counter[CodeType]
+
+
+class Machine:
+    """A controller, and sliders that follow it perfectly."""
+
+    def __init__(self) -> None:
+        """Lead from home."""
+        workspace = Workspace(TriGlide(DEFAULT_GEOMETRY), WorkspaceLimits(LOWER, UPPER, 0.005, 6.0))
+        self.controller = MotionController(
+            MotionEngine(workspace, SliderLimits.uniform(1.0, 10.0, 200.0), in_pieces=True),
+            Supervisor(SupervisionBounds(0.2, 0.02, 0.05, (1.0,) * 3), ("a", "b", "c")),
+            period=PERIOD,
+            streams=Streams.with_timeouts(0.1, 0.3),
+            in_position_bounds=InPositionBounds(0.0005, 0.02, 0.5, 0.005),
+            start_disabled=False,
+            travel=(LOWER, UPPER),
+            on_change=lambda status: None,
+            on_refusal=lambda text, refusal: None,
+        )
+        self._now = 0.0
+        self._heights: Vector3 = HOME
+        self.controller.measured(HOME, self._now)
+
+    def cycle(self) -> Calls:
+        """Do what the node does in a period; return what was called for the setpoint."""
+        self._now += PERIOD
+        calls: Calls = Counter()
+
+        def note(frame: FrameType, event: str, _argument: object) -> None:
+            if event == "call" and frame.f_code.co_filename.startswith(PACKAGE):
+                calls[frame.f_code] += 1
+
+        sys.setprofile(note)
+        setpoint = self.controller.cycle(self._now, _goes_on)
+        sys.setprofile(None)
+        if setpoint is not None:
+            self._heights = setpoint.heights
+        self.controller.measured(self._heights, self._now)
+        self.controller.plan(_goes_on)
+        return calls
+
+
+def _goes_on() -> bool:
+    """Return that there is time for planning."""
+    return True
+
+
+def calls_in(state: OperatingState) -> Calls:
+    """Return what is called in ``CYCLES`` cycles in a state, idle or moving."""
+    machine = Machine()
+    if state is MOVING:
+        machine.controller.move_to(TARGET)
+    for _ in range(BEFORE):
+        machine.cycle()
+    calls: Calls = Counter()
+    for _ in range(CYCLES):
+        calls += machine.cycle()
+        assert machine.controller.state is state
+    return calls
+
+
+def run() -> bool:
+    """Count, and print a line for each function; return that the table is complete."""
+    counts = {state: calls_in(state) for state in GOALS}
+    names = [state.value for state in GOALS]
+    rows: list[tuple[str, ...]] = [("calls inside the package in one cycle", *names)]
+    rows.append(("all", *(f"{calls.total() / CYCLES:g}" for calls in counts.values())))
+    rows.append(("wanted at most", *(f"{goal}" for goal in GOALS.values())))
+    together = sum(counts.values(), Counter[CodeType]())
+    for code, _ in together.most_common():
+        module = Path(code.co_filename).relative_to(PACKAGE).with_suffix("")
+        name = f"{'.'.join(module.parts)}: {code.co_qualname}"
+        rows.append((name, *(f"{calls[code] / CYCLES:g}" for calls in counts.values())))
+    print("\n" + aligned(rows), flush=True)
+    return True
+
+
+if __name__ == "__main__":
+    run()
