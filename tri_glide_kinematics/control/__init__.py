@@ -39,14 +39,14 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.control.operating_state import OperatingState as OperatingState
     from tri_glide_kinematics.control.operating_state import StateMachine as StateMachine
+    from tri_glide_kinematics.control.operation import TRAVEL_TOLERANCE as TRAVEL_TOLERANCE
+    from tri_glide_kinematics.control.operation import StartingPlace as StartingPlace
     from tri_glide_kinematics.control.reason import Cause as Cause
     from tri_glide_kinematics.control.reason import Reason as Reason
     from tri_glide_kinematics.control.simulated_sliders import SimulatedPlate as SimulatedPlate
     from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders as SimulatedSliders
     from tri_glide_kinematics.control.simulated_sliders import SliderFaults as SliderFaults
     from tri_glide_kinematics.control.simulated_sliders import TrueMachine as TrueMachine
-    from tri_glide_kinematics.control.starting import TRAVEL_TOLERANCE as TRAVEL_TOLERANCE
-    from tri_glide_kinematics.control.starting import StartingPlace as StartingPlace
     from tri_glide_kinematics.control.status import ControllerStatus as ControllerStatus
     from tri_glide_kinematics.control.supervision import SILENT_CYCLES as SILENT_CYCLES
     from tri_glide_kinematics.control.supervision import SupervisionBounds as SupervisionBounds

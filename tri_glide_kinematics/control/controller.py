@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from tri_glide_kinematics.control.commands import (
     EngineCommands,
     GoalCode,
-    GoalCommands,
     NewestTarget,
     Streams,
 )
 from tri_glide_kinematics.control.errors import CommandRefusedError
+from tri_glide_kinematics.control.goal_commands import GoalCommands
 from tri_glide_kinematics.control.in_position import Arrival, InPositionBounds
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
@@ -24,8 +24,8 @@ from tri_glide_kinematics.control.operating_state import (
     StateMachine,
     at_rest,
 )
+from tri_glide_kinematics.control.operation import StartingPlace
 from tri_glide_kinematics.control.reason import Cause, Reason
-from tri_glide_kinematics.control.starting import StartingPlace
 from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import Refusal

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tri_glide_kinematics.control.commands.commanded_motion import CommandedMotion
-from tri_glide_kinematics.control.commands.goals import Goal, GoalCode
-from tri_glide_kinematics.control.commands.inbox import TargetPath, TargetPosition
+from tri_glide_kinematics.control.commanded_motion import CommandedMotion
+from tri_glide_kinematics.control.commands import Goal, GoalCode, TargetPath, TargetPosition
 from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.operating_state import MOVING, ON_THE_WAY
 from tri_glide_kinematics.control.reason import Cause, Reason

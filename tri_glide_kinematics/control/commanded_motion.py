@@ -5,17 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
-from tri_glide_kinematics.control.commands.engine_commands import CarriedOut, EngineCommands
-from tri_glide_kinematics.control.commands.goals import GoalCode, Goals
-from tri_glide_kinematics.control.commands.inbox import (
+from tri_glide_kinematics.control.commands import (
+    CarriedOut,
+    EngineCommands,
+    GoalCode,
+    Goals,
+    NewestTarget,
+    Stream,
+    Streams,
     Target,
     TargetPath,
     TargetPosition,
     TargetVelocity,
     TrackedTarget,
 )
-from tri_glide_kinematics.control.commands.newest_target import NewestTarget
-from tri_glide_kinematics.control.commands.streams import Stream, Streams
 from tri_glide_kinematics.control.errors import BrokenError
 from tri_glide_kinematics.control.operating_state import (
     FAULT,
