@@ -1,17 +1,17 @@
-"""Takes targets and limits in, and tells of those that are carried out."""
+"""What may be asked of a motion in each state, and what becomes of that."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from dataclasses import replace
 
 from tri_glide_kinematics.control.commands import (
     CarriedOut,
     EngineCommands,
+    Goal,
     GoalCode,
     Goals,
     NewestTarget,
-    Stream,
     Streams,
     Target,
     TargetPath,
@@ -19,20 +19,17 @@ from tri_glide_kinematics.control.commands import (
     TargetVelocity,
     TrackedTarget,
 )
-from tri_glide_kinematics.control.errors import BrokenError
+from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.operating_state import (
-    FAULT,
-    IDLE,
     JOGGING,
     MOVING,
     ON_THE_WAY,
     PAUSED,
     TRACKING,
-    OperatingState,
     StateMachine,
 )
+from tri_glide_kinematics.control.operation import Operation
 from tri_glide_kinematics.control.reason import Cause, Reason
-from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import MotionEngine, jog_of
 from tri_glide_kinematics.motion.trajectory import SliderLimits
@@ -47,13 +44,7 @@ STATE_OF = {
 
 
 class CommandedMotion:
-    """What may be asked of an engine in each state.
-
-    Attributes:
-        streams: of what has to be renewed; their timeouts can be changed.
-        newest_target: when it counts as reached can be changed.
-        failure: what is broken in here; None as long as nothing is.
-    """
+    """Takes targets and limits in, and tells of those that are carried out."""
 
     def __init__(
         self,
@@ -62,69 +53,30 @@ class CommandedMotion:
         states: StateMachine,
         streams: Streams,
         newest_target: NewestTarget,
+        goals: Goals,
+        operation: Operation,
         on_refusal: Callable[[str, Refusal], None],
     ) -> None:
         """Take nothing in yet.
 
         Args:
             engine: that carries commands out.
-            commands: for it, that wait.
-            states: say what may be asked for.
+            commands: for the engine, that wait.
+            states: say what may be asked for, and tell what is done.
             streams: of what has to be renewed.
             newest_target: gets each target that is carried out.
+            goals: get the end of each command whose end somebody waits for.
+            operation: brakes, and fails if something in here is broken.
             on_refusal: gets why a command that had waited is refused, in words and for programs.
         """
-        self.streams = streams
-        self.newest_target = newest_target
         self._engine = engine
         self._commands = commands
         self._states = states
+        self._streams = streams
+        self._newest_target = newest_target
+        self._goals = goals
+        self._operation = operation
         self._on_refusal = on_refusal
-        self._goals = Goals()
-        # What the path that is followed was, before it was extended.
-        self._before: list[Target | None] = []
-        self._leading = False
-        self.failure: BrokenError | None = None
-
-    @property
-    def status(self) -> ControllerStatus:
-        """State, reason and target."""
-        target = self.newest_target
-        command = target.command
-        return ControllerStatus(
-            self.state,
-            self.reason,
-            target.text,
-            target.is_missed,
-            target.held_at_edge,
-            target.is_reached,
-            target.distance,
-            None if command is None else command.kind,
-            target.position,
-            None if command is None else command.velocity,
-            self._leading,
-            self._engine.speed_scale,
-        )
-
-    @property
-    def state(self) -> OperatingState:
-        """What the controller is doing."""
-        return self._states.state
-
-    @property
-    def reason(self) -> Reason:
-        """Why it is doing that."""
-        return self._states.reason
-
-    @property
-    def leads(self) -> bool:
-        """Whether there is a setpoint in each cycle."""
-        return self._leading
-
-    @property
-    def tracking_distance(self) -> float:
-        """How far the setpoint is from a moving target that is followed; NaN without one [m]."""
-        return self._engine.tracking_distance
 
     def move_to(self, position: Vector3) -> None:
         """Move the platform to ``position`` [m], at the latest when it is its turn.
@@ -152,14 +104,14 @@ class CommandedMotion:
             KinematicsError: with the reason, if it is refused; what went on goes on.
         """
         released = jog_of(velocity) is None
-        pause = self.streams.twists.receive(now, released)
+        pause = self._streams.twists.receive(now, released)
         if released:
             self._commands.drop_twist()
-            if self.state is JOGGING:
-                self._brake(Reason(Cause.RELEASED, "twist of zero"), asked_for=False)
+            if self._states.state is JOGGING:
+                self._operation.brake(Reason(Cause.RELEASED, "twist of zero"), asked_for=False)
             return
         self._states.check_accepting()
-        self.streams.twists.check_released()
+        self._streams.twists.check_released()
         self._carry_out(TargetVelocity(velocity, now, pause))
 
     def track(self, position: Vector3, velocity: Vector3, seen: float, now: float) -> None:
@@ -174,94 +126,123 @@ class CommandedMotion:
         Raises:
             KinematicsError: with the reason, if it is refused; what went on goes on.
         """
-        pause = self.streams.targets.receive(now)
+        pause = self._streams.targets.receive(now)
         self._states.check_accepting()
-        self.streams.targets.check_released()
-        if self.state is not TRACKING:
+        self._streams.targets.check_released()
+        if self._states.state is not TRACKING:
             self._engine.check_position(position)
         self._carry_out(TrackedTarget(position, velocity, seen, now, pause))
 
     def set_limits(self, limits: SliderLimits, speed_scale: float) -> None:
         """Change the limits when it is their turn; too fast a motion slows down first."""
         self._commands.put_limits(limits, speed_scale)
-        self._take(self._commands.carry_out)
+        self.go_on()
 
-    def fail(self, cause: Exception) -> BrokenError:
-        """Come to rest, and then lead no more, as something in here is broken.
+    def pursue_position(self, position: Vector3) -> Goal:
+        """Move the platform to ``position`` [m], and return a goal that tells how that ends.
 
-        If a braking can still be planned, that is driven; else the held plan, which is verified and
-        leads to rest as well. After this nothing is planned any more.
+        Raises:
+            KinematicsError: with the reason, if it is refused; what went on goes on.
+        """
+        return self.pursue(TargetPosition(position))
+
+    def pursue(self, command: TargetPosition | TargetPath) -> Goal:
+        """Move the platform, and return a goal that tells how that ends.
+
+        Raises:
+            KinematicsError: with the reason, if it is refused; what went on goes on.
+        """
+        if isinstance(command, TargetPath) and command.extends and not self._has_path:
+            command = replace(command, extends=False)
+        goal = self._goals.add(command)
+        try:
+            if isinstance(command, TargetPath):
+                self.follow(command)
+            else:
+                self._move_to(command)
+        except KinematicsError as error:
+            self._goals.end(command, GoalCode.REFUSED, str(error))
+            raise
+        return goal
+
+    def pause(self) -> str:
+        """Come to rest on the path that is followed, and return what happens in words.
+
+        Raises:
+            KinematicsError: if none is followed.
+        """
+        self._ask_of_path(self._engine.pause)
+        self._tell_pause()
+        return "comes to rest on the path"
+
+    def resume(self) -> str:
+        """Go on along the path after a pause, and return what happens in words.
+
+        Raises:
+            KinematicsError: if no path is followed.
+        """
+        self._ask_of_path(self._engine.resume)
+        self._states.change(MOVING, Reason(Cause.COMMAND, self._newest_target.text))
+        return "goes on along the path"
+
+    def cancel(self, goal: Goal) -> None:
+        """Come to rest, if the motion is that of the ``goal``; give it up if it only waits."""
+        if goal.outcome is not None:
+            return
+        newest = self._commands.target
+        extends = isinstance(goal.command, TargetPath) and goal.command.extends
+        waited = self._commands.withdraw(goal.command)
+        # What is to be replaced goes on, unless its goal has ended for that already.
+        before = self._newest_target.command
+        goes_on = not extends and not (
+            newest is goal.command and self._goals.was_superseded(before)
+        )
+        if waited and (goes_on or self._states.state not in ON_THE_WAY):
+            text = f"cancelled before it began: {goal.command}"
+            self._goals.end(goal.command, GoalCode.CANCELED, text)
+            return
+        goal.is_cancelled = True
+        text = f"cancelled: {goal.command}"
+        # Of a path that was extended, no part is driven any more.
+        self._goals.end_driven(GoalCode.SUPERSEDED, text)
+        if extends:
+            self._goals.end_all(GoalCode.SUPERSEDED, text, but_cancelled=True)
+        if self._states.state in ON_THE_WAY:
+            self._operation.brake(Reason(Cause.CANCELLED, text), asked_for=False)
+
+    def leads_to(self, goal: Goal) -> bool:
+        """Return whether the present motion is that of the ``goal``."""
+        return self._newest_target.is_driven(goal.command) and self._states.state in ON_THE_WAY
+
+    def go_on(self, may_go_on: Callable[[], bool] | None = None) -> None:
+        """Carry out the command whose turn it is, and plan.
 
         Args:
-            cause: what was raised; the first one counts.
-
-        Returns:
-            What is said of it.
+            may_go_on: asked, after each piece of planning, for another one. None to plan nothing
+                now, unless the engine plans within its commands.
         """
-        if self.failure is None:
-            self.failure = BrokenError(cause)
-            with suppress(Exception):
-                self._engine.stop()
-            self._engine.keep_to_plan()
-            text = str(self.failure)
-            reason = Reason(Cause.PROGRAM_ERROR, text)
-            self._states.change(FAULT if self._leading else self.state, reason)
-            self._goals.end_all(GoalCode.FAULT, text)
-        return self.failure
+        if self._operation.failure is not None:
+            return
+        try:
+            self._note(self._commands.carry_out(self._states.state in ON_THE_WAY, may_go_on))
+        except Exception as error:
+            self._tell_error(error)
 
-    def plan(self, may_go_on: Callable[[], bool]) -> None:
-        """Go on with the planning of commands: by a piece at least, and while ``may_go_on``."""
-        if self._leading:
-            self._take(lambda moving: self._commands.carry_out(moving, may_go_on))
-
-    @property
-    def _stream(self) -> Stream | None:
-        """What has to be renewed for the present motion to go on."""
-        if self.state is JOGGING:
-            return self.streams.twists
-        return self.streams.targets if self.state is TRACKING else None
+    def look_after(self) -> None:
+        """Tell what has been taken or refused with the setpoint that has just been made."""
+        refusal = self._engine.take_refusal()
+        if refusal is not None:
+            self._give_up(refusal, str(refusal))
+        try:
+            # A plan that was ready begins with this setpoint.
+            self._note(self._commands.taken(self._states.state in ON_THE_WAY))
+        except Exception as error:
+            self._tell_error(error)
 
     def _move_to(self, command: TargetPosition) -> None:
         self._states.check_accepting()
         self._engine.check_position(command.position)
         self._carry_out(command)
-
-    def _brake(self, reason: Reason, asked_for: bool = True, then: OperatingState = IDLE) -> None:
-        self._states.stop(reason, asked_for=asked_for, then=then)
-        self._come_to_rest()
-        self._note(None)
-
-    def _come_to_rest(self) -> None:
-        """Let the engine brake; where that fails, the held plan leads to rest as well."""
-        try:
-            self._commands.stop()
-        except Exception as error:
-            self.fail(error)
-
-    @contextmanager
-    def _failing(self) -> Iterator[None]:
-        """Fail, and refuse what is asked for, if that raises anything but a refusal.
-
-        Raises:
-            KinematicsError: the refusal.
-        """
-        try:
-            yield
-        except KinematicsError:
-            raise
-        except Exception as error:
-            raise self.fail(error) from error
-
-    def _take(self, carry_out: Callable[[bool], CarriedOut | None]) -> None:
-        """Take note of a command that is carried out, or tell why it is refused."""
-        if self.failure is not None:
-            return
-        try:
-            self._note(carry_out(self.state in ON_THE_WAY))
-        except KinematicsError as error:
-            self._tell_refusal(error)
-        except Exception as error:
-            self.fail(error)
 
     def _carry_out(self, target: Target) -> None:
         """Carry out the command whose turn it is, which may be this ``target``.
@@ -271,72 +252,67 @@ class CommandedMotion:
         """
         self._commands.put(target)
         try:
-            self._note(self._commands.carry_out(self.state in ON_THE_WAY))
+            self._note(self._commands.carry_out(self._states.state in ON_THE_WAY))
         except KinematicsError as error:
             if self._commands.refused is target:
                 raise
-            self._tell_refusal(error)
+            self._tell_error(error)
         except Exception as error:
-            raise self.fail(error) from error
+            raise self._operation.fail(error) from error
 
     def _note(self, done: CarriedOut | None) -> None:
         """Tell of a target that the engine has taken."""
         if done is not None:
-            if isinstance(done.target, TargetPath) and done.target.extends:
-                self._before.append(self.newest_target.command)
-            else:
-                self._before.clear()
-            self.newest_target.take(done, self._engine.target)
+            self._newest_target.take(done, self._engine.target)
             if self._engine.is_paused:
-                self._pause()
+                self._tell_pause()
             else:
                 self._states.change(STATE_OF[type(done.target)], done.reason)
-        if self._goals:
-            self._goals.keep(self._is_held, self._newest_text)
+        if self._goals.open:
+            self._goals.keep_held()
 
-    def _pause(self) -> None:
+    def _tell_pause(self) -> None:
         """Tell that the path that is followed is paused."""
-        text = f"{self.newest_target.text}, paused"
+        text = f"{self._newest_target.text}, paused"
         self._states.change(PAUSED, Reason(Cause.PAUSE_ASKED, text))
 
-    def _end_driven(self, code: GoalCode, text: str) -> None:
-        """End the goals of what is carried out."""
-        for target in (*self._before, self.newest_target.command):
-            self._goals.end(target, code, text)
+    def _ask_of_path(self, ask: Callable[[], None]) -> None:
+        """Ask something of the engine for the path that is followed.
 
-    def _is_held(self, target: Target | None) -> bool:
-        """Return whether this very ``target`` waits, or is carried out."""
-        return self._is_driven(target) or self._commands.holds(target)
-
-    def _is_driven(self, target: Target | None) -> bool:
-        """Return whether this very ``target`` is carried out, or a path that extends it."""
-        newest = self.newest_target.command
-        return target is newest or any(target is each for each in self._before)
-
-    def _is_current(self, target: Target | None) -> bool:
-        """Return whether no newer command takes the place of this very ``target``."""
+        Raises:
+            KinematicsError: if there is none, or it is to be replaced by a newer command.
+        """
+        self._states.check_accepting()
         newest = self._commands.target
-        if newest is None:
-            return self._is_driven(target)
-        if isinstance(newest, TargetPath) and newest.extends:
-            return self._is_held(target)
-        return target is newest
+        if newest is not None and not (isinstance(newest, TargetPath) and newest.extends):
+            text = f"a newer command is not begun yet: {newest}; ask again"
+            raise CommandRefusedError(text, Refusal.NEWER_COMMAND)
+        try:
+            ask()
+        except KinematicsError:
+            raise
+        except Exception as error:
+            raise self._operation.fail(error) from error
 
     @property
-    def _newest_text(self) -> str:
-        return str(self._commands.target or self.newest_target.text)
+    def _has_path(self) -> bool:
+        """Whether the newest command is a path, which can be extended."""
+        newest = self._commands.target
+        if newest is not None:
+            return isinstance(newest, TargetPath)
+        return self._engine.driven_path is not None
 
-    def _tell_refusal(self, error: KinematicsError) -> None:
-        refused = self._commands.refused
-        self._goals.end(refused, GoalCode.REFUSED, str(error))
-        self._give_up(error, f"{refused}: {error}")
+    def _tell_error(self, error: Exception) -> None:
+        """Tell why the command whose turn it was is refused, or that something is broken."""
+        if isinstance(error, KinematicsError):
+            refused = self._commands.refused
+            self._goals.end(refused, GoalCode.REFUSED, str(error))
+            self._give_up(error, f"{refused}: {error}")
+        else:
+            self._operation.fail(error)
 
-    def _give_up(self, error: KinematicsError, text: str = "") -> None:
-        """Tell why something is refused; it may be that the present motion cannot go on.
-
-        The ``text`` says more than the ``error`` alone, if it is given.
-        """
-        text = text or str(error)
+    def _give_up(self, error: KinematicsError, text: str) -> None:
+        """Tell why something is refused; it may be that the present motion cannot go on."""
         self._on_refusal(text, error.refusal)
-        if self._goals and self._engine.target is None:
-            self._end_driven(GoalCode.REFUSED, text)
+        if self._goals.open and self._engine.target is None:
+            self._goals.end_driven(GoalCode.REFUSED, text)

@@ -1,16 +1,42 @@
-"""Whether a machine can be led from where it is measured."""
+"""Whether a machine is led: from where, until when, and how that ends."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 
-from tri_glide_kinematics.control.errors import CommandRefusedError
-from tri_glide_kinematics.control.reason import Reason
+from tri_glide_kinematics.control.commands import (
+    EngineCommands,
+    GoalCode,
+    Goals,
+    NewestTarget,
+    Streams,
+)
+from tri_glide_kinematics.control.errors import BrokenError, CommandRefusedError
+from tri_glide_kinematics.control.operating_state import (
+    DISABLED,
+    FAULT,
+    IDLE,
+    IN_MOTION,
+    STOPPING,
+    WAITING,
+    OperatingState,
+    StateMachine,
+)
+from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import Refusal
+from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
+
+NO_MEASUREMENT = Reason(Cause.NO_MEASUREMENT, "no measured slider heights yet")
+MEASURED = Reason(Cause.MEASUREMENT, "measured slider heights received")
+ENABLED = Reason(Cause.ENABLE_ASKED, "enabled by request")
+DISABLED_BY_REQUEST = Reason(Cause.DISABLE_ASKED, "disabled by request")
+STOP_ASKED = Reason(Cause.STOP_ASKED, "stop was asked for")
+RAMP_NOT_OVER = "the ramp to a stop is not over yet"
 
 # Encoders of sliders at their end stops may read a little beyond the travel [m].
 TRAVEL_TOLERANCE = 1e-3
@@ -63,3 +89,220 @@ class StartingPlace:
                     Refusal.OUTSIDE_TRAVEL,
                 )
         return self.heights
+
+
+class Operation:
+    """Leads a machine: each cycle has a setpoint while it does.
+
+    However it ends, short of a kill, it ends after a ramp: ``end`` brakes, ``fail`` does so if it
+    can, and the held plan leads to rest in any case.
+
+    Attributes:
+        leads: whether there is a setpoint in each cycle.
+        commanded: heights of the latest setpoint. Shape (3,) [m]; None while there is none.
+        failure: what is broken in here; None as long as nothing is.
+    """
+
+    def __init__(
+        self,
+        engine: MotionEngine,
+        commands: EngineCommands,
+        states: StateMachine,
+        streams: Streams,
+        newest_target: NewestTarget,
+        goals: Goals,
+        start: StartingPlace,
+    ) -> None:
+        """Lead no machine yet.
+
+        Args:
+            engine: that moves it.
+            commands: for the engine, that wait.
+            states: tell what is done.
+            streams: need a release after a stop.
+            newest_target: is judged no more when the lead ends.
+            goals: end with the motion.
+            start: from where the machine can be led.
+        """
+        self.leads = False
+        self.commanded: Vector3 | None = None
+        self.failure: BrokenError | None = None
+        self._engine = engine
+        self._commands = commands
+        self._states = states
+        self._streams = streams
+        self._newest_target = newest_target
+        self._goals = goals
+        self._start = start
+        self._has_ended = False
+
+    def begin(self, now: float) -> None:
+        """Lead the machine from where it is measured ``now`` [s], if that is waited for.
+
+        Raises:
+            KinematicsError: if that is no place to start from.
+        """
+        if self._states.state is WAITING and self._start.obstacle is None:
+            self._lead(self._start.checked(now), MEASURED)
+
+    def stop(self) -> str:
+        """Ramp to a stop, and return what happens in words.
+
+        Poses are refused until the sliders are at rest; streams until they have paused.
+        """
+        self._streams.need_release()
+        dropped = self._commands.drop_target()
+        self._goals.end_all(GoalCode.STOPPED, STOP_ASKED.text, but_cancelled=True)
+        state, reason = self._states.state, self._states.reason
+        if state is FAULT and self.leads:
+            return f"ramping to a stop already: {state.value}: {reason}"
+        if state not in IN_MOTION:
+            return f"nothing moves: {state.value}" + (f"; dropped {dropped}" if dropped else "")
+        if state is STOPPING:
+            self._states.stop_was_asked_for = True
+            return f"ramping to a stop already: {reason}"
+        self.brake(STOP_ASKED)
+        return f"ramping to a stop: was {state.value}, {reason}"
+
+    def enable(self, now: float) -> str:
+        """Lead the machine again, from where it is measured to be, and clear a fault.
+
+        Returns:
+            What happens in words.
+
+        Raises:
+            KinematicsError: with the reason, if that is not possible now.
+        """
+        if self.failure is not None:
+            raise self.failure
+        if self._has_ended:
+            raise CommandRefusedError(self._states.reason.text, Refusal.STOPPING)
+        state = self._states.state
+        if state is STOPPING and self._states.after_stop is DISABLED:
+            self._states.after_stop = IDLE
+            return "stays enabled"
+        if state not in (DISABLED, FAULT):
+            return f"is enabled already: {state.value}"
+        if self.leads:
+            raise CommandRefusedError(RAMP_NOT_OVER, Refusal.STOPPING)
+        self._lead(self._start.checked(now), ENABLED)
+        return "enabled"
+
+    def disable(self) -> str:
+        """Ramp to a stop and lead the machine no more; return what happens in words.
+
+        Raises:
+            CommandRefusedError: while a fault still ramps to a stop.
+        """
+        self._streams.need_release()
+        self._commands.drop_target()
+        if self._states.state is FAULT and self.leads:
+            raise CommandRefusedError(RAMP_NOT_OVER, Refusal.STOPPING)
+        return self._disable(DISABLED_BY_REQUEST, GoalCode.DISABLED)
+
+    def end(self, text: str) -> None:
+        """Ramp to a stop and lead the machine no more, for good; again it changes nothing.
+
+        Args:
+            text: says why.
+        """
+        if self._has_ended or self.failure is not None:
+            return
+        self._has_ended = True
+        self._commands.drop_target()
+        if self._states.state is FAULT:
+            self._goals.end_all(GoalCode.SHUTDOWN, text)
+        else:
+            self._disable(Reason(Cause.NODE_ENDS, text), GoalCode.SHUTDOWN)
+
+    def set_obstacle(self, reason: Reason | None) -> None:
+        """Lead no machine for a ``reason`` from outside: fault, or wait; None if there is none."""
+        self._start.obstacle = reason
+        if self._states.state is WAITING:
+            self._states.change(WAITING, reason or NO_MEASUREMENT)
+        elif reason is not None and self.leads:
+            self.fault(reason)
+
+    def brake(self, reason: Reason, asked_for: bool = True, then: OperatingState = IDLE) -> None:
+        """Ramp to a stop for a ``reason``, which may be one that somebody has ``asked_for``.
+
+        Args:
+            reason: for the new state.
+            asked_for: whether the stop must not be cut short.
+            then: the state that follows, idle or disabled.
+        """
+        self._states.stop(reason, asked_for=asked_for, then=then)
+        self._come_to_rest()
+        self._goals.keep_held()
+
+    def fault(self, reason: Reason) -> None:
+        """Ramp to a stop, as the machine does not do what it was told; again it changes nothing."""
+        if self._states.state is not FAULT:
+            self._streams.need_release()
+            self._commands.drop_target()
+            self._goals.end_all(GoalCode.FAULT, reason.text)
+            self._states.change(FAULT, reason)
+            self._come_to_rest()
+
+    def fail(self, cause: Exception) -> BrokenError:
+        """Come to rest, and then lead no more, as something in here is broken.
+
+        If a braking can still be planned, that is driven; else the held plan, which is verified and
+        leads to rest as well. After this nothing is planned any more.
+
+        Args:
+            cause: what was raised; the first one counts.
+
+        Returns:
+            What is said of it.
+        """
+        if self.failure is None:
+            self.failure = BrokenError(cause)
+            with suppress(Exception):
+                self._engine.stop()
+            self._engine.keep_to_plan()
+            text = str(self.failure)
+            reason = Reason(Cause.PROGRAM_ERROR, text)
+            self._states.change(FAULT if self.leads else self._states.state, reason)
+            self._goals.end_all(GoalCode.FAULT, text)
+        return self.failure
+
+    def end_ramp(self) -> None:
+        """Go on after a ramp, as the setpoints stand still."""
+        states = self._states
+        if states.state is FAULT:
+            self.end_lead()
+        elif states.state is STOPPING:
+            if states.after_stop is DISABLED:
+                self.end_lead()
+            states.stopped()
+
+    def end_lead(self) -> None:
+        """Lead the machine no more; it stands still."""
+        self.leads = False
+        self.commanded = None
+        self._newest_target.end()
+
+    def _lead(self, heights: Vector3, reason: Reason) -> None:
+        self._engine.start(heights)
+        # So that whoever listens gets the place from which the machine sets off.
+        self._commands.rest_first()
+        self.commanded = heights
+        self.leads = True
+        self._states.change(IDLE, reason)
+
+    def _disable(self, reason: Reason, code: GoalCode) -> str:
+        self._goals.end_all(code, reason.text)
+        if self._states.state in IN_MOTION:
+            self.brake(reason, then=DISABLED)
+            return "ramping to a stop, then disabled"
+        self.end_lead()
+        self._states.change(DISABLED, reason)
+        return "disabled"
+
+    def _come_to_rest(self) -> None:
+        """Let the engine brake; where that fails, the held plan leads to rest as well."""
+        try:
+            self._commands.stop()
+        except Exception as error:
+            self.fail(error)

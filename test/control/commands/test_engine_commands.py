@@ -27,9 +27,7 @@ def commands_at(heights):
     )
     engine = MotionEngine(workspace, LIMITS)
     engine.start(heights)
-    return EngineCommands(
-        engine, PERIOD, Streams.with_timeouts(0.1, 0.5), lambda text: None
-    ), engine
+    return EngineCommands(engine, PERIOD, Streams.with_timeouts(0.1, 0.5)), engine
 
 
 def test_a_target_waits_while_limits_have_their_turn():

@@ -109,14 +109,17 @@ class PathMaking:
 
 
 class EngineCommands:
-    """Commands for an engine: a target and limits at most that wait, and one that is planned."""
+    """Commands for an engine: a target and limits at most that wait, and one that is planned.
+
+    Attributes:
+        refused: the latest command that was refused when it was its turn; None if none was.
+    """
 
     def __init__(
         self,
         engine: MotionEngine,
         period: float,
         streams: Streams,
-        on_refusal: Callable[[KinematicsError], None],
     ) -> None:
         """Hold nothing yet.
 
@@ -124,11 +127,9 @@ class EngineCommands:
             engine: that carries them out.
             period: time of one cycle [s].
             streams: are told which of their commands are carried out.
-            on_refusal: gets the error if the engine does not carry out what it had to put off.
         """
         self._engine = engine
         self._period = period
-        self._on_refusal = on_refusal
         self._streams = streams
         self._now = 0.0
         self._inbox = Inbox(period)
@@ -284,12 +285,6 @@ class EngineCommands:
         """Advance the engine by a cycle, and return its setpoint."""
         self._rests_first = False
         return self._engine.step(self._period)
-
-    def tell_refusal(self) -> None:
-        """Tell why the engine did not carry out what it had to put off, if that is known."""
-        refusal = self._engine.take_refusal()
-        if refusal is not None:
-            self._on_refusal(refusal)
 
     @property
     def _is_busy(self) -> bool:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from enum import IntEnum
 from typing import NamedTuple
 
-from tri_glide_kinematics.control.commands.inbox import Command, Target
+from tri_glide_kinematics.control.commands.engine_commands import EngineCommands
+from tri_glide_kinematics.control.commands.inbox import Command, Target, TargetPath
+from tri_glide_kinematics.control.commands.newest_target import NewestTarget
 from tri_glide_kinematics.control.in_position import Arrival, InPosition, InPositionBounds
 
 # A newer command ends a goal when it is carried out, as it may still be refused. Its plan takes
@@ -81,80 +82,107 @@ class Goal:
 
 
 class Goals:
-    """The goals that have not ended: of commands that wait, and of the one that is carried out."""
+    """The goals that have not ended: of commands that wait, and of the one that is carried out.
 
-    def __init__(self) -> None:
-        """Know none yet."""
-        self._open: list[Goal] = []
+    Attributes:
+        open: these goals, the oldest first.
+    """
+
+    def __init__(self, commands: EngineCommands, newest: NewestTarget) -> None:
+        """Know none yet.
+
+        Args:
+            commands: that wait.
+            newest: target that is carried out.
+        """
+        self.open: list[Goal] = []
+        self._commands = commands
+        self._newest = newest
         self._superseded: Target | None = None
 
     def was_superseded(self, command: Target | None) -> bool:
         """Return whether the goal of this very ``command`` was the last to end for a newer one."""
         return command is not None and self._superseded is command
 
-    def __bool__(self) -> bool:
-        """Return whether there are any."""
-        return bool(self._open)
-
     def add(self, command: Target) -> Goal:
         """Return a new goal: that ``command`` is carried out."""
         goal = Goal(command)
-        self._open.append(goal)
+        self.open.append(goal)
         return goal
 
     def end(self, command: Command | None, code: GoalCode, text: str) -> None:
         """End the goal of a ``command``, if it has one and that is not cancelled."""
-        for goal in self._open:
+        for goal in self.open:
             if goal.command is command and not goal.is_cancelled:
                 goal.end(code, text)
         self._forget_ended()
 
+    def end_driven(self, code: GoalCode, text: str) -> None:
+        """End the goals of what is carried out."""
+        for target in self._newest.driven:
+            self.end(target, code, text)
+
     def end_all(self, code: GoalCode, text: str, *, but_cancelled: bool = False) -> None:
         """End all goals, or all that are not cancelled."""
-        for goal in self._open:
+        for goal in self.open:
             if not (but_cancelled and goal.is_cancelled):
                 goal.end(code, text)
         self._forget_ended()
 
-    def keep(self, is_held: Callable[[Target | None], bool], newer: object) -> None:
-        """End all goals whose commands are not held any more: a ``newer`` one took their place."""
-        for goal in self._open:
-            if not is_held(goal.command):
+    def keep_held(self) -> None:
+        """End all goals whose commands neither wait nor are carried out: a newer one does."""
+        for goal in self.open:
+            if not self._is_held(goal.command):
                 if goal.is_cancelled:
-                    goal.end(GoalCode.CANCELED, f"cancelled: {goal.command}; then came {newer}")
+                    text = f"cancelled: {goal.command}; then came {self._newest_text}"
+                    goal.end(GoalCode.CANCELED, text)
                 else:
-                    goal.end(GoalCode.SUPERSEDED, f"superseded by {newer}")
+                    goal.end(GoalCode.SUPERSEDED, f"superseded by {self._newest_text}")
         self._forget_ended()
 
-    def look(self, is_current: Callable[[Target | None], bool], newest: object, now: float) -> None:
-        """End goals that a newer command overtook some time ago, even if it is still planned.
+    def look(self, now: float) -> None:
+        """End goals that a newer command overtook some time before ``now`` [s].
 
-        Args:
-            is_current: tells whether no newer command takes the place of one.
-            newest: the newest command, in words.
-            now: time [s].
+        They end even if that is still planned.
         """
-        for goal in self._open:
-            if is_current(goal.command):
+        for goal in self.open:
+            if self._is_current(goal.command):
                 goal.overtaken = math.inf
             elif goal.overtaken == math.inf:
                 goal.overtaken = now
             elif now - goal.overtaken >= GRACE and not goal.is_cancelled:
                 self._superseded = goal.command
-                goal.end(GoalCode.SUPERSEDED, f"superseded by {newest}")
+                goal.end(GoalCode.SUPERSEDED, f"superseded by {self._newest_text}")
         self._forget_ended()
 
     def measured(self, distance: float, now: float) -> None:
         """Take in how far the sliders are measured from their commands [m], ``now`` [s]."""
-        for goal in self._open:
+        for goal in self.open:
             goal.measured(distance, now)
 
-    def stand_still(self, bounds: InPositionBounds, now: float) -> None:
+    def stand_still(self, now: float) -> None:
         """End cancelled goals once the platform rests; to be called while the setpoints rest."""
-        for goal in self._open:
+        for goal in self.open:
             if goal.is_cancelled:
-                goal.rests(bounds, now)
+                goal.rests(self._newest.bounds, now)
         self._forget_ended()
 
+    def _is_held(self, target: Target | None) -> bool:
+        """Return whether this very ``target`` waits, or is carried out."""
+        return self._newest.is_driven(target) or self._commands.holds(target)
+
+    def _is_current(self, target: Target | None) -> bool:
+        """Return whether no newer command takes the place of this very ``target``."""
+        newest = self._commands.target
+        if newest is None:
+            return self._newest.is_driven(target)
+        if isinstance(newest, TargetPath) and newest.extends:
+            return self._is_held(target)
+        return target is newest
+
+    @property
+    def _newest_text(self) -> str:
+        return str(self._commands.target or self._newest.text)
+
     def _forget_ended(self) -> None:
-        self._open = [goal for goal in self._open if goal.outcome is None]
+        self.open = [goal for goal in self.open if goal.outcome is None]

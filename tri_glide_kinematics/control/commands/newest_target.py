@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tri_glide_kinematics.control.commands.engine_commands import CarriedOut
-from tri_glide_kinematics.control.commands.inbox import Target
+from tri_glide_kinematics.control.commands.inbox import Target, TargetPath
 from tri_glide_kinematics.control.in_position import Arrival, InPosition, InPositionBounds
 from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.vectors import Vector3
@@ -40,6 +40,8 @@ class NewestTarget:
         self.held_at_edge = False
         self.decided = Arrival.SETTLING
         self.distance: float | None = None
+        # What the path that is followed was, before it was extended.
+        self._before: list[Target | None] = []
         self._in_position: InPosition | None = None
 
     @property
@@ -57,13 +59,26 @@ class NewestTarget:
         """Whether the machine stands still and is not measured there."""
         return self.decided in (Arrival.NOT_REACHED, Arrival.TOO_FAR)
 
+    @property
+    def driven(self) -> tuple[Target | None, ...]:
+        """The target, and of a path that was extended all that it was before."""
+        return (*self._before, self.command)
+
+    def is_driven(self, target: Target | None) -> bool:
+        """Return whether this very ``target`` is carried out, or a path that extends it."""
+        return any(target is each for each in self.driven)
+
     def take(self, command: CarriedOut, end: Vector3 | None = None) -> None:
-        """Take a target in place of the last one.
+        """Take a target in place of the last one, or behind it if it extends a path.
 
         Args:
             command: that was carried out.
             end: where the engine leads the platform to [m]; None if it knows no such place.
         """
+        if isinstance(command.target, TargetPath) and command.target.extends:
+            self._before.append(self.command)
+        else:
+            self._before.clear()
         self.command = command.target
         self.text = str(command.target)
         self.position = command.target.position or end
