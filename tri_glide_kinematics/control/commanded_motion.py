@@ -224,7 +224,9 @@ class CommandedMotion:
         if self._operation.failure is not None:
             return
         try:
-            self._note(self._commands.carry_out(self._states.state in ON_THE_WAY, may_go_on))
+            done = self._commands.carry_out(self._states.state in ON_THE_WAY, may_go_on)
+            if done is not None or self._goals.open:
+                self._note(done)
         except Exception as error:
             self._tell_error(error)
 
@@ -235,7 +237,9 @@ class CommandedMotion:
             self._give_up(refusal, str(refusal))
         try:
             # A plan that was ready begins with this setpoint.
-            self._note(self._commands.taken(self._states.state in ON_THE_WAY))
+            done = self._commands.taken(self._states.state in ON_THE_WAY)
+            if done is not None or self._goals.open:
+                self._note(done)
         except Exception as error:
             self._tell_error(error)
 
@@ -268,8 +272,7 @@ class CommandedMotion:
                 self._tell_pause()
             else:
                 self._states.change(STATE_OF[type(done.target)], done.reason)
-        if self._goals.open:
-            self._goals.keep_held()
+        self._goals.keep_held()
 
     def _tell_pause(self) -> None:
         """Tell that the path that is followed is paused."""

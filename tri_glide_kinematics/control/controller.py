@@ -10,7 +10,6 @@ from tri_glide_kinematics.control.commands import (
     GoalCode,
     Goals,
     NewestTarget,
-    Stream,
     Streams,
 )
 from tri_glide_kinematics.control.errors import BrokenError, CommandRefusedError
@@ -249,22 +248,18 @@ class MotionController:
         self._commands.next_cycle(now)
         if not self._operation.leads:
             return
-        if self._states.state is not FAULT:
+        state = self._states.state
+        if state is not FAULT:
             silence = self._supervisor.cycle(now)
             if silence is not None:
                 self._operation.fault(silence)
-            elif (stream := self._stream) and (silence := stream.silence(now)) is not None:
-                self._operation.brake(silence, asked_for=False)
+            elif state is JOGGING or state is TRACKING:
+                stream = self.streams.twists if state is JOGGING else self.streams.targets
+                silence = stream.silence(now)
+                if silence is not None:
+                    self._operation.brake(silence, asked_for=False)
         # In motion the setpoint comes first: a plan begins later anyway.
         self._motion.go_on(may_go_on if self._engine.phase is MotionPhase.IDLE else None)
-
-    @property
-    def _stream(self) -> Stream | None:
-        """What has to be renewed for the present motion to go on."""
-        state = self._states.state
-        if state is JOGGING:
-            return self.streams.twists
-        return self.streams.targets if state is TRACKING else None
 
     def _step(self) -> SliderState:
         """Return the next setpoint, of the held plan alone if there is no other."""

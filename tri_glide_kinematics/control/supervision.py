@@ -117,7 +117,8 @@ class Supervisor:
 
     def cycle(self, now: float) -> Reason | None:
         """Look whether the measurements have gone silent; to be called in each control cycle."""
-        if self.is_fresh(now):
+        silence = now - self._time
+        if silence <= self.bounds.timeout:
             self._silent_cycles = 0
             return None
         self._silent_cycles += 1
@@ -125,6 +126,6 @@ class Supervisor:
             return None
         return Reason(
             Cause.MEASUREMENTS_SILENT,
-            f"measured heights are silent for {number_text(now - self._time, 3)} s, more than "
+            f"measured heights are silent for {number_text(silence, 3)} s, more than "
             f"{number_text(self.bounds.timeout, 3)} s",
         )

@@ -54,11 +54,11 @@ def test_a_pause_in_which_nobody_looked_is_no_release():
     twists = twist_stream(TIMEOUT)
     twists.receive(START)
     twists.need_release()
-    twists.looked(START + 0.01)
+    twists.looked_at = START + 0.01
     # The node itself stood still; the sender may have sent all the time.
     assert twists.receive(START + 5.0 * TIMEOUT) == pytest.approx(5.0 * TIMEOUT)
     with pytest.raises(CommandRefusedError):
         twists.check_released()
-    twists.looked(START + 7.0 * TIMEOUT)
+    twists.looked_at = START + 7.0 * TIMEOUT
     twists.receive(START + 7.1 * TIMEOUT)
     twists.check_released()

@@ -43,18 +43,17 @@ class CarriedOut(NamedTuple):
 
 
 class PathMaking:
-    """The path that is begun, until the engine has it."""
+    """The path that is begun, until the engine has it.
+
+    Attributes:
+        making: puts it together, in pieces; None if there is nothing to do.
+    """
 
     def __init__(self, engine: MotionEngine) -> None:
         """Give paths to ``engine``."""
         self._engine = engine
-        self._making: Interruptible[PlatformPath] | None = None
+        self.making: Interruptible[PlatformPath] | None = None
         self._extends = False
-
-    @property
-    def goes_on(self) -> bool:
-        """Whether a path is still put together."""
-        return self._making is not None
 
     def begin(self, target: TargetPath) -> None:
         """Begin with a path, in place of another.
@@ -66,11 +65,11 @@ class PathMaking:
         if self._extends and self._engine.driven_path is None:
             text = "the path that it goes on from is not followed any more"
             raise CommandRefusedError(text, Refusal.NO_PATH)
-        self._making = target.make(self._engine.target if self._extends else None)
+        self.making = target.make(self._engine.target if self._extends else None)
 
     def give_up(self) -> None:
         """Forget what is begun."""
-        self._making = None
+        self.making = None
 
     def work(self, may_go_on: Callable[[], bool]) -> KinematicsError | None:
         """Go on by one piece at least, if there is something, and while ``may_go_on``.
@@ -78,18 +77,18 @@ class PathMaking:
         Returns:
             Why the path is refused, if it is.
         """
-        while self._making is not None:
+        while self.making is not None:
             try:
-                next(self._making)
+                next(self.making)
             except StopIteration as end:
-                self._making = None
+                self.making = None
                 return self._refusal_of(end.value)
             except KinematicsError as error:
-                self._making = None
+                self.making = None
                 return error
             except Exception as error:
                 # It is made of what somebody has sent: no bytes end more than their own command.
-                self._making = None
+                self.making = None
                 text = f"there is no path: {type(error).__name__}: {error}"
                 return CommandRefusedError(text, Refusal.MESSAGE)
             if not may_go_on():
@@ -148,7 +147,7 @@ class EngineCommands:
         """The newest target that waits, or is being planned."""
         if self._extensions:
             return self._extensions[-1]
-        for command in (self._inbox.peek(Kind.TARGET), self._begun):
+        for command in (self._inbox.waiting.get(Kind.TARGET), self._begun):
             if command is not None and not isinstance(command, NewLimits):
                 return command
         return None
@@ -181,7 +180,7 @@ class EngineCommands:
 
     def holds(self, target: Target | None) -> bool:
         """Return whether this very ``target`` waits, or is being planned."""
-        held = (self._begun, self._inbox.peek(Kind.TARGET), *self._extensions)
+        held = (self._begun, self._inbox.waiting.get(Kind.TARGET), *self._extensions)
         return target is not None and any(target is each for each in held)
 
     def withdraw(self, target: Target | None) -> bool:
@@ -190,7 +189,7 @@ class EngineCommands:
             return False
         if isinstance(target, TargetPath) and target in self._extensions:
             self._extensions.remove(target)
-        elif target is self._inbox.peek(Kind.TARGET):
+        elif target is self._inbox.waiting.get(Kind.TARGET):
             self._inbox.drop(Kind.TARGET)
         else:
             self._give_up_begun()
@@ -211,7 +210,7 @@ class EngineCommands:
             waits_on = isinstance(begun, TargetPosition) or (
                 isinstance(begun, TargetPath) and not begun.extends
             )
-            if waits_on and self._inbox.peek(Kind.TARGET) is None:
+            if waits_on and self._inbox.waiting.get(Kind.TARGET) is None:
                 self._inbox.put(Kind.TARGET, begun)
         self._engine.stop()
 
@@ -238,19 +237,20 @@ class EngineCommands:
         if self._rests_first:
             return None
         refusal = None
-        if not self._is_busy:
+        if (self._inbox.waiting or self._extensions) and not self._is_busy:
             in_each = self._engine.tracks or self._engine.phase is MotionPhase.IDLE
             command: Command | None = self._inbox.take(self._cycle, in_each)
-            if command is None and self._extensions and self._inbox.is_empty:
+            if command is None and self._extensions and not self._inbox.waiting:
                 command = self._extensions.popleft()
             if command is not None:
                 self._begun = command
                 refusal = self._begin(command)
         if may_go_on is not None:
-            refusal = self._paths.work(may_go_on) or refusal
-            if not self._paths.goes_on:
+            if self._paths.making is not None:
+                refusal = self._paths.work(may_go_on) or refusal
+            if self._paths.making is None:
                 self._engine.work(may_go_on)
-        return self.taken(moving, refusal)
+        return None if self._begun is None else self.taken(moving, refusal)
 
     def taken(self, moving: bool, refusal: KinematicsError | None = None) -> CarriedOut | None:
         """Return the target that the engine has taken, if it has just done so.
@@ -262,11 +262,10 @@ class EngineCommands:
         Raises:
             KinematicsError: if the engine refuses the command.
         """
-        if refusal is None and self._is_busy:
+        command = self._begun
+        if command is None or (refusal is None and self._is_busy):
             return None
-        command, self._begun = self._begun, None
-        if command is None:
-            return None
+        self._begun = None
         refusal = refusal or self._engine.take_refusal()
         if isinstance(command, TargetVelocity):
             return self._jogged(command, refusal, moving)
@@ -292,11 +291,12 @@ class EngineCommands:
 
         While a path is followed its next part is nearly always planned; that may be begun anew.
         """
-        if self._paths.goes_on:
+        if self._paths.making is not None:
             # A newer command takes the place of a path that is still put together.
-            return self._inbox.peek(Kind.TARGET) is None
-        follows = self._begun is None and self._engine.phase is MotionPhase.FOLLOWING
-        return self._engine.preparing and not follows
+            return self._inbox.waiting.get(Kind.TARGET) is None
+        if not self._engine.preparing:
+            return False
+        return self._begun is not None or self._engine.phase is not MotionPhase.FOLLOWING
 
     def _give_up_begun(self) -> None:
         self._begun = None

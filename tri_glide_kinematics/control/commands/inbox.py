@@ -130,30 +130,24 @@ class Inbox:
 
     A flood so costs one plan in a cycle at most, and one in ``COMMAND_INTERVAL`` for each kind.
     What needs no plan has its turn in each cycle.
+
+    Attributes:
+        waiting: the command that waits, of each kind that has one.
     """
 
     def __init__(self, period: float) -> None:
         """Hold nothing yet, and count in cycles of ``period`` [s]."""
-        self._waiting: dict[Kind, Command] = {}
+        self.waiting: dict[Kind, Command] = {}
         self._interval = math.ceil(COMMAND_INTERVAL / period - 1e-9)
         self._last_turn = dict.fromkeys(Kind, -self._interval)
 
     def put(self, kind: Kind, command: Command) -> None:
         """Hold the ``command``, in place of an older one of its ``kind``."""
-        self._waiting[kind] = command
+        self.waiting[kind] = command
 
     def drop(self, kind: Kind) -> Command | None:
         """Forget, and return, what waits of this ``kind``."""
-        return self._waiting.pop(kind, None)
-
-    def peek(self, kind: Kind) -> Command | None:
-        """Return what waits of this ``kind``."""
-        return self._waiting.get(kind)
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether nothing waits."""
-        return not self._waiting
+        return self.waiting.pop(kind, None)
 
     def take(self, cycle: int, in_each: bool) -> Command | None:
         """Return the command whose turn it is, None if there is none.
@@ -163,12 +157,12 @@ class Inbox:
             in_each: whether no command has to wait for longer than a cycle: nothing moves, or what
                 waits needs no plan.
         """
-        if not self._waiting or cycle in self._last_turn.values():
+        if not self.waiting or cycle in self._last_turn.values():
             return None
         interval = 1 if in_each else self._interval
-        due = [kind for kind in self._waiting if cycle - self._last_turn[kind] >= interval]
+        due = [kind for kind in self.waiting if cycle - self._last_turn[kind] >= interval]
         if not due:
             return None
         kind = min(due, key=self._last_turn.__getitem__)
         self._last_turn[kind] = cycle
-        return self._waiting.pop(kind)
+        return self.waiting.pop(kind)

@@ -19,6 +19,7 @@ class Stream:
 
     Attributes:
         timeout: longest time between two commands [s].
+        looked_at: until when all commands that had come in were received [s].
     """
 
     def __init__(
@@ -34,18 +35,14 @@ class Stream:
             silent: cause of the stop when they do not come any more.
         """
         self.timeout = timeout
+        self.looked_at = math.inf
         self._command = command
         self._motion = motion
         self._release = release
         self._silent = silent
         self._received = -math.inf
         self._accepted = -math.inf
-        self._looked = math.inf
         self._release_needed = False
-
-    def looked(self, now: float) -> None:
-        """Note that all commands that have come in until ``now`` [s] were received."""
-        self._looked = now
 
     def receive(self, now: float, released: bool = False) -> float:
         """Note a command that comes in ``now`` [s]; return how long after the last one [s].
@@ -57,7 +54,7 @@ class Stream:
             now: time of receipt [s].
             released: whether it says that the sender lets go.
         """
-        seen_pause = min(now, self._looked) - self._received
+        seen_pause = min(now, self.looked_at) - self._received
         pause, self._received = now - self._received, now
         if released or seen_pause > self.timeout:
             self._release_needed = False
@@ -130,8 +127,7 @@ class Streams:
 
     def looked(self, now: float) -> None:
         """Note that all commands that have come in until ``now`` [s] were received."""
-        self.twists.looked(now)
-        self.targets.looked(now)
+        self.twists.looked_at = self.targets.looked_at = now
 
     def need_release(self) -> None:
         """Listen to none before its sender has let go."""
