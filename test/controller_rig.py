@@ -5,12 +5,18 @@ from __future__ import annotations
 from functools import partial
 
 from tri_glide_kinematics.control import (
+    Cause,
+    CommandedMotion,
     InPositionBounds,
     MotionController,
+    Operation,
+    Reason,
+    StartingPlace,
+    StateMachine,
     SupervisionBounds,
     Supervisor,
 )
-from tri_glide_kinematics.control.commands import Streams
+from tri_glide_kinematics.control.commands import EngineCommands, Goals, NewestTarget, Streams
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
@@ -23,6 +29,41 @@ MACHINE = TriGlide(DEFAULT_GEOMETRY)
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 TARGET = (0.05, 0.03, 0.3)
 IN_POSITION = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)
+
+
+def supervisor():
+    bounds = SupervisionBounds(MEASURED_TIMEOUT, 0.02, 0.05, (1.0, 1.0, 1.0))
+    return Supervisor(bounds, ("slider_1", "slider_2", "slider_3"))
+
+
+def engine(kind=MotionKind.SLIDER, in_pieces=False):
+    workspace = Workspace(MACHINE, WorkspaceLimits(LOWER, UPPER, 0.005, 6.0))
+    return MotionEngine(workspace, LIMITS, kind=kind, in_pieces=in_pieces)
+
+
+class Parts:
+    """The parts of a controller in a first state, without the controller."""
+
+    def __init__(self, state):
+        self.now = 100.0
+        self.refusals = []
+        self.engine = engine()
+        self.supervisor = supervisor()
+        self.streams = Streams.with_timeouts(TWIST_TIMEOUT, TARGET_TIMEOUT)
+        self.commands = EngineCommands(self.engine, PERIOD, self.streams)
+        self.states = StateMachine(state, Reason(Cause.COMMAND, "first"), lambda: None)
+        self.newest_target = NewestTarget(IN_POSITION)
+        self.goals = Goals(self.commands, self.newest_target)
+        self.start = StartingPlace(self.supervisor, (LOWER, UPPER))
+        parts = (self.engine, self.commands, self.states, self.streams, self.newest_target)
+        self.operation = Operation(*parts, self.goals, self.start)
+        self.motion = CommandedMotion(
+            *parts, self.goals, self.operation, lambda text, refusal: self.refusals.append(text)
+        )
+
+    def measure(self, heights):
+        self.supervisor.measured(heights, None, self.now)
+        self.start.measured(heights)
 
 
 class Rig:
@@ -38,15 +79,10 @@ class Rig:
         self.pieces = 1  # of planning in a cycle, after the setpoint
         self.offset = 0.0  # m, of the first slider from its command
         self.heights = start
-        supervisor = Supervisor(
-            SupervisionBounds(MEASURED_TIMEOUT, 0.02, 0.05, (1.0, 1.0, 1.0)),
-            ("slider_1", "slider_2", "slider_3"),
-        )
-        workspace = Workspace(MACHINE, WorkspaceLimits(LOWER, UPPER, 0.005, 6.0))
-        self.engine = MotionEngine(workspace, LIMITS, kind=kind, in_pieces=in_pieces)
+        self.engine = engine(kind, in_pieces)
         self.controller = MotionController(
             self.engine,
-            supervisor,
+            supervisor(),
             period=PERIOD,
             streams=Streams.with_timeouts(TWIST_TIMEOUT, TARGET_TIMEOUT),
             in_position_bounds=IN_POSITION,

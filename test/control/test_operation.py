@@ -1,13 +1,20 @@
-"""From where a machine can be led."""
+"""From where a machine can be led, and how that ends."""
 
 from __future__ import annotations
 
 import math
 
 import pytest
+from controller_rig import HOME, TARGET, Parts
 
 from tri_glide_kinematics.control import (
+    DISABLED,
+    FAULT,
+    IDLE,
+    MOVING,
+    STOPPING,
     TRAVEL_TOLERANCE,
+    WAITING,
     Cause,
     CommandRefusedError,
     Reason,
@@ -16,7 +23,9 @@ from tri_glide_kinematics.control import (
     Supervisor,
 )
 from tri_glide_kinematics.errors import Refusal
+from tri_glide_kinematics.motion import MotionPhase
 
+SOMETHING = Reason(Cause.TRACKING_ERROR, "something is wrong")
 LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
 TIMEOUT, NOW = 0.2, 10.0
 
@@ -66,3 +75,68 @@ def test_only_a_little_beyond_the_travel_is_allowed(slider, end, sign):
     at(0.9 * TRAVEL_TOLERANCE).checked(NOW)
     with pytest.raises(CommandRefusedError, match=rf"slider {slider + 1} .* outside its travel"):
         at(1.1 * TRAVEL_TOLERANCE).checked(NOW)
+
+
+def led():
+    """Parts that lead a machine, in a move."""
+    parts = Parts(WAITING)
+    parts.measure(HOME)
+    parts.operation.begin(parts.now)
+    # The first setpoint is one of rest.
+    parts.commands.step()
+    parts.motion.move_to(TARGET)
+    for _ in range(20):
+        parts.commands.step()
+    assert parts.operation.leads and parts.states.state is MOVING
+    return parts
+
+
+def come_to_rest(parts):
+    while parts.engine.phase is not MotionPhase.IDLE:
+        parts.commands.step()
+    parts.operation.end_ramp()
+
+
+def test_it_begins_where_the_machine_is_measured_unless_there_is_an_obstacle():
+    parts = Parts(WAITING)
+    with pytest.raises(CommandRefusedError, match="no measured slider heights"):
+        parts.operation.begin(parts.now)
+    parts.measure(HOME)
+    parts.operation.set_obstacle(SOMETHING)
+    parts.operation.begin(parts.now)
+    assert not parts.operation.leads and parts.states.reason is SOMETHING
+    parts.operation.set_obstacle(None)
+    parts.operation.begin(parts.now)
+    assert parts.operation.leads and parts.states.state is IDLE
+    assert parts.operation.commanded == parts.engine.state.heights == HOME
+
+
+def test_a_fault_ends_the_lead_after_a_ramp():
+    parts = led()
+    parts.operation.fault(SOMETHING)
+    assert parts.operation.leads and parts.states.state is FAULT
+    with pytest.raises(CommandRefusedError, match="not over yet"):
+        parts.operation.enable(parts.now)
+    come_to_rest(parts)
+    assert not parts.operation.leads and parts.operation.commanded is None
+    assert parts.operation.enable(parts.now) == "enabled"
+
+
+def test_an_end_is_for_good():
+    parts = led()
+    parts.operation.end("the end")
+    assert parts.states.state is STOPPING
+    come_to_rest(parts)
+    assert not parts.operation.leads and parts.states.state is DISABLED
+    with pytest.raises(CommandRefusedError, match="the end"):
+        parts.operation.enable(parts.now)
+
+
+def test_a_failure_keeps_the_first_cause_and_comes_to_rest():
+    parts = led()
+    failure = parts.operation.fail(ValueError("first"))
+    assert parts.operation.fail(ValueError("second")) is failure is parts.operation.failure
+    assert "first" in parts.states.reason.text and parts.states.state is FAULT
+    come_to_rest(parts)
+    with pytest.raises(type(failure), match="first"):
+        parts.operation.enable(parts.now)

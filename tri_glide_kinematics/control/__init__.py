@@ -1,5 +1,6 @@
 """Control: what a machine's controller decides, without ROS and without a clock.
 
+A ``controller`` is made of the ``operation`` of a machine, a ``commanded_motion`` and ``commands``.
 For other rooms: ``controller``, ``status`` and ``operating_state``; ``supervision`` and
 ``in_position`` for its bounds; ``health``, ``controller_health``, ``loop_statistics`` and
 ``reason_log`` for what a node says about itself; ``simulated_sliders``.
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.control.commanded_motion import CommandedMotion as CommandedMotion
     from tri_glide_kinematics.control.controller import MotionController as MotionController
     from tri_glide_kinematics.control.controller_health import delay_counts as delay_counts
     from tri_glide_kinematics.control.controller_health import health_of as health_of
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.operating_state import OperatingState as OperatingState
     from tri_glide_kinematics.control.operating_state import StateMachine as StateMachine
     from tri_glide_kinematics.control.operation import TRAVEL_TOLERANCE as TRAVEL_TOLERANCE
+    from tri_glide_kinematics.control.operation import Operation as Operation
     from tri_glide_kinematics.control.operation import StartingPlace as StartingPlace
     from tri_glide_kinematics.control.reason import Cause as Cause
     from tri_glide_kinematics.control.reason import Reason as Reason

@@ -5,10 +5,18 @@ from __future__ import annotations
 import random
 
 import pytest
-from controller_rig import HOME, IN_POSITION, LIMITS, MACHINE, PERIOD, TARGET, Rig, ended
+from controller_rig import HOME, IN_POSITION, LIMITS, MACHINE, PERIOD, TARGET, Parts, Rig, ended
 
-from tri_glide_kinematics.control import FAULT, IDLE, MOVING, Cause, CommandRefusedError
-from tri_glide_kinematics.control.commands import GRACE, Goal, GoalCode, Outcome, TargetPath
+from tri_glide_kinematics.control import FAULT, IDLE, MOVING, Cause, CommandRefusedError, Reason
+from tri_glide_kinematics.control.commands import (
+    GRACE,
+    CarriedOut,
+    Goal,
+    GoalCode,
+    Outcome,
+    TargetPath,
+    TargetPosition,
+)
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind, PlatformPath
 
@@ -270,6 +278,22 @@ def test_an_outcome_is_set_once():
     goal.end(GoalCode.FAULT, "first")
     goal.end(GoalCode.SUCCEEDED, "second")
     assert goal.outcome == Outcome(GoalCode.FAULT, "first")
+
+
+def test_goals_alone_know_what_waits_what_is_driven_and_what_is_overtaken():
+    parts = Parts(IDLE)
+    parts.engine.start(HOME)
+    first, second = TargetPosition(TARGET), TargetPosition((0.0, 0.0, 0.3))
+    goal = parts.goals.add(first)
+    parts.newest_target.take(CarriedOut(first, Reason(Cause.COMMAND, "first")))
+    parts.commands.put(second)
+    for now in (0.0, 0.9 * GRACE):
+        parts.goals.look(now)
+        parts.goals.keep_held()
+        assert goal.outcome is None
+    parts.goals.look(1.1 * GRACE)
+    assert goal.outcome == Outcome(GoalCode.SUPERSEDED, f"superseded by {second}")
+    assert parts.goals.open == [] and parts.goals.was_superseded(first)
 
 
 def test_whatever_comes_each_goal_has_an_end_and_only_the_last_may_succeed(rig):

@@ -5,7 +5,13 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_kinematics.control import Arrival, Cause, InPositionBounds, Reason
-from tri_glide_kinematics.control.commands import CAUSE_OF, CarriedOut, NewestTarget, TargetPosition
+from tri_glide_kinematics.control.commands import (
+    CAUSE_OF,
+    CarriedOut,
+    NewestTarget,
+    TargetPath,
+    TargetPosition,
+)
 
 BOUNDS = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)
 BECAUSE = Reason(Cause.COMMAND, "because")
@@ -59,3 +65,15 @@ def test_the_next_target_is_not_missed_and_not_judged_yet(target):
     assert target.arrival(9.0) == (Arrival.SETTLING, None)
     assert "0.2" in target.text
     assert target.position == (0.0, 0.0, 0.2)
+
+
+def test_of_a_path_that_was_extended_all_is_driven(target):
+    def path(extends):
+        return TargetPath(lambda end: iter(()), "path", extends)
+
+    first, behind, other = path(False), path(True), path(False)
+    for command in (first, behind):
+        target.take(CarriedOut(command, BECAUSE))
+    assert target.driven == (first, behind)
+    target.take(CarriedOut(other, BECAUSE))
+    assert target.is_driven(other) and not target.is_driven(first) and not target.is_driven(behind)
