@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.commands.newest_target import CAUSE_OF as CAUSE_OF
     from tri_glide_kinematics.control.commands.newest_target import NewestTarget as NewestTarget
     from tri_glide_kinematics.control.commands.streams import SLOWEST_STREAM as SLOWEST_STREAM
-    from tri_glide_kinematics.control.commands.streams import Stream as Stream
     from tri_glide_kinematics.control.commands.streams import Streams as Streams
     from tri_glide_kinematics.control.commands.streams import twist_stream as twist_stream
 
