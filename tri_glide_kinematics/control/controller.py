@@ -99,6 +99,7 @@ class MotionController:
         parts = (engine, self._commands, self._states, streams, self.newest_target, self._goals)
         self._operation = operation = Operation(*parts, self._start)
         self._motion = motion = CommandedMotion(*parts, operation, on_refusal)
+        # The parts' own methods: each signature stands in one place.
         self.stop, self.enable, self.disable = operation.stop, operation.enable, operation.disable
         self.end, self.set_obstacle = operation.end, operation.set_obstacle
         self.fail = operation.fail
