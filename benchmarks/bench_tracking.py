@@ -115,7 +115,7 @@ def _unchecked(turns: float) -> list[SliderState]:
         place = MACHINE.forward(state.heights)
         _, rates = MACHINE.inverse_velocity(place, _turning(cycle * PERIOD, turns))
         phases = ruckig.to_velocity(rates, state.velocities, state.accelerations, bounds)
-        state = CubicPlan(state, [[*each, (PERIOD, 0.0)] for each in phases]).state(PERIOD)
+        state = CubicPlan(state, [[*each, (PERIOD, 0.0)] for each in phases]).at(PERIOD)
         states.append(state)
     return states
 

@@ -96,7 +96,7 @@ def random_turns(count: int, seed: int, along: float = 0.25) -> Iterator[Turn]:
         start, end = next(moves)
         line = StraightLine.between(MACHINE.geometry, start.tolist(), end.tolist())
         plan = at_once(motion.from_rest(line, LIMITS))
-        state = plan.state(float(rng.uniform(0.05, 0.95)) * plan.duration)
+        state = plan.at(float(rng.uniform(0.05, 0.95)) * plan.duration)
         is_along = bool(rng.random() < along)
         here = np.array(MACHINE.forward(state.heights))
         if is_along:
@@ -175,7 +175,7 @@ def random_way(turn: Turn, rng: np.random.Generator, shortest: float) -> float:
         residual = SliderState(AT_REST, tuple(rates.tolist()), tuple(changes.tolist()))
         phases = THREE.to_rest(residual.velocities, residual.accelerations, reduced)
         decay = CubicPlan(residual, phases)
-        offset = farther * np.array(decay.state(decay.duration).heights)
+        offset = farther * np.array(decay.at(decay.duration).heights)
         begin = MACHINE.forward((np.array(heights) + offset).tolist())
     at_once(WORKSPACE.segment_check(line.start, turn.target))
     blend = None

@@ -39,7 +39,7 @@ def moving_plan(first: Vector3, second: Vector3, part: float) -> CubicPlan:
     """Return a move that begins when a ``part`` of another one is over."""
     motion = SliderMotion()
     one = at_once(motion.move(HOME, first, LIMITS))
-    return at_once(motion.move(one.state(part * one.duration), second, LIMITS))
+    return at_once(motion.move(one.at(part * one.duration), second, LIMITS))
 
 
 def dense(plan: CubicPlan, count: int = 4001) -> SampledPlan:

@@ -53,7 +53,7 @@ class TrackingRun:
             return True
         self.refused += 1
         self.held_since += period
-        self.states.append(self.held.state(self.held_since) if self.held else self.state)
+        self.states.append(self.held.at(self.held_since) if self.held else self.state)
         return False
 
     def run(

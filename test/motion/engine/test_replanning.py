@@ -29,7 +29,7 @@ GOALS = (Move(TARGET), Move(OTHER), Jog((0.6, 0.0, 0.8), 0.1))
 def assert_goes_on(before: HeldMotion, time: float, after: HeldMotion) -> None:
     """A new plan begins where the one before is at that time."""
     if after.plan is not before.plan:
-        for values, expected in zip(after.plan.state(0.0), before.plan.state(time)):
+        for values, expected in zip(after.plan.at(0.0), before.plan.at(time)):
             assert values == pytest.approx(expected, abs=1e-8)
 
 

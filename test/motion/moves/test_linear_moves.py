@@ -114,9 +114,7 @@ def test_short_and_slow_lines_are_planned_too(length, limits):
     line = line_between((0.05, 0.02, 0.3), (0.05 + length, 0.02 + 0.3 * length, 0.3))
     plan = at_once(LinearMotion(MACHINE).from_rest(line, limits))
     check_line_limits(plan, limits)
-    assert np.allclose(
-        MACHINE.forward(plan.state(9e9).heights), line.point(line.length), atol=1e-14
-    )
+    assert np.allclose(MACHINE.forward(plan.at(9e9).heights), line.point(line.length), atol=1e-14)
     assert plan.duration < 1.5 * max(lower_bound(line, limits), 1e-9)
 
 
@@ -193,15 +191,15 @@ def moving_state(seed: int) -> tuple[SliderState, np.random.Generator]:
         except KinematicsError:
             continue
         plan = at_once(motion.from_rest(line_between(start, end), LIMITS))
-        return plan.state(rng.uniform(0.1, 0.9) * plan.duration), rng
+        return plan.at(rng.uniform(0.1, 0.9) * plan.duration), rng
 
 
 def assert_continues(plan, state: SliderState, jerk: float = 200.0) -> None:
-    first = plan.state(0.0)
+    first = plan.at(0.0)
     for values, expected, tolerance in zip(first, state, (1e-13, 1e-10, 1e-8)):
         assert np.allclose(values, expected, rtol=0.0, atol=tolerance)
     step = 1e-5
-    second = plan.state(step)
+    second = plan.at(step)
     change = np.abs(np.subtract(second.accelerations, first.accelerations))
     assert (change <= jerk * step * 1.001).all()
 
@@ -220,7 +218,7 @@ def test_new_target_in_mid_motion_blends_without_a_step():
             blended += 1
             check_line_limits(plan, LIMITS)
             assert_continues(plan, state)
-            end = MACHINE.forward(plan.state(plan.duration).heights)
+            end = MACHINE.forward(plan.at(plan.duration).heights)
             assert np.allclose(end, target, rtol=0.0, atol=1e-7)
             # Once the blend is over the platform is on a straight line to the target.
             times = np.linspace(min(plan.blend.duration, plan.duration), plan.duration, 50)
@@ -270,9 +268,9 @@ def test_same_target_in_mid_motion_stays_on_the_line():
     for part in np.linspace(0.05, 0.9, 18):
         time = float(part) * plan.duration
         looser = SliderLimits.uniform(1.2, 12.0, 250.0)
-        again = at_once(JOINING.in_motion(plan.state(time), builder, looser, 0.1))
+        again = at_once(JOINING.in_motion(plan.at(time), builder, looser, 0.1))
         assert again.blend is None
-        assert_continues(again, plan.state(time), 250.0)
+        assert_continues(again, plan.at(time), 250.0)
         assert np.allclose(again.line.direction, line.direction, rtol=0.0, atol=1e-9)
 
 
@@ -282,7 +280,7 @@ def test_brake_stays_on_the_line_and_is_soon_over():
     plan = at_once(motion.from_rest(line, LIMITS))
     braked = 0
     for part in np.linspace(0.1, 0.9, 17):
-        state = plan.state(float(part) * plan.duration)
+        state = plan.at(float(part) * plan.duration)
         for strength in (0.75, 0.5):
             try:
                 brake = at_once(motion.brake(state, LIMITS, strength, 0.1))
@@ -306,7 +304,7 @@ def test_nothing_brakes_at_rest():
 def test_target_too_near_to_stop_at_is_refused():
     motion = LinearMotion(MACHINE)
     line = line_between((-0.1, 0.02, 0.2), (0.12, -0.05, 0.4))
-    state = at_once(motion.from_rest(line, LIMITS)).state(0.2)
+    state = at_once(motion.from_rest(line, LIMITS)).at(0.2)
     x, y, z = MACHINE.forward(state.heights)
     u, v, w = line.direction
     builder = LineToPosition(WORKSPACE, (x + 0.003 * u, y + 0.003 * v, z + 0.003 * w))

@@ -66,10 +66,10 @@ def check_promise(step, state, limits, period, workspace):
     # A phase that is shorter than ``SAME_TIME`` is not told from its neighbour.
     for time, expected in ((0.0, state), (period, step.after)):
         roundings = 1e-15, 1e-13, 4.0 * SAME_TIME * max(limits.jerk)
-        for values, wanted, rounding in zip(plan.state(time), expected, roundings):
+        for values, wanted, rounding in zip(plan.at(time), expected, roundings):
             np.testing.assert_allclose(values, wanted, rtol=0.0, atol=rounding)
     assert plan.duration == pytest.approx(step.duration, abs=1e-9)
-    before_end = plan.state(plan.duration - 1e-9)
+    before_end = plan.at(plan.duration - 1e-9)
     assert max(map(abs, before_end.velocities)) < 1e-9
     assert max(map(abs, before_end.accelerations)) < 2e-9 * max(limits.jerk)
     for heights in plan.sample(np.linspace(0.0, plan.duration, 60)).heights.tolist():
@@ -204,8 +204,8 @@ def test_a_step_is_a_plan_and_at_rest_exactly():
     run = TrackingRun()
     run.step(WantedVelocity((0.1, 0.0, 0.0)))
     step = run.held
-    assert step.state(0.002) is step.after
-    assert step.state(0.0) is run.states[0]
+    assert step.at(0.002) is step.after
+    assert step.at(0.0) is run.states[0]
     assert step.duration > 0.002
     assert not step.ends_at_rest
     assert step.as_cubic() is step.as_cubic()

@@ -49,7 +49,7 @@ def unchecked(state: SliderState, velocity, period: float, ruckig: RuckigPlanner
     _, rates = MACHINE.inverse_velocity(MACHINE.forward(state.heights), velocity)
     limits = LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk
     phases = ruckig.to_velocity(rates, state.velocities, state.accelerations, limits)
-    return CubicPlan(state, [[*each, (period, 0.0)] for each in phases]).state(period)
+    return CubicPlan(state, [[*each, (period, 0.0)] for each in phases]).at(period)
 
 
 def lag(states: list[SliderState], period: float, turns: float) -> float:

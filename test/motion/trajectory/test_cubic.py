@@ -33,7 +33,7 @@ def assert_same(state: SliderState, other: SliderState, tolerance: float) -> Non
 @given(heights(), heights(), st.floats(0.0, 1.0))
 def test_plan_in_motion_is_the_trajectory_of_ruckig(first, second, part):
     motion = SliderMotion()
-    start = at_once(motion.move(HOME, first, LIMITS)).state(0.4 * part)
+    start = at_once(motion.move(HOME, first, LIMITS)).at(0.4 * part)
     assume(start.velocities != AT_REST)
     plan = at_once(motion.move(start, second, LIMITS))
     given_, trajectory = InputParameter(3), Trajectory(3)
@@ -45,7 +45,7 @@ def test_plan_in_motion_is_the_trajectory_of_ruckig(first, second, part):
     assert plan.duration == pytest.approx(trajectory.duration, abs=1e-10)
     for time in np.linspace(0.0, 0.999 * plan.duration, 50).tolist():
         expected = SliderState(*(tuple(row) for row in trajectory.at_time(time)))
-        assert_same(plan.state(time), expected, 1e-9)
+        assert_same(plan.at(time), expected, 1e-9)
 
 
 @reproducible
@@ -55,7 +55,7 @@ def test_sample_is_state_and_derivatives_fit(first, second, part):
     sampled = dense(plan, 2001)
     for row in range(0, 2001, 100):
         state = SliderState(*(tuple(values[row]) for values in sampled[1:]))
-        assert_same(plan.state(float(sampled.times[row])), state, 1e-12)
+        assert_same(plan.at(float(sampled.times[row])), state, 1e-12)
     if plan.duration > 0.01:
         step = sampled.times[1]
         mean = 0.5 * (sampled.velocities[1:] + sampled.velocities[:-1])
@@ -69,11 +69,11 @@ def test_sample_is_state_and_derivatives_fit(first, second, part):
 def test_plan_rests_after_its_end_where_it_was_led():
     plan = moving_plan((0.7, 0.4, 0.6), (0.35, 0.8, 0.55), 0.5)
     for time in (plan.duration, plan.duration + 1e-9, 1e9):
-        state = plan.state(time)
+        state = plan.at(time)
         assert state.velocities == state.accelerations == AT_REST
         assert np.allclose(state.heights, (0.35, 0.8, 0.55), rtol=0.0, atol=2e-8)
     sampled = plan.sample(np.array([plan.duration, 1e9]))
-    assert np.array_equal(sampled.heights, [plan.state(1e9).heights] * 2)
+    assert np.array_equal(sampled.heights, [plan.at(1e9).heights] * 2)
 
 
 def test_end_is_no_step():
@@ -95,7 +95,7 @@ def test_end_is_no_step():
 def test_rest_is_a_plan_of_no_duration():
     plan = CubicPlan(HOME, ((), (), ()))
     assert plan.duration == 0.0
-    assert plan.state(0.0) == plan.state(5.0) == HOME
+    assert plan.at(0.0) == plan.at(5.0) == HOME
     assert np.array_equal(plan.sample(np.arange(3.0)).heights, [HOME.heights] * 3)
     lowest, highest = height_extremes(plan)
     assert tuple(lowest) == tuple(highest) == HOME.heights
@@ -105,7 +105,7 @@ def test_rest_is_a_plan_of_no_duration():
 def test_sequence_runs_one_plan_after_the_other():
     motion = SliderMotion()
     one = at_once(motion.move(HOME, (0.7, 0.4, 0.6), LIMITS))
-    two = at_once(motion.move(one.state(one.duration), (0.35, 0.8, 0.55), LIMITS))
+    two = at_once(motion.move(one.at(one.duration), (0.35, 0.8, 0.55), LIMITS))
     both = SequencePlan((one, two))
     assert both.duration == one.duration + two.duration
     later = SequencePlan((SequencePlan((both,), 0.1),), 0.05)
@@ -115,10 +115,8 @@ def test_sequence_runs_one_plan_after_the_other():
         sampled = plan.sample(times)
         for row, time in enumerate(times.tolist()):
             first = time + skipped < one.duration
-            expected = (one if first else two).state(
-                time + skipped - (0.0 if first else one.duration)
-            )
-            assert_same(plan.state(time), expected, 1e-12)
+            expected = (one if first else two).at(time + skipped - (0.0 if first else one.duration))
+            assert_same(plan.at(time), expected, 1e-12)
             assert np.allclose(sampled.heights[row], expected.heights, rtol=0.0, atol=1e-12)
     past = SequencePlan((both,), one.duration + 0.01)
     assert past.parts(0.0) == [(two, pytest.approx(0.01))]
@@ -146,7 +144,7 @@ def test_impossible_input_of_ruckig_is_a_planning_error():
 def test_brake_never_goes_faster_nor_farther_than_needed():
     held = at_once(SliderMotion().move(HOME, (0.9, 0.4, 0.55), LIMITS))
     for time in np.linspace(0.0, held.duration, 40).tolist():
-        state = held.state(time)
+        state = held.at(time)
         plan = CubicPlan(state, own_stop(state, LIMITS).ways)
         assert plan.duration <= held.duration - time + 1e-9
         lowest, highest = height_extremes(plan)

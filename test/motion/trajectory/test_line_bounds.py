@@ -58,7 +58,7 @@ def plans(count: int, seed: int, blended: bool):
                 motion.from_rest(StraightLine.between(DEFAULT_GEOMETRY, start, middle), LIMITS)
             )
             if blended:
-                state = plan.state(float(rng.random()) * plan.duration)
+                state = plan.at(float(rng.random()) * plan.duration)
                 plan = at_once(
                     JOINING.in_motion(state, LineToPosition(WORKSPACE, tuple(end)), LIMITS, 0.3)
                 )

@@ -26,7 +26,7 @@ def assert_states_are_samples(plan: LinePlan) -> None:
     times = np.random.default_rng(7).uniform(0.0, 1.1 * plan.duration, 500)
     times = np.concatenate((times, plan.scaling.times, plan.scaling.times[::-1], [plan.duration]))
     sampled = plan.sample(times)
-    states = np.array([plan.state(time) for time in times.tolist()])
+    states = np.array([plan.at(time) for time in times.tolist()])
     for values, expected, peak in zip(states.transpose(1, 0, 2), sampled[1:], (1.0, 1.0, 10.0)):
         assert np.abs(values - expected).max() <= 1e-13 * peak
 

@@ -90,7 +90,7 @@ def test_moves_with_unequal_limits_are_straight_inside_them_and_as_fast_as_can_b
         plan = from_rest(start, target, limits)
         # Between the ends of pieces the quantities that are limited have no extremes.
         times = np.concatenate((plan.starts, [plan.duration], np.linspace(0.0, plan.duration, 13)))
-        states = np.array([plan.state(time) for time in times.tolist()])
+        states = np.array([plan.at(time) for time in times.tolist()])
         for sampled in (states.transpose(1, 0, 2), plan.sample(times)[1:]):
             heights, velocities, accelerations = sampled
             assert distance_from_line(heights, start, target) <= ROUNDING
@@ -105,8 +105,8 @@ def test_moves_with_unequal_limits_are_straight_inside_them_and_as_fast_as_can_b
             kept += 1
             assert plan.duration <= theirs * (1.0 + 1e-12)
         for time in (plan.duration, math.nextafter(plan.duration, 0.0)):
-            assert plan.state(time).heights == pytest.approx(target, rel=0.0, abs=ROUNDING)
-        end = plan.state(plan.duration)
+            assert plan.at(time).heights == pytest.approx(target, rel=0.0, abs=ROUNDING)
+        end = plan.at(plan.duration)
         assert end.velocities == end.accelerations == AT_REST
     # Ruckig itself keeps to the line in some of these moves, and leaves it in others.
     assert 0 < kept < 2000
@@ -119,7 +119,7 @@ def test_states_are_samples_whatever_the_order():
         times = generator.uniform(0.0, 1.1 * plan.duration, 200)
         times = np.concatenate((times, plan.starts, plan.starts[::-1], [plan.duration]))
         sampled = plan.sample(times)
-        states = np.array([plan.state(time) for time in times.tolist()])
+        states = np.array([plan.at(time) for time in times.tolist()])
         for values, expected, peak in zip(states.transpose(1, 0, 2), sampled[1:], (1.0, 2.0, 20.0)):
             assert np.abs(values - expected).max() <= 1e-14 * peak
 
@@ -130,9 +130,9 @@ def test_places_over_the_way_are_those_over_time():
         assert plan.length == pytest.approx(max(abs(b - a) for a, b in zip(start, target)))
         leading = int(np.argmax(np.abs(np.subtract(target, start))))
         for time in np.linspace(0.0, plan.duration, 20).tolist():
-            state = plan.state(time)
+            state = plan.at(time)
             distance = abs(state.heights[leading] - start[leading])
-            place = plan.at(distance)
+            place = plan.at_way(distance)
             assert place.heights == pytest.approx(state.heights, rel=0.0, abs=ROUNDING)
             speed = abs(state.velocities[leading])
             expected = np.multiply(place.velocities, speed)
@@ -146,9 +146,9 @@ def test_what_is_left_of_a_plan_goes_on_from_its_state():
         since = part * plan.duration
         lengths, pieces = plan.pieces_since(since)
         assert lengths.sum() == pytest.approx(plan.duration - since, rel=1e-14)
-        assert np.array_equal(pieces[:3, 0], plan.state(since))
+        assert np.array_equal(pieces[:3, 0], plan.at(since))
         lowest, highest = height_extremes(plan, since)
-        ends = (plan.state(since).heights, plan.state(plan.duration).heights)
+        ends = (plan.at(since).heights, plan.at(plan.duration).heights)
         assert lowest == pytest.approx(np.min(ends, axis=0), abs=ROUNDING)
         assert highest == pytest.approx(np.max(ends, axis=0), abs=ROUNDING)
 
@@ -161,7 +161,7 @@ def test_tiny_and_huge_ways_and_sliders_that_stay(way, ratios):
     plan = from_rest(AT_REST, target)
     assert plan.duration == pytest.approx(least_duration(AT_REST, target, UNEQUAL), rel=1e-8)
     times = np.linspace(0.0, plan.duration, 50)
-    states = np.array([plan.state(time) for time in times.tolist()])
+    states = np.array([plan.at(time) for time in times.tolist()])
     assert states[-1, 0] == pytest.approx(target, rel=1e-15)
     assert (states[-1, 1:] == 0.0).all()
     for values, expected in zip(states.transpose(1, 0, 2), plan.sample(times)[1:]):
@@ -176,5 +176,5 @@ def test_where_the_sliders_are_there_is_no_way_to_go(way):
     plan = at_once(SliderMotion().move(state, (way, 0.55, 0.5), UNEQUAL))
     assert plan.duration == 0.0
     for time in (0.0, 1e-3, 1e9):
-        assert plan.state(time) == state
+        assert plan.at(time) == state
     assert np.array_equal(plan.sample(np.arange(3.0)).heights, [state.heights] * 3)

@@ -204,7 +204,7 @@ class MotionEngine:
         self.keep_goal()
         begins = not (self._execution.tracks and isinstance(held.goal, Track))
         if begins:
-            self._workspace.check_heights(held.plan.state(self._holder.time).heights)
+            self._workspace.check_heights(held.plan.at(self._holder.time).heights)
             self._workspace.check_position(target.position)
         self._execution.pursuit.report(target, begins=begins)
         if begins:

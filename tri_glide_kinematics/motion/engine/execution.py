@@ -110,7 +110,7 @@ class PlanExecution:
                 self.pursuit.advance(dt)
             # A plan that has just begun may do so a rounding error later.
             time = max(holder.time + dt, 0.0)
-        setpoint = held.plan.state(time)
+        setpoint = held.plan.at(time)
         holder.time = time
         return setpoint
 

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from tri_glide_kinematics.motion.engine.commands import Command, DriveLimits, Follow, Jog, Track
-from tri_glide_kinematics.motion.trajectory import PathPlan, Plan, TrackedStep
+from tri_glide_kinematics.motion.trajectory import PathPlan, TrackedStep, Trajectory
 from tri_glide_kinematics.workspace import Workspace
 
 
@@ -66,7 +66,7 @@ class HeldMotion:
         pending: limits that wait until the motion can keep them; None if there are none.
     """
 
-    plan: Plan
+    plan: Trajectory
     goal: Command | None
     role: PlanRole
     region: Workspace

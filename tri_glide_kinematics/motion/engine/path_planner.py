@@ -76,7 +76,7 @@ class PathPlanner:
         Raises:
             PathTimingError: if none is found.
         """
-        start, held = plan.at(time), plan.scaling.since(time)
+        start, held = plan.on_path(time), plan.scaling.since(time)
         heights = heights.at_speed_scale(limits.speed_scale)
         planning = path_timing.plan_window(heights, start, limits.effective, held)
         with SOUND:
@@ -92,7 +92,7 @@ class PathPlanner:
         Raises:
             KinematicsError: if it does not keep all limits, or takes more than ``longest`` [s].
         """
-        start = plan.at(time)
+        start = plan.on_path(time)
         braking = path_braking.brake_hard(plan.heights, start, limits.effective, longest)
         with SOUND:
             return PathPlan(plan.heights, (yield from braking))
@@ -107,7 +107,7 @@ class PathPlanner:
             return (yield from self.brake_hard(plan, time, limits, inf))
         except KinematicsError:
             yield
-        start = plan.at(time)
+        start = plan.on_path(time)
         braking = path_braking.brake(plan.heights, start, limits.effective)
         with SOUND:
             return PathPlan(plan.heights, (yield from braking))

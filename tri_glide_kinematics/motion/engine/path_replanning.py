@@ -68,7 +68,7 @@ class PathReplanning:
             return replace(held, goal=goal, limits=limits, pending=None)
         heights = goal.heights
         assert heights is not None
-        state = held.plan.state(time)
+        state = held.plan.at(time)
         plan = held.path_plan if held.goal is goal else None
         if time < held.plan.duration:
             if plan is None:

@@ -99,7 +99,7 @@ class PlanHolder:
         Raises:
             NotStartedError: before the start.
         """
-        return self.held.plan.state(self.time)
+        return self.held.plan.at(self.time)
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints of the held plan at ``times`` from now on. Shape (n,) [s].

@@ -10,7 +10,7 @@ import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.path import ArcLength, DrivenPath
-from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan, Plan
+from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan, Trajectory
 
 
 class PathMeasuring:
@@ -52,7 +52,7 @@ class PathProgress(NamedTuple):
     deviation: float
 
 
-def progress(heights: PathHeights, place: float, plan: Plan, time: float) -> PathProgress:
+def progress(heights: PathHeights, place: float, plan: Trajectory, time: float) -> PathProgress:
     """Return how far the path is driven.
 
     Args:

@@ -57,7 +57,7 @@ class Pursuit:
         else:
             assert self._target is not None
             wanted = self._target.at(self._time + dt)
-        step = self._follower.step(held.plan.state(time), wanted, limits.effective, dt)
+        step = self._follower.step(held.plan.at(time), wanted, limits.effective, dt)
         if step is None:
             return None
         return replace(held, plan=step, role=PlanRole.LEADS_TO_GOAL, limits=limits, pending=None)

@@ -33,10 +33,10 @@ from tri_glide_kinematics.motion.trajectory import (
     CubicPlan,
     LinePlan,
     PathPlan,
-    Plan,
     SequencePlan,
     SliderState,
     TrackedStep,
+    Trajectory,
     verification,
 )
 from tri_glide_kinematics.vectors import Vector3
@@ -97,7 +97,7 @@ class Replanning:
             return replace(held, role=PlanRole.BRAKES)
         if held.path_plan is not None:
             return (yield from self._paths.braked(held, held.path_plan, time))
-        state, region, limits = plan.state(time), self._region(held, time), held.limits.effective
+        state, region, limits = plan.at(time), self._region(held, time), held.limits.effective
         own = own_stop(state, limits)
         stopping = self._planner.stopping
         along: Along | None = None
@@ -135,7 +135,7 @@ class Replanning:
             goal = None
         resting = time >= held.plan.duration
         if not resting and goal is not None:
-            if stays_within(held.plan.state(time), limits.effective):
+            if stays_within(held.plan.at(time), limits.effective):
                 try:
                     planned = self._planned(held, time, goal, limits, or_after=False)
                     return Replanned((yield from planned))
@@ -178,9 +178,9 @@ class Replanning:
         """
         if isinstance(goal, Follow):
             return (yield from self._paths.on_path(held, time, goal, limits))
-        state, moving = held.plan.state(time), time < held.plan.duration
+        state, moving = held.plan.at(time), time < held.plan.duration
         region = self._region(held, time)
-        plan: Plan
+        plan: Trajectory
         assert not isinstance(goal, Track), "a moving target is tracked, never planned"
         if isinstance(goal, Jog):
             speed = goal.speed * limits.speed_scale
@@ -208,4 +208,4 @@ class Replanning:
     def _region(self, held: HeldMotion, time: float) -> Workspace:
         """Return where the platform may be on a way that begins at a ``time``."""
         moving = time < held.plan.duration
-        return self._planner.region(held.plan.state(time), held.region if moving else None)
+        return self._planner.region(held.plan.at(time), held.region if moving else None)

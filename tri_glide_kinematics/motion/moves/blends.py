@@ -121,14 +121,14 @@ class LineEntry:
         from_zero = CubicPlan(
             SliderState(AT_REST, residual.velocities, residual.accelerations), phases
         )
-        x, y, z = from_zero.state(from_zero.duration).heights
+        x, y, z = from_zero.at(from_zero.duration).heights
         return CubicPlan(
             SliderState((-x, -y, -z), residual.velocities, residual.accelerations), phases
         )
 
     def _begin(self, state: SliderState, blend: CubicPlan) -> Vector3:
         """Return where the platform would be without the offsets of ``blend``."""
-        (h1, h2, h3), (x, y, z) = state.heights, blend.state(0.0).heights
+        (h1, h2, h3), (x, y, z) = state.heights, blend.at(0.0).heights
         return self._machine.forward((h1 - x, h2 - y, h3 - z))
 
 

@@ -21,11 +21,11 @@ from tri_glide_kinematics.motion.moves.stopping import Stopping
 from tri_glide_kinematics.motion.trajectory import (
     CubicPlan,
     LinePlan,
-    Plan,
     SequencePlan,
     SliderLimits,
     SliderState,
     StraightLine,
+    Trajectory,
     verification,
 )
 from tri_glide_kinematics.vectors import Vector3
@@ -41,7 +41,7 @@ SAMPLES_IN_PIECE = 8
 # Targets closer than this are reached [m].
 SAME_PLACE = 1e-9
 
-Candidate = Callable[[], Interruptible[Plan]]
+Candidate = Callable[[], Interruptible[Trajectory]]
 
 
 class MotionKind(Enum):
@@ -77,7 +77,7 @@ class MotionPlanner:
         region: Workspace,
         moving: bool,
         held: SequencePlan | None = None,
-    ) -> Interruptible[Plan]:
+    ) -> Interruptible[Trajectory]:
         """Return a plan to rest at a platform ``position`` [m].
 
         Args:
@@ -118,7 +118,7 @@ class MotionPlanner:
         limits: SliderLimits,
         region: Workspace,
         moving: bool,
-    ) -> Interruptible[Plan]:
+    ) -> Interruptible[Trajectory]:
         """Return a plan along ``direction`` up to the edge of the workspace.
 
         Args:
@@ -165,7 +165,7 @@ class MotionPlanner:
 
     def _move_from_rest(
         self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
-    ) -> Interruptible[Plan]:
+    ) -> Interruptible[Trajectory]:
         """Return the plan of the kind of motion, which has no alternatives from rest."""
         if self._kind is MotionKind.SLIDER:
             return (yield from self._slider_move(state, position, limits, region))
@@ -173,7 +173,7 @@ class MotionPlanner:
 
     def line(
         self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
-    ) -> Interruptible[Plan]:
+    ) -> Interruptible[Trajectory]:
         """Return a plan along a straight line, from rest to rest at a ``position`` [m].
 
         The arguments are those of ``move``.
@@ -190,33 +190,33 @@ class MotionPlanner:
 
     def _then_move(
         self, braking: Candidate, position: Vector3, limits: SliderLimits
-    ) -> Interruptible[Plan]:
+    ) -> Interruptible[Trajectory]:
         """Return a braking and then the move from where it rests."""
         first = yield from braking()
         return (yield from self._move_after(first, position, limits))
 
     def _move_after(
-        self, first: Plan, position: Vector3, limits: SliderLimits
-    ) -> Interruptible[Plan]:
+        self, first: Trajectory, position: Vector3, limits: SliderLimits
+    ) -> Interruptible[Trajectory]:
         """Return the plan ``first`` and then the move from where it rests."""
-        stopped = first.state(first.duration)
+        stopped = first.at(first.duration)
         region = self.region(stopped)
         second = yield from self._move_from_rest(stopped, position, limits, region)
         return SequencePlan((first, second))
 
     def _then_jog(
         self, braking: Candidate, direction: Vector3, limits: SliderLimits, speed: float
-    ) -> Interruptible[Plan]:
+    ) -> Interruptible[Trajectory]:
         """Return a braking and then the jog from where it rests."""
         first = yield from braking()
-        stopped = first.state(first.duration)
+        stopped = first.at(first.duration)
         region = self.region(stopped)
         second = yield from self.jog(stopped, direction, speed, limits, region, moving=False)
         return SequencePlan((first, second))
 
     def _slider_move(
         self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
-    ) -> Interruptible[Plan]:
+    ) -> Interruptible[Trajectory]:
         plan = yield from self._sliders.move(state, self._machine.inverse(position), limits)
         yield
         yield from verification.check_slider_path(plan, self._workspace.limits, region)
@@ -234,7 +234,7 @@ class MotionPlanner:
         candidate: Callable[[], Interruptible[LinePlan]],
         limits: SliderLimits,
         region: Workspace,
-    ) -> Interruptible[Plan]:
+    ) -> Interruptible[Trajectory]:
         """Return the plan of ``candidate`` if its blend is inside the workspace."""
         plan = yield from candidate()
         yield
@@ -243,7 +243,7 @@ class MotionPlanner:
         return plan
 
 
-def _first(candidates: Iterable[Candidate]) -> Interruptible[Plan]:
+def _first(candidates: Iterable[Candidate]) -> Interruptible[Trajectory]:
     """Return the first plan that can be made.
 
     Raises:

@@ -23,10 +23,10 @@ from tri_glide_kinematics.motion.tracking import (
 )
 from tri_glide_kinematics.motion.trajectory import (
     CubicPlan,
-    Plan,
     PlanningError,
     SliderLimits,
     SliderState,
+    Trajectory,
     total_duration,
     verification,
 )
@@ -55,7 +55,7 @@ TRACE_SAMPLES = 140
 SAMPLES_IN_PIECE = 12
 
 # Makes a braking along a line or a path that takes a time at most [s].
-Along = Callable[[float], Interruptible[Plan]]
+Along = Callable[[float], Interruptible[Trajectory]]
 
 
 class OwnStop(NamedTuple):
@@ -90,7 +90,7 @@ class Stopping:
         region: Workspace,
         left: float,
         along: Along | None,
-    ) -> Interruptible[Plan | None]:
+    ) -> Interruptible[Trajectory | None]:
         """Return the soonest stop that can be verified.
 
         Args:
@@ -138,7 +138,7 @@ class Stopping:
 
     def candidates(
         self, state: SliderState, limits: SliderLimits, region: Workspace
-    ) -> Iterator[Callable[[], Interruptible[Plan]]]:
+    ) -> Iterator[Callable[[], Interruptible[Trajectory]]]:
         """Yield the makings of stops from which another motion may begin, the best first."""
         for braking in LINE_BRAKINGS:
             yield partial(self._on_line, state, limits, region, braking)
@@ -147,7 +147,7 @@ class Stopping:
 
     def along_line(
         self, state: SliderState, limits: SliderLimits, region: Workspace, longest: float
-    ) -> Interruptible[Plan]:
+    ) -> Interruptible[Trajectory]:
         """Return a stop along the direction in which the platform moves.
 
         Args:
@@ -176,7 +176,7 @@ class Stopping:
         region: Workspace,
         braking: tuple[float, float],
         longest: float = inf,
-    ) -> Interruptible[Plan]:
+    ) -> Interruptible[Trajectory]:
         plan = yield from self._lines.brake(state, limits, *braking, longest)
         end = plan.line.point(float(plan.scaling.ways[-1]))
         yield from region.segment_check(plan.line.start, end)
@@ -185,7 +185,7 @@ class Stopping:
 
     def _certified(
         self, state: SliderState, stop: OwnStop, limits: SliderLimits, region: Workspace
-    ) -> Interruptible[Plan]:
+    ) -> Interruptible[Trajectory]:
         """Return a ``stop`` of the sliders as a plan.
 
         Raises:
@@ -198,7 +198,7 @@ class Stopping:
         return CubicPlan(state, certified.ways)
 
 
-def _at_hand(making: Interruptible[Plan]) -> Interruptible[Plan]:
+def _at_hand(making: Interruptible[Trajectory]) -> Interruptible[Trajectory]:
     """Return what a ``making`` comes to, unless that takes too many pieces.
 
     Raises:
@@ -209,7 +209,7 @@ def _at_hand(making: Interruptible[Plan]) -> Interruptible[Plan]:
         try:
             next(making)
         except StopIteration as end:
-            plan: Plan = end.value
+            plan: Trajectory = end.value
             return plan
         yield
     raise PlanningError("the braking along the line takes too long to find")

@@ -8,12 +8,12 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.cubic import AT_REST as AT_REST
     from tri_glide_kinematics.motion.trajectory.cubic import SAME_TIME as SAME_TIME
     from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan as CubicPlan
-    from tri_glide_kinematics.motion.trajectory.cubic import Plan as Plan
     from tri_glide_kinematics.motion.trajectory.cubic import SampledPlan as SampledPlan
     from tri_glide_kinematics.motion.trajectory.cubic import SequencePlan as SequencePlan
     from tri_glide_kinematics.motion.trajectory.cubic import SliderState as SliderState
     from tri_glide_kinematics.motion.trajectory.cubic import StraightPlan as StraightPlan
     from tri_glide_kinematics.motion.trajectory.cubic import TrackedStep as TrackedStep
+    from tri_glide_kinematics.motion.trajectory.cubic import Trajectory as Trajectory
     from tri_glide_kinematics.motion.trajectory.curve_bounds import (
         bounds_in_pieces as bounds_in_pieces,
     )

@@ -53,14 +53,14 @@ class SampledPlan(NamedTuple):
     accelerations: FloatArray
 
 
-class Plan(Protocol):
+class Trajectory(Protocol):
     """What the engine asks of a plan: it ends at rest, and its accelerations are continuous."""
 
     @property
     def duration(self) -> float:
         """Time from the start of the plan until all sliders rest [s]."""
 
-    def state(self, time: float) -> SliderState:
+    def at(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
 
     def sample(self, times: FloatArray) -> SampledPlan:
@@ -109,7 +109,7 @@ class CubicPlan:
         self.lengths = np.diff(self.starts, append=self.duration)
         self.pieces = np.array(rows).reshape(-1, 3, 4).transpose(2, 0, 1)
 
-    def state(self, time: float) -> SliderState:
+    def at(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
         start, end, h1, v1, a1, j1, h2, v2, a2, j2, h3, v3, a3, j3 = self._row
         if time < start or time >= end:
@@ -157,7 +157,7 @@ class CubicPlan:
         lengths = self.lengths[index:].copy()
         pieces = self.pieces[:, index:].copy()
         lengths[0] -= time - self._starts[index]
-        pieces[:3, 0] = self.state(time)
+        pieces[:3, 0] = self.at(time)
         return lengths, pieces
 
 
@@ -166,9 +166,9 @@ class SequencePlan:
 
     __slots__ = ("_ends", "_plans", "_skipped", "duration")
 
-    def __init__(self, plans: Sequence[Plan], skipped: float = 0.0) -> None:
+    def __init__(self, plans: Sequence[Trajectory], skipped: float = 0.0) -> None:
         """Join the ``plans``, of whose first one ``skipped`` seconds are past already."""
-        self._plans: tuple[Plan, ...] = ()
+        self._plans: tuple[Trajectory, ...] = ()
         self._skipped = 0.0
         first, *others = plans
         if isinstance(first, SequencePlan):
@@ -182,11 +182,11 @@ class SequencePlan:
         self._ends = [end - begin for end in ends[past:]]
         self.duration = max(self._ends[-1] - self._skipped, 0.0)
 
-    def state(self, time: float) -> SliderState:
+    def at(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
         time += self._skipped
         index = min(bisect_right(self._ends, time), len(self._plans) - 1)
-        return self._plans[index].state(time - self._ends[index - 1] if index else time)
+        return self._plans[index].at(time - self._ends[index - 1] if index else time)
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
@@ -200,7 +200,7 @@ class SequencePlan:
                 values[mine] = of_part
         return sampled
 
-    def parts(self, time: float) -> list[tuple[Plan, float]]:
+    def parts(self, time: float) -> list[tuple[Trajectory, float]]:
         """Return the plans that are not over at ``time`` [s], and how much of each is past."""
         time += self._skipped
         begins = [0.0, *self._ends]
@@ -267,7 +267,7 @@ class StraightPlan(CubicPlan):
         self._heights, self._directions = heights, (x, y, z)
         self.length = abs(way)
         leader = 4 * leading
-        # ``state`` takes the leader's velocity, half its acceleration and three times its way,
+        # ``at`` takes the leader's velocity, half its acceleration and three times its way,
         # which spares it all factors: they are in the ratios.
         doubles = (2.0 * ratio for ratio in ratios)
         thirds = (ratio / 3.0 for ratio in ratios)
@@ -279,13 +279,13 @@ class StraightPlan(CubicPlan):
         self._rows = rows
         self._row = rows[0] if rows else (0.0,) * 18
 
-    def at(self, distance: float) -> SliderState:
+    def at_way(self, distance: float) -> SliderState:
         """Return place and motion after ``distance`` [m] of the leading slider, at its 1 m/s."""
         (h1, h2, h3), (x, y, z) = self._heights, self._directions
         heights = (h1 + distance * x, h2 + distance * y, h3 + distance * z)
         return SliderState(heights, self._directions, AT_REST)
 
-    def state(self, time: float) -> SliderState:
+    def at(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
         start, end, v0, w0, b0, j, h1, h2, h3, s1, s2, s3, k1, k2, k3, d1, d2, d3 = self._row
         if time < start or time >= end:
@@ -360,11 +360,11 @@ class TrackedStep:
             self._cubic = CubicPlan(self.start, self._ways)
         return self._cubic
 
-    def state(self, time: float) -> SliderState:
+    def at(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
         if time == self.period:
             return self.after
-        return self.as_cubic().state(time) if time > 0.0 else self.start
+        return self.as_cubic().at(time) if time > 0.0 else self.start
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""

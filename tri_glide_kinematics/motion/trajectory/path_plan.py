@@ -57,7 +57,7 @@ class LinePlan:
         self.blend = blend
         self.duration = max(float(scaling.times[-1]), blend.duration if blend else 0.0)
         self._starts: list[float] = scaling.times[:-1].tolist()
-        # ``state`` takes the way over the ground, w = k s with k^2 = -m, which leaves the least
+        # ``at`` takes the way over the ground, w = k s with k^2 = -m, which leaves the least
         # to do for each arm: R^2 = a - y^2 with y = b / k - w, R' = y / R and R'' = -a / R^3.
         k = max(sqrt(-line.curvature), STEEPEST)
         self._ends = [*self._starts[1:], self.duration]
@@ -70,9 +70,9 @@ class LinePlan:
         heights = line.heights_at(float(scaling.ways[-1]))
         self._final = SliderState(heights, AT_REST, AT_REST)
         if blend is not None:
-            self._final = _sum(self._final, blend.state(self.duration))
+            self._final = _sum(self._final, blend.at(self.duration))
 
-    def state(self, time: float) -> SliderState:
+    def at(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
         row = self._row
         if not row[0] <= time < row[1]:
@@ -107,7 +107,7 @@ class LinePlan:
         )
         if self.blend is None:
             return state
-        return _sum(state, self.blend.state(time))
+        return _sum(state, self.blend.at(time))
 
     def _piece(self, index: int) -> tuple[float, ...]:
         """Return begin and end of a piece, and its coefficients of way, speed, acceleration."""
@@ -189,11 +189,11 @@ class PathPlan:
         # The piece that was asked for last: the next instant is nearly always in the same.
         self._row: tuple[float, ...] = (0.0, 0.0)
 
-    def state(self, time: float) -> SliderState:
+    def at(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
-        return self.heights.state(*self.at(time))
+        return self.heights.state(*self.on_path(time))
 
-    def at(self, time: float) -> PathStart:
+    def on_path(self, time: float) -> PathStart:
         """Return place, speed and acceleration along the path ``time`` seconds after the start."""
         row = self._row
         if not row[0] <= time < row[1]:
@@ -212,7 +212,7 @@ class PathPlan:
 
     def place(self, time: float) -> float:
         """Return how far along the path the platform is at a ``time`` [m]."""
-        return self.at(time).place
+        return self.on_path(time).place
 
     def moved_to(self, heights: PathHeights, time: float) -> PathPlan:
         """Return what is left at a ``time`` [s], on a path that is the same as far as it leads."""

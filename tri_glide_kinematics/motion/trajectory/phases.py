@@ -1,6 +1,6 @@
 """One coordinate in phases of constant jerk: its cubic, and profiles made of such phases.
 
-The cubic is written here alone; ``CubicPlan.state`` and ``StraightPlan.state``, which run in each
+The cubic is written here alone; ``CubicPlan.at`` and ``StraightPlan.at``, which run in each
 control cycle, have it unrolled.
 """
 

@@ -12,10 +12,10 @@ import numpy as np
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.trajectory.cubic import (
     CubicPlan,
-    Plan,
     SequencePlan,
     StraightPlan,
     TrackedStep,
+    Trajectory,
 )
 from tri_glide_kinematics.motion.trajectory.curve_bounds import check_path_limits
 from tri_glide_kinematics.motion.trajectory.errors import (
@@ -44,7 +44,7 @@ from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 EDGE_CLEARANCE = 1e-6
 
 
-def keeps_limits(plan: Plan, limits: SliderLimits, since: float) -> bool:
+def keeps_limits(plan: Trajectory, limits: SliderLimits, since: float) -> bool:
     """Return whether what is left of ``plan`` at a time [s] is inside ``limits``."""
     try:
         if isinstance(plan, SequencePlan):
@@ -141,7 +141,7 @@ def height_extremes(plan: CubicPlan, since: float = 0.0) -> tuple[FloatArray, Fl
     Returns:
         Two arrays, each of shape (3,) [m].
     """
-    final = np.array(plan.state(plan.duration).heights)[np.newaxis]
+    final = np.array(plan.at(plan.duration).heights)[np.newaxis]
     lengths, (height, velocity, acceleration, jerk) = plan.pieces_since(since)
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(acceleration * acceleration - 2.0 * jerk * velocity)
@@ -173,11 +173,11 @@ def check_slider_path(
     yield
     if isinstance(plan, StraightPlan):
         # Over the way there is no acceleration, whatever there is over time.
-        yield from region.path_check(plan.at, plan.length, 0.0)
+        yield from region.path_check(plan.at_way, plan.length, 0.0)
     else:
         # Accelerations are largest where pieces begin.
         peaks = np.abs(plan.pieces[2]).max(axis=0, initial=0.0)
-        yield from region.path_check(plan.state, plan.duration, math.hypot(*peaks.tolist()))
+        yield from region.path_check(plan.at, plan.duration, math.hypot(*peaks.tolist()))
 
 
 def check_blend(
@@ -205,11 +205,11 @@ def check_blend(
     excess = np.square(np.diff(times)).max() / 8.0 * np.array(limits.acceleration)
     check_travel(heights.min(axis=0) - excess, heights.max(axis=0) + excess, plan, travel)
     yield
-    yield from region.path_check(plan.state, duration, math.hypot(*limits.acceleration))
+    yield from region.path_check(plan.at, duration, math.hypot(*limits.acceleration))
 
 
 def check_travel(
-    lowest: FloatArray, highest: FloatArray, plan: Plan, travel: WorkspaceLimits
+    lowest: FloatArray, highest: FloatArray, plan: Trajectory, travel: WorkspaceLimits
 ) -> None:
     """Raise an error if a slider leaves its travel, or goes on where it is outside already.
 
@@ -222,7 +222,7 @@ def check_travel(
     Raises:
         SliderTravelError: names the slider.
     """
-    heights = plan.state(0.0).heights
+    heights = plan.at(0.0).heights
     for i in range(3):
         lower = min(travel.lower_heights[i], heights[i]) - TRAVEL_ROUNDING
         upper = max(travel.upper_heights[i], heights[i]) + TRAVEL_ROUNDING
