@@ -6,11 +6,16 @@ from math import inf
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.commands import DriveLimits
 from tri_glide_kinematics.motion.path import PlatformPath, check_place
 from tri_glide_kinematics.motion.path_timing import braking as path_braking
 from tri_glide_kinematics.motion.path_timing import windows as path_timing
-from tri_glide_kinematics.motion.trajectory import SOUND, PathHeights, PathPlan, PathStart
+from tri_glide_kinematics.motion.trajectory import (
+    SOUND,
+    PathHeights,
+    PathPlan,
+    PathStart,
+    SliderLimits,
+)
 from tri_glide_kinematics.workspace import Workspace
 
 
@@ -49,7 +54,7 @@ class PathPlanner:
         return PathHeights(driven, self._workspace.machine.geometry)
 
     def from_rest(
-        self, heights: PathHeights, place: float, limits: DriveLimits
+        self, heights: PathHeights, place: float, limits: SliderLimits
     ) -> Interruptible[PathPlan]:
         """Return the plan of the next part of a path, from rest at a ``place`` on it [m].
 
@@ -57,13 +62,12 @@ class PathPlanner:
             PathTimingError: if none is found.
         """
         start = PathStart(place, 0.0, 0.0)
-        heights = heights.at_speed_scale(limits.speed_scale)
-        planning = path_timing.plan_window(heights, start, limits.effective)
+        planning = path_timing.plan_window(heights, start, limits)
         with SOUND:
             return PathPlan(heights, (yield from planning))
 
     def going_on(
-        self, plan: PathPlan, heights: PathHeights, time: float, limits: DriveLimits
+        self, plan: PathPlan, heights: PathHeights, time: float, limits: SliderLimits
     ) -> Interruptible[PathPlan]:
         """Return the plan of what comes after a part of a path, without a stop.
 
@@ -77,13 +81,12 @@ class PathPlanner:
             PathTimingError: if none is found.
         """
         start, held = plan.on_path(time), plan.scaling.since(time)
-        heights = heights.at_speed_scale(limits.speed_scale)
-        planning = path_timing.plan_window(heights, start, limits.effective, held)
+        planning = path_timing.plan_window(heights, start, limits, held)
         with SOUND:
             return PathPlan(heights, (yield from planning))
 
     def brake_hard(
-        self, plan: PathPlan, time: float, limits: DriveLimits, longest: float
+        self, plan: PathPlan, time: float, limits: SliderLimits, longest: float
     ) -> Interruptible[PathPlan]:
         """Return the hardest braking on the path, from a ``time`` in a ``plan`` on [s].
 
@@ -93,11 +96,11 @@ class PathPlanner:
             KinematicsError: if it does not keep all limits, or takes more than ``longest`` [s].
         """
         start = plan.on_path(time)
-        braking = path_braking.brake_hard(plan.heights, start, limits.effective, longest)
+        braking = path_braking.brake_hard(plan.heights, start, limits, longest)
         with SOUND:
             return PathPlan(plan.heights, (yield from braking))
 
-    def brake(self, plan: PathPlan, time: float, limits: DriveLimits) -> Interruptible[PathPlan]:
+    def brake(self, plan: PathPlan, time: float, limits: SliderLimits) -> Interruptible[PathPlan]:
         """Return a plan that comes to rest soon on the path, from a ``time`` in a ``plan`` [s].
 
         Raises:
@@ -108,6 +111,6 @@ class PathPlanner:
         except KinematicsError:
             yield
         start = plan.on_path(time)
-        braking = path_braking.brake(plan.heights, start, limits.effective)
+        braking = path_braking.brake(plan.heights, start, limits)
         with SOUND:
             return PathPlan(plan.heights, (yield from braking))

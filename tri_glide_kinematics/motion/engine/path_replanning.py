@@ -12,7 +12,7 @@ from tri_glide_kinematics.motion.engine.commands import DriveLimits, Follow
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.path_planner import PathPlanner
 from tri_glide_kinematics.motion.moves import NEARLY, SAME_PLACE, MotionPlanner
-from tri_glide_kinematics.motion.trajectory import PathPlan
+from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan
 from tri_glide_kinematics.workspace import Workspace
 
 # Comes to rest, from what is held and a time in it [s].
@@ -74,7 +74,7 @@ class PathReplanning:
             if plan is None:
                 leaving = replace(held, goal=goal, role=PlanRole.EARLIER)
                 return (yield from self._braking(leaving, time))
-            next_plan = yield from self._paths.going_on(plan, heights, time, limits)
+            next_plan = yield from self._going_on(plan, heights, time, limits)
             return HeldMotion(next_plan, goal, PlanRole.LEADS_TO_GOAL, self._workspace, limits)
         place = goal.place if plan is None else plan.place(time)
         if plan is not None and plan.ends_path:
@@ -87,13 +87,20 @@ class PathReplanning:
             region = self._planner.region(state)
             approach = yield from self._planner.line(state, begin, limits.effective, region)
             return HeldMotion(approach, goal, PlanRole.LEADS_TO_GOAL, region, limits)
-        next_plan = yield from self._paths.from_rest(heights, place, limits)
+        scaled = heights.at_speed_scale(limits.speed_scale)
+        next_plan = yield from self._paths.from_rest(scaled, place, limits.effective)
         return HeldMotion(next_plan, goal, PlanRole.LEADS_TO_GOAL, self._workspace, limits)
+
+    def _going_on(
+        self, plan: PathPlan, heights: PathHeights, time: float, limits: DriveLimits
+    ) -> Interruptible[PathPlan]:
+        scaled = heights.at_speed_scale(limits.speed_scale)
+        return (yield from self._paths.going_on(plan, scaled, time, limits.effective))
 
     def braked(self, held: HeldMotion, plan: PathPlan, time: float) -> Interruptible[HeldMotion]:
         """Return ``held`` with a plan that comes to rest soon on the path of its ``plan``."""
         try:
-            braking = yield from self._paths.brake(plan, time, held.limits)
+            braking = yield from self._paths.brake(plan, time, held.limits.effective)
         except KinematicsError:
             return replace(held, role=PlanRole.EARLIER)
         if NEARLY * braking.duration >= plan.duration - time:
@@ -114,7 +121,7 @@ class PathReplanning:
         Raises:
             KinematicsError: if none is found.
         """
-        return (yield from self._paths.brake_hard(plan, time, limits, longest))
+        return (yield from self._paths.brake_hard(plan, time, limits.effective, longest))
 
     def _extended(self, held: HeldMotion, time: float, goal: Follow) -> Interruptible[HeldMotion]:
         """Return ``held`` with a longer path.
@@ -139,7 +146,7 @@ class PathReplanning:
             try:
                 longer = yield from self._longer(before, goal, plan.place(time))
                 assert longer.heights is not None
-                next_plan = yield from self._paths.going_on(plan, longer.heights, time, held.limits)
+                next_plan = yield from self._going_on(plan, longer.heights, time, held.limits)
                 return replace(held, plan=next_plan, goal=longer, role=PlanRole.LEADS_TO_GOAL)
             except KinematicsError:
                 pass
