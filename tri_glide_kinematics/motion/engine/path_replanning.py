@@ -10,8 +10,8 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import DriveLimits, Follow
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
-from tri_glide_kinematics.motion.engine.path_planner import PathPlanner
 from tri_glide_kinematics.motion.moves import NEARLY, SAME_PLACE, MotionPlanner
+from tri_glide_kinematics.motion.path_timing import PathPlanner
 from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan
 from tri_glide_kinematics.workspace import Workspace
 

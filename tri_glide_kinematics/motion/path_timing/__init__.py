@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path_timing.grid import MOST_PIECES as MOST_PIECES
     from tri_glide_kinematics.motion.path_timing.interior_point import dpbtrf as dpbtrf
     from tri_glide_kinematics.motion.path_timing.interior_point import dpbtrs as dpbtrs
+    from tri_glide_kinematics.motion.path_timing.planner import PathPlanner as PathPlanner
     from tri_glide_kinematics.motion.path_timing.rest_map import RestMap as RestMap
     from tri_glide_kinematics.motion.path_timing.speed_estimate import (
         SHORTEST_CELL as SHORTEST_CELL,
