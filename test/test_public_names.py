@@ -22,7 +22,8 @@ PACKAGES = sorted(
 PROMISED = (
     "TriGlide TriGlideGeometry Workspace WorkspaceLimits SliderLimits MotionEngine MotionKind "
     "MotionPhase FourBar Branch FMechanism LandingGear KinematicsError NoPoseError NoRoomError "
-    "calibrate Calibration CalibrationError Touch Plate Distance MeasuredPosition Priors"
+    "calibrate Calibration CalibrationError Touch Plate Distance MeasuredPosition Priors "
+    "Trajectory plan_move time_path"
 )
 
 

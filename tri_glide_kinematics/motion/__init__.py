@@ -10,9 +10,11 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.limit_use import CommandStream as CommandStream
     from tri_glide_kinematics.motion.limit_use import LimitUse as LimitUse
     from tri_glide_kinematics.motion.moves import MotionKind as MotionKind
+    from tri_glide_kinematics.motion.moves import plan_move as plan_move
     from tri_glide_kinematics.motion.path import PathError as PathError
     from tri_glide_kinematics.motion.path import PathPlaceError as PathPlaceError
     from tri_glide_kinematics.motion.path import PlatformPath as PlatformPath
+    from tri_glide_kinematics.motion.path_timing import time_path as time_path
     from tri_glide_kinematics.motion.trajectory import MotionError as MotionError
     from tri_glide_kinematics.motion.trajectory import NoPathError as NoPathError
     from tri_glide_kinematics.motion.trajectory import NoRoomError as NoRoomError
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory import SliderLimitError as SliderLimitError
     from tri_glide_kinematics.motion.trajectory import SliderLimits as SliderLimits
     from tri_glide_kinematics.motion.trajectory import SliderState as SliderState
+    from tri_glide_kinematics.motion.trajectory import Trajectory as Trajectory
     from tri_glide_kinematics.motion.trajectory.errors import SliderTravelError as SliderTravelError
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.moves.search import SAME_PLACE as SAME_PLACE
     from tri_glide_kinematics.motion.moves.search import MotionKind as MotionKind
     from tri_glide_kinematics.motion.moves.search import MotionPlanner as MotionPlanner
+    from tri_glide_kinematics.motion.moves.search import plan_move as plan_move
     from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion as SliderMotion
     from tri_glide_kinematics.motion.moves.stopping import LONGEST_ON_LINE as LONGEST_ON_LINE
     from tri_glide_kinematics.motion.moves.stopping import LONGEST_TRACKED as LONGEST_TRACKED

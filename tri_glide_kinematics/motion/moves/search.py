@@ -7,18 +7,21 @@ most time, so it is refused for nothing that more time would help.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import Enum
 from functools import partial
 
+from tri_glide_kinematics.checks import finite_vector, member
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import Interruptible, coarser
+from tri_glide_kinematics.interruptible import Interruptible, at_once, coarser
 from tri_glide_kinematics.motion.moves.line_ends import LineToEdge, LineToPosition
 from tri_glide_kinematics.motion.moves.line_joining import LineJoining, WayOnto
 from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
 from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
 from tri_glide_kinematics.motion.moves.stopping import Stopping
 from tri_glide_kinematics.motion.trajectory import (
+    AT_REST,
+    SOUND,
     CubicPlan,
     LinePlan,
     SequencePlan,
@@ -258,3 +261,39 @@ def _first(candidates: Iterable[Candidate]) -> Interruptible[Trajectory]:
         yield
     assert refusal is not None
     raise refusal
+
+
+def plan_move(
+    workspace: Workspace,
+    limits: SliderLimits,
+    start: Sequence[float],
+    end: Sequence[float],
+    *,
+    kind: MotionKind = MotionKind.SLIDER,
+) -> Trajectory:
+    """Return the motion of the platform from rest at one position to rest at another.
+
+    It is the motion of a ``MotionEngine`` of this ``kind`` that moves from there.
+
+    Args:
+        workspace: where the platform may be, and of which machine.
+        limits: of the sliders.
+        start: of the platform. Shape (3,) [m].
+        end: of the platform. Shape (3,) [m].
+        kind: slider moves bend, linear ones are straight lines.
+
+    Raises:
+        NotAChoiceError: if ``kind`` is no ``MotionKind``, but its name, for example.
+        WrongShapeError: if a position has not three numbers.
+        NotFiniteError: if one of them is NaN or infinite.
+        KinematicsError: if a position or the way between is outside the workspace.
+    """
+    member("kind", kind, MotionKind)
+    x, y, z = finite_vector("end", end, 3)
+    heights = workspace.check_position(finite_vector("start", start, 3))
+    workspace.check_position((x, y, z))
+    planner = MotionPlanner(workspace, kind)
+    state = SliderState(heights, AT_REST, AT_REST)
+    region = planner.region(state)
+    with SOUND:
+        return at_once(planner.move(state, (x, y, z), limits, region, moving=False))

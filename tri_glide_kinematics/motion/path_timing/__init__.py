@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path_timing.interior_point import dpbtrf as dpbtrf
     from tri_glide_kinematics.motion.path_timing.interior_point import dpbtrs as dpbtrs
     from tri_glide_kinematics.motion.path_timing.planner import PathPlanner as PathPlanner
+    from tri_glide_kinematics.motion.path_timing.planner import time_path as time_path
     from tri_glide_kinematics.motion.path_timing.rest_map import RestMap as RestMap
     from tri_glide_kinematics.motion.path_timing.speed_estimate import (
         SHORTEST_CELL as SHORTEST_CELL,

@@ -1,20 +1,22 @@
-"""Plans along a path: what can be said of it as a whole, and its parts one after the other."""
+"""Plans along a path: the whole of it, or its parts one after the other."""
 
 from __future__ import annotations
 
 from math import inf
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.path import PlatformPath, check_place
-from tri_glide_kinematics.motion.path_timing import braking as path_braking
-from tri_glide_kinematics.motion.path_timing import windows as path_timing
+from tri_glide_kinematics.motion.path_timing.braking import brake, brake_hard
+from tri_glide_kinematics.motion.path_timing.windows import plan_window
 from tri_glide_kinematics.motion.trajectory import (
     SOUND,
     PathHeights,
     PathPlan,
     PathStart,
+    SequencePlan,
     SliderLimits,
+    Trajectory,
 )
 from tri_glide_kinematics.workspace import Workspace
 
@@ -62,7 +64,7 @@ class PathPlanner:
             PathTimingError: if none is found.
         """
         start = PathStart(place, 0.0, 0.0)
-        planning = path_timing.plan_window(heights, start, limits)
+        planning = plan_window(heights, start, limits)
         with SOUND:
             return PathPlan(heights, (yield from planning))
 
@@ -81,9 +83,37 @@ class PathPlanner:
             PathTimingError: if none is found.
         """
         start, held = plan.on_path(time), plan.scaling.since(time)
-        planning = path_timing.plan_window(heights, start, limits, held)
+        planning = plan_window(heights, start, limits, held)
         with SOUND:
             return PathPlan(heights, (yield from planning))
+
+    def to_the_end(self, heights: PathHeights, limits: SliderLimits) -> Interruptible[SequencePlan]:
+        """Return the plan of a whole path, from rest at its start to rest at its end.
+
+        Raises:
+            PathTimingError: if none is found.
+        """
+        parts: list[PathPlan] = []
+        plan = yield from self.from_rest(heights, 0.0, limits)
+        while not plan.ends_path:
+            part, plan = yield from self._part_and_next(plan, limits)
+            parts.append(part)
+        return SequencePlan((*parts, plan))
+
+    def _part_and_next(
+        self, plan: PathPlan, limits: SliderLimits
+    ) -> Interruptible[tuple[PathPlan, PathPlan]]:
+        """Return what is driven of a ``plan``, and the plan of what comes after that."""
+        time = plan.continue_at
+        if time < plan.duration:
+            try:
+                following = yield from self.going_on(plan, plan.heights, time, limits)
+                return plan.until(time), following
+            except KinematicsError:
+                # The platform comes to rest where the plan does, and goes on from there.
+                yield
+        place = plan.place(plan.duration)
+        return plan, (yield from self.from_rest(plan.heights, place, limits))
 
     def brake_hard(
         self, plan: PathPlan, time: float, limits: SliderLimits, longest: float
@@ -96,7 +126,7 @@ class PathPlanner:
             KinematicsError: if it does not keep all limits, or takes more than ``longest`` [s].
         """
         start = plan.on_path(time)
-        braking = path_braking.brake_hard(plan.heights, start, limits, longest)
+        braking = brake_hard(plan.heights, start, limits, longest)
         with SOUND:
             return PathPlan(plan.heights, (yield from braking))
 
@@ -111,6 +141,26 @@ class PathPlanner:
         except KinematicsError:
             yield
         start = plan.on_path(time)
-        braking = path_braking.brake(plan.heights, start, limits)
+        braking = brake(plan.heights, start, limits)
         with SOUND:
             return PathPlan(plan.heights, (yield from braking))
+
+
+def time_path(path: PlatformPath, workspace: Workspace, limits: SliderLimits) -> Trajectory:
+    """Return the motion along a path in nearly the least time, from rest to rest.
+
+    It is the motion of a ``MotionEngine`` that follows the path from its start. It stops in corners
+    that are not rounded; there it goes on at once, an engine with its next step.
+
+    Args:
+        path: of one segment at least.
+        workspace: where the platform may be, and of which machine.
+        limits: of the sliders.
+
+    Raises:
+        KinematicsError: if a place of the path is outside the workspace, if no motion keeps the
+            limits, or if the path has no segment.
+    """
+    planner = PathPlanner(workspace)
+    heights = at_once(planner.begun(path))
+    return at_once(planner.to_the_end(heights, limits))

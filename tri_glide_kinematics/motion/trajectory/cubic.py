@@ -54,14 +54,14 @@ class SampledPlan(NamedTuple):
 
 
 class Trajectory(Protocol):
-    """What the engine asks of a plan: it ends at rest, and its accelerations are continuous."""
+    """A motion of the sliders up to rest; heights, velocities and accelerations are continuous."""
 
     @property
     def duration(self) -> float:
-        """Time from the start of the plan until all sliders rest [s]."""
+        """Time from the start until all sliders rest [s]."""
 
     def at(self, time: float) -> SliderState:
-        """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
+        """Return the setpoint at a ``time`` [s]; outside, that of the start or of the end."""
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
@@ -113,6 +113,7 @@ class CubicPlan:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
         start, end, h1, v1, a1, j1, h2, v2, a2, j2, h3, v3, a3, j3 = self._row
         if time < start or time >= end:
+            time = max(time, 0.0)
             if time >= self.duration:
                 return self._final
             row = self._row = self._rows[bisect_right(self._starts, time) - 1]
@@ -139,8 +140,9 @@ class CubicPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
         if not self._rows:
             return SampledPlan(times, *(np.tile(values, (len(times), 1)) for values in self._final))
-        index = np.searchsorted(self.starts, times, side="right") - 1
-        t = np.minimum(times - self.starts[index], self.lengths[index])[:, np.newaxis]
+        inside = np.maximum(times, 0.0)
+        index = np.searchsorted(self.starts, inside, side="right") - 1
+        t = np.minimum(inside - self.starts[index], self.lengths[index])[:, np.newaxis]
         sampled = SampledPlan(times, *after(t, *self.pieces[:, index]))
         ended = times >= self.duration
         for values, final in zip(sampled[1:], self._final):
@@ -162,7 +164,7 @@ class CubicPlan:
 
 
 class SequencePlan:
-    """One plan after the other; each ends at rest where the next begins."""
+    """One plan after the other; each ends where the next begins, and the last one at rest."""
 
     __slots__ = ("_ends", "_plans", "_skipped", "duration")
 
@@ -193,9 +195,11 @@ class SequencePlan:
         shifted = times + self._skipped
         owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
         sampled = SampledPlan(times, *(np.empty((len(times), 3)) for _ in range(3)))
-        for index, plan in enumerate(self._plans):
+        for index in np.unique(owner).tolist():
             mine = owner == index
-            part = plan.sample(shifted[mine] - (self._ends[index - 1] if index else 0.0))
+            part = self._plans[index].sample(
+                shifted[mine] - (self._ends[index - 1] if index else 0.0)
+            )
             for values, of_part in zip(sampled[1:], part[1:]):
                 values[mine] = of_part
         return sampled
@@ -289,6 +293,7 @@ class StraightPlan(CubicPlan):
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
         start, end, v0, w0, b0, j, h1, h2, h3, s1, s2, s3, k1, k2, k3, d1, d2, d3 = self._row
         if time < start or time >= end:
+            time = max(time, 0.0)
             if time >= self.duration:
                 return self._final
             row = self._row = self._rows[bisect_right(self._starts, time) - 1]

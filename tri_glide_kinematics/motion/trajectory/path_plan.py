@@ -76,6 +76,7 @@ class LinePlan:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
         row = self._row
         if not row[0] <= time < row[1]:
+            time = max(time, 0.0)
             if time >= self.duration:
                 return self._final
             row = self._row = self._piece(bisect_right(self._starts, time) - 1)
@@ -154,7 +155,7 @@ def _sum(state: SliderState, offset: SliderState) -> SliderState:
 
 
 class PathPlan:
-    """A part of a path with a time scaling that ends at rest.
+    """A part of a path with a time scaling that ends at rest, or where another part goes on.
 
     Attributes:
         duration: time until the sliders rest [s].
@@ -165,6 +166,7 @@ class PathPlan:
     """
 
     __slots__ = (
+        "_end",
         "_ends",
         "_row",
         "_starts",
@@ -186,6 +188,7 @@ class PathPlan:
         self._starts: list[float] = scaling.times[:-1].tolist()
         self._ends = [*self._starts[1:], self.duration]
         self._table = scaling.coefficients()
+        self._end = PathStart(*(float(values[-1]) for values in scaling[1:]))
         # The piece that was asked for last: the next instant is nearly always in the same.
         self._row: tuple[float, ...] = (0.0, 0.0)
 
@@ -197,9 +200,10 @@ class PathPlan:
         """Return place, speed and acceleration along the path ``time`` seconds after the start."""
         row = self._row
         if not row[0] <= time < row[1]:
+            time = max(time, 0.0)
             if time >= self.duration:
-                return PathStart(float(self.scaling.ways[-1]), 0.0, 0.0)
-            index = max(bisect_right(self._starts, time) - 1, 0)
+                return self._end
+            index = bisect_right(self._starts, time) - 1
             piece = self._table[:, index].tolist()
             row = self._row = (self._starts[index], self._ends[index], *piece)
         start, _, s0, s1, s2, s3, s4, s5 = row
@@ -209,6 +213,10 @@ class PathPlan:
             s1 + t * (2.0 * s2 + t * (3.0 * s3 + t * (4.0 * s4 + t * (5.0 * s5)))),
             2.0 * s2 + t * (6.0 * s3 + t * (12.0 * s4 + t * (20.0 * s5))),
         )
+
+    def until(self, time: float) -> PathPlan:
+        """Return what is driven of it if another part goes on at a ``time``, a knot of it [s]."""
+        return PathPlan(self.heights, PathScaling(self.scaling.until(time), time))
 
     def place(self, time: float) -> float:
         """Return how far along the path the platform is at a ``time`` [m]."""

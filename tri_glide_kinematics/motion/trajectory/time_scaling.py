@@ -57,13 +57,18 @@ class TimeScaling(NamedTuple):
         first = min(int(np.searchsorted(self.times, time, side="right")), len(self.times) - 1) - 1
         return TimeScaling(*(values[max(first, 0) :] for values in self))
 
+    def until(self, time: float) -> TimeScaling:
+        """Return the pieces that begin before ``time`` [s]."""
+        last = int(np.searchsorted(self.times, time))
+        return TimeScaling(*(values[: last + 1] for values in self))
+
     def with_knots(self, times: FloatArray) -> TimeScaling:
         """Return the same motion with knots at other ``times``, which hold all those of this."""
         return TimeScaling(times, *self.evaluate(times))
 
     def evaluate(self, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return ways, speeds and accelerations at ``times`` [s]; after the end, those there."""
-        inside = np.minimum(times, self.times[-1])
+        """Return ways, speeds and accelerations at ``times`` [s]; outside, those of the ends."""
+        inside = np.maximum(np.minimum(times, self.times[-1]), self.times[0])
         index = np.searchsorted(self.times, inside, side="right") - 1
         index = np.clip(index, 0, len(self.times) - 2)
         t = inside - self.times[index]

@@ -1,0 +1,103 @@
+"""Trajectories without an engine: the same motions, and the same refusals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from motion_machine import DT, HOME, KINDS, LIMITS, MACHINE, TARGET, WORKSPACE, engine, within
+from timed_paths import dense_path, random_path
+
+from tri_glide_kinematics import errors
+from tri_glide_kinematics.motion import (
+    MotionEngine,
+    MotionKind,
+    PlatformPath,
+    Trajectory,
+    plan_move,
+    time_path,
+)
+
+START = MACHINE.forward(HOME)
+CORNERS = [(0.0, 0.0, 0.3), (0.03, 0.0, 0.3), (0.03, 0.03, 0.31)]
+PATHS = {
+    "with a stop in a corner": PlatformPath.through(CORNERS),
+    "without a stop": random_path(5, most=4),
+    "in many windows": dense_path(1500, speed=0.3),
+}
+
+
+def assert_driven_by(moving: MotionEngine, motion: Trajectory, stop: float = math.inf) -> None:
+    """Compare a ``motion`` with the setpoints of an engine that has just been given its goal.
+
+    At a ``stop`` [s] the engine waits for its next step.
+    """
+    driven = [moving.state]
+    while moving.remaining > 0.0:
+        driven.append(moving.step(DT))
+    times = DT * np.arange(len(driven))
+    times[times > stop] -= -stop % DT
+    assert motion.duration <= times[-1] < motion.duration + DT
+    sampled = motion.sample(times)
+    for values, expected, near in zip(sampled[1:], zip(*driven), (1e-9, 1e-8, 1e-5)):
+        np.testing.assert_allclose(values, expected, rtol=0.0, atol=near)
+    assert within(sampled.heights, LIMITS)
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_a_timed_path_is_what_an_engine_drives(name):
+    path = PATHS[name]
+    motion = time_path(path, WORKSPACE, LIMITS)
+    first = motion.parts(0.0)[0][0].duration
+    stop = math.inf if any(motion.at(first).velocities) else first
+    assert (stop < motion.duration) == ("with a stop" in name)
+    moving = engine(heights=MACHINE.inverse(path.position(0.0)))
+    moving.follow(path)
+    assert_driven_by(moving, motion, stop)
+    assert math.dist(MACHINE.forward(motion.at(math.inf).heights), path.end) < 1e-9
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_planned_move_is_what_an_engine_drives(kind):
+    moving = engine(kind)
+    moving.move_to(TARGET)
+    assert_driven_by(moving, plan_move(WORKSPACE, LIMITS, START, TARGET, kind=kind))
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        time_path(PlatformPath.through(CORNERS), WORKSPACE, LIMITS),
+        *(plan_move(WORKSPACE, LIMITS, START, TARGET, kind=kind) for kind in KINDS),
+        plan_move(WORKSPACE, LIMITS, START, START),
+    ],
+)
+def test_one_time_is_as_many_and_outside_the_sliders_rest(motion):
+    times = np.linspace(-0.1, motion.duration + 0.1, 40)
+    states = [motion.at(time) for time in times.tolist()]
+    for values, one_by_one in zip(motion.sample(times)[1:], zip(*states)):
+        np.testing.assert_allclose(values, one_by_one, rtol=0.0, atol=1e-9)
+    for state, heights in ((states[0], motion.at(0.0)), (states[-1], motion.at(motion.duration))):
+        assert state == heights
+        assert not np.any(state[1:])
+
+
+def test_what_cannot_be_driven_is_refused():
+    away = (0.6, 0.0, 0.3)
+    with pytest.raises(errors.KinematicsError, match="segment 1"):
+        time_path(PlatformPath.start(START).line_to((0.3, 0.0, 0.3)), WORKSPACE, LIMITS)
+    with pytest.raises(errors.KinematicsError, match="0 segments"):
+        time_path(PlatformPath.start(START), WORKSPACE, LIMITS)
+    for start, end in ((START, away), (away, START)):
+        with pytest.raises(errors.KinematicsError):
+            plan_move(WORKSPACE, LIMITS, start, end)
+    with pytest.raises(errors.KinematicsError):
+        # Both ends are inside, and the line between is not.
+        plan_move(WORKSPACE, LIMITS, (0.03, -0.02, 0.51), (-0.2, -0.09, 0.5), kind=KINDS[1])
+    with pytest.raises(errors.NotAChoiceError, match="kind"):
+        plan_move(WORKSPACE, LIMITS, START, TARGET, kind="linear")
+    with pytest.raises(errors.NotFiniteError, match="end"):
+        plan_move(WORKSPACE, LIMITS, START, (0.0, math.nan, 0.3))
+    with pytest.raises(errors.WrongShapeError, match="start"):
+        plan_move(WORKSPACE, LIMITS, START[:2], TARGET, kind=MotionKind.LINEAR)
