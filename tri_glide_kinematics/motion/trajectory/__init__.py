@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan as LinePlan
+    from tri_glide_kinematics.motion.trajectory.along_curve import PathPlan as PathPlan
     from tri_glide_kinematics.motion.trajectory.cubic import AT_REST as AT_REST
     from tri_glide_kinematics.motion.trajectory.cubic import SAME_TIME as SAME_TIME
     from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan as CubicPlan
@@ -47,8 +49,6 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.motion.trajectory.line_bounds import slowdown as slowdown
     from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights as PathHeights
-    from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan as LinePlan
-    from tri_glide_kinematics.motion.trajectory.path_plan import PathPlan as PathPlan
     from tri_glide_kinematics.motion.trajectory.phases import CoordinateProfile as CoordinateProfile
     from tri_glide_kinematics.motion.trajectory.phases import Phases as Phases
     from tri_glide_kinematics.motion.trajectory.phases import after as after

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan, PathPlan
 from tri_glide_kinematics.motion.trajectory.cubic import (
     CubicPlan,
     SequencePlan,
@@ -35,7 +36,6 @@ from tri_glide_kinematics.motion.trajectory.line_bounds import (
     check_bounds,
     derivative_bounds,
 )
-from tri_glide_kinematics.motion.trajectory.path_plan import LinePlan, PathPlan
 from tri_glide_kinematics.motion.trajectory.phases import after
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
