@@ -194,7 +194,7 @@ def random_way(turn: Turn, rng: np.random.Generator, shortest: float) -> float:
     plan = LinePlan(line, _random_scaling(entry, 1.0 - part, rng), blend)
     if not plan.duration < shortest:
         raise KinematicsError("another one is shorter")
-    verification.check_line_limits(plan, LIMITS)
+    plan.check_limits(LIMITS)
     at_once(verification.check_blend(plan, LIMITS, WIDE, WORKSPACE))
     return plan.duration
 

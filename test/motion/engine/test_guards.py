@@ -27,9 +27,11 @@ from tri_glide_kinematics.motion.moves import MotionPlanner, SliderMotion
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     EDGE_CLEARANCE,
+    CubicPlan,
     LinePlan,
     StraightLine,
     TimeScaling,
+    line_bounds,
     verification,
 )
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
@@ -99,7 +101,7 @@ def test_slider_plans_are_compared_with_the_limits(monkeypatch):
 
     with pytest.raises(KinematicsError, match="velocity"):
         peak()
-    ignored(monkeypatch, verification, "check_slider_limits")
+    ignored(monkeypatch, CubicPlan, "check_limits")
     assert peak() > 0.25
 
 
@@ -201,7 +203,7 @@ def many_new_targets(count: int = 25) -> float:
 
 def test_line_plans_are_compared_with_the_limits(monkeypatch):
     assert many_new_targets() <= 1.0 + 1e-3
-    ignored(monkeypatch, verification, "check_line_limits")
+    ignored(monkeypatch, LinePlan, "check_limits")
     assert many_new_targets() > 1.1
 
 
@@ -227,9 +229,9 @@ def test_motion_that_cannot_stop_in_time_does_not_go_back(monkeypatch):
     scaling = TimeScaling(times, way(times), way.deriv(1)(times), way.deriv(2)(times)).slower(2.0)
     plan = LinePlan(line, scaling)
     with pytest.raises(PlanningError, match="cannot stop"):
-        verification.check_line_limits(plan, LIMITS)
-    monkeypatch.setattr(verification, "NO_BACKWARD_SPEED", math.inf)
-    verification.check_line_limits(plan, LIMITS)
+        plan.check_limits(LIMITS)
+    monkeypatch.setattr(line_bounds, "NO_BACKWARD_SPEED", math.inf)
+    plan.check_limits(LIMITS)
     along = MACHINE.forward_batch(plan.sample(np.linspace(0.0, 2.0, 500)).heights)[:, 0]
     assert along.max() > 0.1 + 5e-4
 

@@ -31,7 +31,6 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderLimits,
     SliderState,
     StraightLine,
-    check_line_limits,
     derivative_bounds,
     slowdown,
 )
@@ -113,7 +112,7 @@ def test_parts_of_the_lower_bound_against_integration():
 def test_short_and_slow_lines_are_planned_too(length, limits):
     line = line_between((0.05, 0.02, 0.3), (0.05 + length, 0.02 + 0.3 * length, 0.3))
     plan = at_once(LinearMotion(MACHINE).from_rest(line, limits))
-    check_line_limits(plan, limits)
+    plan.check_limits(limits)
     assert np.allclose(MACHINE.forward(plan.at(9e9).heights), line.point(line.length), atol=1e-14)
     assert plan.duration < 1.5 * max(lower_bound(line, limits), 1e-9)
 
@@ -140,7 +139,7 @@ def lines_to_the_edge(count, margin, condition):
 def test_lines_to_where_arms_lie_flat_take_no_ages(margin, condition, longest):
     for line in lines_to_the_edge(100, margin, condition):
         plan = at_once(LinearMotion(MACHINE).from_rest(line, LIMITS))
-        check_line_limits(plan, LIMITS)
+        plan.check_limits(LIMITS)
         assert plan.duration < longest
 
 
@@ -153,7 +152,7 @@ def test_lines_that_cannot_be_followed_are_refused_and_never_planned_wrong():
             assert "lies flat" in str(error)
             refused += 1
         else:
-            check_line_limits(plan, LIMITS)
+            plan.check_limits(LIMITS)
             assert np.isfinite(plan.sample(np.linspace(0.0, plan.duration, 100)).heights).all()
     assert refused
 
@@ -163,7 +162,7 @@ def test_a_jerk_that_is_no_limit_makes_no_move_long(scale):
     limits = SliderLimits.uniform(1.0, 1.0, 1e5).with_velocity_scaled(scale)
     line = line_between((-0.06, -0.05, 0.22), (0.06, 0.05, 0.28))
     plan = at_once(LinearMotion(MACHINE).from_rest(line, limits))
-    check_line_limits(plan, limits)
+    plan.check_limits(limits)
     assert plan.duration < 1.5 * lower_bound(line, limits)
 
 
@@ -216,7 +215,7 @@ def test_new_target_in_mid_motion_blends_without_a_step():
             except KinematicsError:
                 continue
             blended += 1
-            check_line_limits(plan, LIMITS)
+            plan.check_limits(LIMITS)
             assert_continues(plan, state)
             end = MACHINE.forward(plan.at(plan.duration).heights)
             assert np.allclose(end, target, rtol=0.0, atol=1e-7)
@@ -242,7 +241,7 @@ def test_of_the_ways_onto_a_line_the_soonest_is_taken_first():
         left = list(ways)
         while any(way.plan in durations for way in left):
             plan = at_once(JOINING.soonest(left))
-            check_line_limits(plan, LIMITS)
+            plan.check_limits(LIMITS)
             taken += 1
             # None is left for later that was expected to be over before, and is.
             for way in left:
@@ -288,7 +287,7 @@ def test_brake_stays_on_the_line_and_is_soon_over():
                 continue
             braked += 1
             assert_continues(brake, state)
-            check_line_limits(brake, LIMITS)
+            brake.check_limits(LIMITS)
             sampled = brake.sample(np.linspace(0.0, brake.duration, 50))
             offsets = MACHINE.forward_batch(sampled.heights) - np.array(line.start)
             assert np.abs(np.cross(offsets, np.array(line.direction))).max() < 1e-9

@@ -20,7 +20,6 @@ from tri_glide_kinematics.motion.trajectory import (
     TRAVEL_ROUNDING,
     SliderLimits,
     SliderState,
-    height_extremes,
 )
 from tri_glide_kinematics.workspace import TOLERANCE, Cylinder, Workspace
 
@@ -59,7 +58,7 @@ def check_promise(step, state, limits, period, workspace):
     """Check all of a step and of the braking behind it, by other means than those of the code."""
     plan = step.as_cubic()
     assert (peaks(plan) <= ONE * limits.table).all()
-    lowest, highest = height_extremes(plan)
+    lowest, highest = plan.height_extremes()
     assert (lowest >= np.array(workspace.limits.lower_heights) - TRAVEL_ROUNDING).all()
     assert (highest <= np.array(workspace.limits.upper_heights) + TRAVEL_ROUNDING).all()
     # It begins where the sliders are, passes the state after the step, and ends at rest.

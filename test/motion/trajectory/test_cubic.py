@@ -18,8 +18,6 @@ from tri_glide_kinematics.motion.trajectory import (
     SequencePlan,
     SliderLimits,
     SliderState,
-    check_slider_limits,
-    height_extremes,
     ruckig_planner,
 )
 
@@ -97,9 +95,9 @@ def test_rest_is_a_plan_of_no_duration():
     assert plan.duration == 0.0
     assert plan.at(0.0) == plan.at(5.0) == HOME
     assert np.array_equal(plan.sample(np.arange(3.0)).heights, [HOME.heights] * 3)
-    lowest, highest = height_extremes(plan)
+    lowest, highest = plan.height_extremes()
     assert tuple(lowest) == tuple(highest) == HOME.heights
-    check_slider_limits(plan, LIMITS)
+    plan.check_limits(LIMITS)
 
 
 def test_sequence_runs_one_plan_after_the_other():
@@ -147,7 +145,7 @@ def test_brake_never_goes_faster_nor_farther_than_needed():
         state = held.at(time)
         plan = CubicPlan(state, own_stop(state, LIMITS).ways)
         assert plan.duration <= held.duration - time + 1e-9
-        lowest, highest = height_extremes(plan)
-        held_lowest, held_highest = height_extremes(held, time)
+        lowest, highest = plan.height_extremes()
+        held_lowest, held_highest = held.height_extremes(time)
         assert (lowest >= held_lowest - 1e-9).all()
         assert (highest <= held_highest + 1e-9).all()

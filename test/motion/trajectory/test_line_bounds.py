@@ -16,7 +16,6 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderLimits,
     StraightLine,
     TimeScaling,
-    check_line_limits,
     derivative_bounds,
     slowdown,
 )
@@ -108,9 +107,9 @@ def test_slower_by_the_slowdown_just_keeps_the_limits():
         scaling = plan.scaling.slower(0.6)
         factor = float(slowdown(derivative_bounds(plan.line, scaling), LIMITS).max())
         assert factor > 1.0
-        check_line_limits(LinePlan(plan.line, scaling.slower(factor)), LIMITS)
+        LinePlan(plan.line, scaling.slower(factor)).check_limits(LIMITS)
         with pytest.raises(SliderLimitError) as caught:
-            check_line_limits(LinePlan(plan.line, scaling.slower(factor * 0.999)), LIMITS)
+            LinePlan(plan.line, scaling.slower(factor * 0.999)).check_limits(LIMITS)
         assert 1.0 < caught.value.slowdown <= 1.0 / 0.999 + 1e-9
 
 
@@ -118,11 +117,11 @@ def test_only_what_is_left_of_a_plan_is_checked():
     plan = next(plans(1, 5, blended=False))
     half = SliderLimits(tuple(0.5 * v for v in LIMITS.velocity), LIMITS.acceleration, LIMITS.jerk)
     with pytest.raises(SliderLimitError, match="velocity"):
-        check_line_limits(plan, half)
+        plan.check_limits(half)
     times = np.linspace(0.0, plan.duration, 1001)
     slow = np.abs(plan.sample(times).velocities) <= 0.45 * np.array(LIMITS.velocity)
     since = times[np.flatnonzero(~slow.all(axis=1)).max() + 25]
-    check_line_limits(plan, half, float(since))
+    plan.check_limits(half, float(since))
 
 
 def test_going_back_is_noticed():
@@ -132,11 +131,11 @@ def test_going_back_is_noticed():
     )
     assert derivative_bounds(line, scaling).backwards > 0.01
     with pytest.raises(PlanningError, match="cannot stop"):
-        check_line_limits(LinePlan(line, scaling), LIMITS)
+        LinePlan(line, scaling).check_limits(LIMITS)
 
 
 def test_nan_is_never_inside_the_limits():
     line = StraightLine.between(DEFAULT_GEOMETRY, (0.0, 0.0, 0.3), (0.1, 0.0, 0.3))
     scaling = TimeScaling(*np.array(([0.0, 1.0], [0.0, 0.1], [0.0, np.nan], [0.0, 0.0])))
     with pytest.raises((SliderLimitError, PlanningError)):
-        check_line_limits(LinePlan(line, scaling), LIMITS)
+        LinePlan(line, scaling).check_limits(LIMITS)

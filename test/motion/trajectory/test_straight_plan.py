@@ -17,7 +17,6 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderLimits,
     SliderState,
     StraightPlan,
-    height_extremes,
 )
 
 UNEQUAL = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))
@@ -147,7 +146,7 @@ def test_what_is_left_of_a_plan_goes_on_from_its_state():
         lengths, pieces = plan.pieces_since(since)
         assert lengths.sum() == pytest.approx(plan.duration - since, rel=1e-14)
         assert np.array_equal(pieces[:3, 0], plan.at(since))
-        lowest, highest = height_extremes(plan, since)
+        lowest, highest = plan.height_extremes(since)
         ends = (plan.at(since).heights, plan.at(plan.duration).heights)
         assert lowest == pytest.approx(np.min(ends, axis=0), abs=ROUNDING)
         assert highest == pytest.approx(np.max(ends, axis=0), abs=ROUNDING)

@@ -13,8 +13,6 @@ from strategies import reproducible
 
 from tri_glide_kinematics.motion.trajectory import (
     SliderLimitError,
-    check_slider_limits,
-    height_extremes,
 )
 
 
@@ -23,7 +21,7 @@ from tri_glide_kinematics.motion.trajectory import (
 def test_extremes_are_those_of_dense_samples(first, second, part, since):
     plan = moving_plan(first, second, part)
     sampled = dense(plan)
-    lowest, highest = height_extremes(plan)
+    lowest, highest = plan.height_extremes()
     assert (lowest <= sampled.heights.min(axis=0) + 1e-12).all()
     assert (highest >= sampled.heights.max(axis=0) - 1e-12).all()
     slack = 12.0 / 8.0 * sampled.times[1] ** 2 + 1e-12
@@ -31,7 +29,7 @@ def test_extremes_are_those_of_dense_samples(first, second, part, since):
     assert (highest <= sampled.heights.max(axis=0) + slack).all()
     # What is left of the plan has the extremes of what is left of the samples.
     left = sampled.times >= since * plan.duration
-    lowest, highest = height_extremes(plan, since * plan.duration)
+    lowest, highest = plan.height_extremes(since * plan.duration)
     assert (highest >= sampled.heights[left].max(axis=0) - 1e-12).all()
     assert (highest <= sampled.heights[left].max(axis=0) + sampled.times[1] * 1.1).all()
 
@@ -40,7 +38,7 @@ def test_extremes_are_those_of_dense_samples(first, second, part, since):
 @given(heights(), st.integers(0, 2), st.sampled_from(("velocity", "acceleration", "jerk")))
 def test_limits_are_compared_with_exact_peaks(target, slider, quantity):
     plan = moving_plan((0.45, 0.75, 0.4), target, 0.5)
-    check_slider_limits(plan, LIMITS)
+    plan.check_limits(LIMITS)
     sampled = dense(plan)
     order = ("velocity", "acceleration", "jerk").index(quantity)
     peaks = (
@@ -53,9 +51,9 @@ def test_limits_are_compared_with_exact_peaks(target, slider, quantity):
     lower = replace(LIMITS, **{quantity: tuple(values)})
     if peaks[slider] > 1e-3:
         with pytest.raises(SliderLimitError) as caught:
-            check_slider_limits(plan, lower)
+            plan.check_limits(lower)
         assert (caught.value.slider, caught.value.quantity) == (slider, quantity)
         assert caught.value.limit == values[slider]
     between_samples = 400.0 * sampled.times[1]
     values[slider] = max(peaks[slider] * 1.001 + between_samples, 1e-3)
-    check_slider_limits(plan, replace(LIMITS, **{quantity: tuple(values)}))
+    plan.check_limits(replace(LIMITS, **{quantity: tuple(values)}))

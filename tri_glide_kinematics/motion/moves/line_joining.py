@@ -25,11 +25,11 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderLimits,
     SliderState,
     TimeScaling,
+    check_line_bounds,
     derivative_bounds,
     shortest_piece,
     slowdown,
     total_duration,
-    verification,
     with_knots_of,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
@@ -249,7 +249,7 @@ class LineJoining:
             begin = float(slower[begins].max(initial=0.0))
             after = float(slower[~begins].max(initial=0.0))
             try:
-                verification.check_line_bounds(bounds, scaling.times, limits)
+                check_line_bounds(bounds, scaling.times, limits)
             except SliderLimitError as error:
                 if best is None and attempt == ATTEMPTS - 1:
                     raise
@@ -302,7 +302,7 @@ def _delayed(entry: Entry, undelayed: TimeScaling, delay: float, limits: SliderL
             times.append(blend.duration)
         scaling = scaling.with_knots(np.array(with_knots_of(times, blend, shortest)))
         joined = LinePlan(entry.line, scaling, blend)
-        verification.check_line_limits(joined, limits)
+        joined.check_limits(limits)
         return joined
 
     return WayOnto(entry, expected, plan)

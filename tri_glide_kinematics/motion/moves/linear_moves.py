@@ -24,7 +24,6 @@ from tri_glide_kinematics.motion.trajectory import (
     StraightLine,
     derivative_bounds,
     slowdown,
-    verification,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
 
@@ -135,6 +134,6 @@ class LinearMotion:
 
 
 def _checked(plan: LinePlan, limits: SliderLimits) -> LinePlan:
-    """Return the ``plan`` if ``check_line_limits`` raises nothing."""
-    verification.check_line_limits(plan, limits)
+    """Return the ``plan`` if it keeps the ``limits``."""
+    plan.check_limits(limits)
     return plan

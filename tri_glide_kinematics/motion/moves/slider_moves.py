@@ -13,7 +13,6 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderLimits,
     SliderState,
     StraightPlan,
-    verification,
 )
 from tri_glide_kinematics.vectors import Vector3
 
@@ -44,7 +43,7 @@ class SliderMotion:
             bounds = (limits.velocity, limits.acceleration, limits.jerk)
             plan = CubicPlan(state, self._ruckig.to_rest_at(heights, *state, bounds))
         yield
-        verification.check_slider_limits(plan, limits)
+        plan.check_limits(limits)
         return plan
 
     def _from_rest(self, state: SliderState, heights: Vector3, limits: SliderLimits) -> CubicPlan:

@@ -45,6 +45,9 @@ if TYPE_CHECKING:
         NO_BACKWARD_SPEED as NO_BACKWARD_SPEED,
     )
     from tri_glide_kinematics.motion.trajectory.line_bounds import (
+        check_line_bounds as check_line_bounds,
+    )
+    from tri_glide_kinematics.motion.trajectory.line_bounds import (
         derivative_bounds as derivative_bounds,
     )
     from tri_glide_kinematics.motion.trajectory.line_bounds import slowdown as slowdown
@@ -65,14 +68,5 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart as PathStart
     from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling
     from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE as EDGE_CLEARANCE
-    from tri_glide_kinematics.motion.trajectory.verification import (
-        check_line_limits as check_line_limits,
-    )
-    from tri_glide_kinematics.motion.trajectory.verification import (
-        check_slider_limits as check_slider_limits,
-    )
-    from tri_glide_kinematics.motion.trajectory.verification import (
-        height_extremes as height_extremes,
-    )
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

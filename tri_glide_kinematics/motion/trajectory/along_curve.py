@@ -5,6 +5,8 @@ from __future__ import annotations
 from bisect import bisect_right
 from math import sqrt
 
+import numpy as np
+
 from tri_glide_kinematics.motion.trajectory.cubic import (
     AT_REST,
     CubicPlan,
@@ -12,6 +14,9 @@ from tri_glide_kinematics.motion.trajectory.cubic import (
     SliderState,
     new_state,
 )
+from tri_glide_kinematics.motion.trajectory.curve_bounds import check_path_limits
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.line_bounds import check_line_bounds, derivative_bounds
 from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
 from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
 from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
@@ -143,6 +148,23 @@ class LinePlan:
                 values += offsets
         return sampled
 
+    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+        """Compare the bounds of the derivatives on the line with the limits.
+
+        Args:
+            limits: of the sliders.
+            since: pieces that end before this time are past, and not checked [s].
+
+        Raises:
+            SliderLimitError: if a limit may be exceeded.
+            PlanningError: if the platform would go back along the line.
+        """
+        # A braking may lead out of reach; the NaN that this gives fails every comparison below.
+        scaling = self.scaling.since(since)
+        with np.errstate(invalid="ignore"):
+            bounds = derivative_bounds(self.line, scaling, self.blend)
+        check_line_bounds(bounds, scaling.times, limits)
+
 
 def _sum(state: SliderState, offset: SliderState) -> SliderState:
     (h1, h2, h3), (v1, v2, v3), (a1, a2, a3) = state
@@ -238,3 +260,16 @@ class PathPlan:
             (first * speeds).T,
             (first * accelerations + second * speeds * speeds).T,
         )
+
+    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+        """Compare the bounds of the derivatives along the path with the limits.
+
+        Args:
+            limits: of the sliders.
+            since: pieces that end before this time are past, and not checked [s].
+
+        Raises:
+            SliderLimitError: if a limit may be exceeded.
+            PlanningError: if the platform would go back along the path, or too fast for it.
+        """
+        check_path_limits(self.heights, self.scaling, limits, since)

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import accumulate, pairwise
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError
+from tri_glide_kinematics.motion.trajectory.limits import (
+    QUANTITIES,
+    RELATIVE_ROUNDING,
+    SliderLimits,
+)
 from tri_glide_kinematics.motion.trajectory.phases import Phases, after
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -65,6 +71,14 @@ class Trajectory(Protocol):
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
+
+    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+        """Raise an error if a limit may be exceeded from the time ``since`` [s] on.
+
+        Raises:
+            SliderLimitError: names the slider and the limit.
+            PlanningError: if the platform would go back along its line or path.
+        """
 
 
 class CubicPlan:
@@ -162,6 +176,70 @@ class CubicPlan:
         pieces[:3, 0] = self.at(time)
         return lengths, pieces
 
+    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+        """Compare the exact extremes with the limits.
+
+        Args:
+            limits: of the sliders.
+            since: what lies before this time is past, and not checked [s].
+
+        Raises:
+            SliderLimitError: if a limit is exceeded by more than rounding.
+        """
+        lengths, (height, velocity, acceleration, jerk) = self.pieces_since(since)
+        if not len(lengths):
+            return
+        _, end_velocity, end_acceleration = after(
+            lengths[:, np.newaxis], height, velocity, acceleration, jerk
+        )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turning = np.where(
+                acceleration * end_acceleration < 0.0,
+                velocity - acceleration * acceleration / (2.0 * jerk),
+                velocity,
+            )
+        peaks = (
+            np.abs(np.concatenate((velocity, turning, end_velocity))).max(axis=0),
+            np.abs(np.concatenate((acceleration, end_acceleration))).max(axis=0),
+            np.abs(jerk).max(axis=0),
+        )
+        bounds = (limits.velocity, limits.acceleration, limits.jerk)
+        for (quantity, unit), peak, bound in zip(QUANTITIES, peaks, bounds):
+            for slider in range(3):
+                if not peak[slider] <= bound[slider] * (1.0 + RELATIVE_ROUNDING):
+                    raise SliderLimitError(
+                        quantity, slider, float(peak[slider]), bound[slider], unit
+                    )
+
+    def height_extremes(self, since: float = 0.0) -> tuple[FloatArray, FloatArray]:
+        """Return the lowest and the highest height of each slider from ``since`` [s] to the end.
+
+        They are at the ends of a piece or where the velocity, a quadratic of time, passes zero.
+
+        Returns:
+            Two arrays, each of shape (3,) [m].
+        """
+        final = np.array(self.at(self.duration).heights)[np.newaxis]
+        lengths, (height, velocity, acceleration, jerk) = self.pieces_since(since)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            root = np.sqrt(acceleration * acceleration - 2.0 * jerk * velocity)
+            sum_of_terms = -(acceleration + np.copysign(root, acceleration))
+            turnings = np.stack((sum_of_terms / jerk, 2.0 * velocity / sum_of_terms))
+            inside = (turnings > 0.0) & (turnings < lengths[:, np.newaxis])
+        time = np.where(inside, turnings, 0.0)
+        turns, _, _ = after(time, height, velocity, acceleration, jerk)
+        heights = np.concatenate((final, height, *turns))
+        return heights.min(axis=0), heights.max(axis=0)
+
+    def path(self) -> tuple[Callable[[float], SliderState], float, float]:
+        """Return the path of the sliders as ``Workspace.path_check`` looks at it.
+
+        That is the motion over a number, how far that goes from 0, and the largest acceleration.
+        """
+        # Accelerations are largest where pieces begin.
+        peaks = np.abs(self.pieces[2]).max(axis=0, initial=0.0)
+        return self.at, self.duration, math.hypot(*peaks.tolist())
+
 
 class SequencePlan:
     """One plan after the other; each ends where the next begins, and the last one at rest."""
@@ -203,6 +281,11 @@ class SequencePlan:
             for values, of_part in zip(sampled[1:], part[1:]):
                 values[mine] = of_part
         return sampled
+
+    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+        """Check what is left of each plan, as that does."""
+        for plan, past in self.parts(since):
+            plan.check_limits(limits, past)
 
     def parts(self, time: float) -> list[tuple[Trajectory, float]]:
         """Return the plans that are not over at ``time`` [s], and how much of each is past."""
@@ -282,6 +365,11 @@ class StraightPlan(CubicPlan):
             rows.append((start, end, v, 2.0 * v, 0.5 * a, 0.5 * j, *values[::4], *scales))
         self._rows = rows
         self._row = rows[0] if rows else (0.0,) * 18
+
+    def path(self) -> tuple[Callable[[float], SliderState], float, float]:
+        """Return the path of the sliders as ``Workspace.path_check`` looks at it."""
+        # Over the way there is no acceleration, whatever there is over time.
+        return self.at_way, self.length, 0.0
 
     def at_way(self, distance: float) -> SliderState:
         """Return place and motion after ``distance`` [m] of the leading slider, at its 1 m/s."""
@@ -374,3 +462,7 @@ class TrackedStep:
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
         return self.as_cubic().sample(times)
+
+    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+        """Compare the exact extremes with the limits, as a ``CubicPlan`` does."""
+        self.as_cubic().check_limits(limits, since)

@@ -26,7 +26,7 @@ import numpy as np
 
 from tri_glide_kinematics.motion.trajectory import quintics
 from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
-from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError
+from tri_glide_kinematics.motion.trajectory.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.trajectory.limits import (
     QUANTITIES,
     RELATIVE_ROUNDING,
@@ -149,6 +149,23 @@ def check_bounds(bounds: Sequence[FloatArray], times: FloatArray, limits: Slider
         if not ratios[slider, piece] <= 1.0 + RELATIVE_ROUNDING:
             value, time = float(values[slider, piece]), float(times[piece])
             raise SliderLimitError(quantity, slider, value, float(bound[slider]), unit, time)
+
+
+def check_line_bounds(bounds: DerivativeBounds, times: FloatArray, limits: SliderLimits) -> None:
+    """Compare ``bounds`` in the pieces of a plan on a line with the limits.
+
+    Args:
+        bounds: of each piece.
+        times: at which they begin, and the end. Shape (k + 1,) [s].
+        limits: of the sliders.
+
+    Raises:
+        SliderLimitError: if a limit may be exceeded.
+        PlanningError: if the platform would go back along the line.
+    """
+    if not bounds.backwards <= NO_BACKWARD_SPEED:
+        raise PlanningError("the platform cannot stop before the end of the line")
+    check_bounds(bounds[:3], times, limits)
 
 
 def slowdown(bounds: DerivativeBounds, limits: SliderLimits) -> FloatArray:
