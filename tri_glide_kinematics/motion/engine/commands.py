@@ -8,10 +8,19 @@ from functools import cached_property
 
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.moves import MotionPlanner
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.tracking import SLOWEST_JOG
-from tri_glide_kinematics.motion.trajectory import PathHeights, SliderLimits, SliderState
+from tri_glide_kinematics.motion.trajectory import (
+    PathHeights,
+    SequencePlan,
+    SliderLimits,
+    SliderState,
+    Trajectory,
+)
 from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace import Workspace
 
 # Jogs are the same if their directions differ by less than this [rad], and their speeds by less
 # than this fraction.
@@ -28,6 +37,18 @@ class Move:
 
     position: Vector3
 
+    def planned(
+        self,
+        planner: MotionPlanner,
+        state: SliderState,
+        limits: DriveLimits,
+        region: Workspace,
+        moving: bool,
+        after: SequencePlan | None,
+    ) -> Interruptible[Trajectory]:
+        """Return a plan that leads there; the arguments are those of ``MotionPlanner.move``."""
+        return planner.move(state, self.position, limits.effective, region, moving, after)
+
 
 @dataclass(frozen=True)
 class Jog:
@@ -40,6 +61,19 @@ class Jog:
 
     direction: Vector3
     speed: float
+
+    def planned(
+        self,
+        planner: MotionPlanner,
+        state: SliderState,
+        limits: DriveLimits,
+        region: Workspace,
+        moving: bool,
+        _after: SequencePlan | None,
+    ) -> Interruptible[Trajectory]:
+        """Return a plan up to the edge; the arguments are those of ``MotionPlanner.jog``."""
+        speed = self.speed * limits.speed_scale
+        return planner.jog(state, self.direction, speed, limits.effective, region, moving)
 
     def is_renewed_by(self, other: Jog) -> bool:
         """Return whether ``other`` asks for the same."""
@@ -86,6 +120,11 @@ class Follow:
 
 
 Command = Move | Jog | Track | Follow
+
+
+def path_of(goal: Command | None) -> Follow | None:
+    """Return a ``goal`` that is a path; None of any other."""
+    return goal if isinstance(goal, Follow) else None
 
 
 def jog_of(velocity: Vector3) -> Jog | None:

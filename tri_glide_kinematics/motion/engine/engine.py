@@ -17,10 +17,10 @@ from tri_glide_kinematics.motion.engine.commands import (
     Command,
     DriveLimits,
     Follow,
-    Jog,
     Move,
     Track,
     jog_of,
+    path_of,
 )
 from tri_glide_kinematics.motion.engine.execution import PlanExecution
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, MotionPhase, PlanRole
@@ -173,8 +173,8 @@ class MotionEngine:
         if jog is None:
             self.stop()
         elif (
-            isinstance(held.goal, Jog)
-            and held.goal.is_renewed_by(jog)
+            held.jog is not None
+            and held.jog.is_renewed_by(jog)
             and self.phase is not MotionPhase.IDLE
         ):
             self.keep_goal()
@@ -202,7 +202,7 @@ class MotionEngine:
         dx, dy, dz = finite_vector("velocity", velocity, 3)
         target = Track((x, y, z), (dx, dy, dz), finite("age", age))
         self.keep_goal()
-        begins = not (self._execution.tracks and isinstance(held.goal, Track))
+        begins = not self._execution.tracks or held.tracked_target is None
         if begins:
             self._workspace.check_heights(held.plan.at(self._holder.time).heights)
             self._workspace.check_position(target.position)
@@ -225,7 +225,7 @@ class MotionEngine:
         self._execution.tracks = False
         self._execution.preparation = None
         self._execution.replace(replace(held, goal=None, role=PlanRole.EARLIER))
-        self._execution.prepare_braking(urgent=True, stays=not isinstance(held.goal, Track))
+        self._execution.prepare_braking(urgent=True, stays=held.tracked_target is None)
 
     def follow(self, path: PlatformPath) -> None:
         """Move the platform along a path, without a stop where it is smooth, and rest at its end.
@@ -255,7 +255,7 @@ class MotionEngine:
             NoPathError: if no path is followed.
             KinematicsError: if a place of it cannot be driven to, with the segment and the place.
         """
-        if not isinstance(self._holder.held.goal, Follow):
+        if self._holder.held.followed is None:
             raise NoPathError("to extend")
         self._prepare_goal(Follow(path, extends=True))
 
@@ -470,8 +470,8 @@ class MotionEngine:
     @property
     def is_paused(self) -> bool:
         """Whether the path that is followed is paused, or comes to rest for that."""
-        goal = self._holder.motion.goal if self._holder.motion is not None else None
-        return isinstance(goal, Follow) and goal.is_paused
+        goal = self._holder.motion.followed if self._holder.motion is not None else None
+        return goal is not None and goal.is_paused
 
     def check_position(self, position: Sequence[float]) -> None:
         """Check what can be said of a target without a plan: that it is inside the workspace.
@@ -487,7 +487,8 @@ class MotionEngine:
     @property
     def tracking_distance(self) -> float:
         """How far the platform, by the setpoint, is from the moving target; NaN without one [m]."""
-        if not isinstance(self._holder.motion.goal if self._holder.motion else None, Track):
+        held = self._holder.motion
+        if held is None or held.tracked_target is None:
             return math.nan
         return self._execution.pursuit.distance(self.state.heights)
 
@@ -515,7 +516,7 @@ class MotionEngine:
             self._holder.first_limits = limits
         elif limits != self._holder.newest_limits:
             goal = self._execution.goal_in_preparation
-            if isinstance(goal, Follow):
+            if path_of(goal) is not None:
                 # The whole path is looked at first; then it waits for the limits, too.
                 self._execution.replace(replace(held, pending=limits))
                 return
@@ -543,19 +544,19 @@ class MotionEngine:
         newer = self._execution.goal_in_preparation
         if newer is not None and self._extension is None:
             raise NewerGoalError
-        if not isinstance(held.goal, Follow) or self.phase is MotionPhase.IDLE:
+        if held.followed is None or self.phase is MotionPhase.IDLE:
             raise NoPathError(purpose)
-        return held, held.goal
+        return held, held.followed
 
     @property
     def _extension(self) -> Follow | None:
         """An extension of the path that is being prepared."""
-        goal = self._execution.goal_in_preparation
-        return goal if isinstance(goal, Follow) and goal.extends else None
+        goal = path_of(self._execution.goal_in_preparation)
+        return goal if goal is not None and goal.extends else None
 
     def _prepare_goal(self, goal: Command) -> None:
         held = self._holder.held
-        if held.pending is not None and not isinstance(goal, Follow):
+        if held.pending is not None and path_of(goal) is None:
             # It has its turn when the limits are in force; what is prepared for them knows it then.
             self._execution.tracks = False
             self._execution.replace(replace(held, goal=goal))

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.engine.commands import Command, Follow, Jog, Track
+from tri_glide_kinematics.motion.engine.commands import Command, Jog, Track, path_of
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, MotionPhase, PlanRole
 from tri_glide_kinematics.motion.engine.plan_holder import PlanHolder
 from tri_glide_kinematics.motion.engine.preparation import LeadTime, Making, Preparation, only_held
@@ -19,7 +19,7 @@ from tri_glide_kinematics.motion.engine.progress import PathMeasuring
 from tri_glide_kinematics.motion.engine.pursuit import Pursuit
 from tri_glide_kinematics.motion.engine.replanning import Replanning
 from tri_glide_kinematics.motion.moves import MotionKind
-from tri_glide_kinematics.motion.trajectory import SliderState, TrackedStep
+from tri_glide_kinematics.motion.trajectory import SliderState
 from tri_glide_kinematics.workspace import Workspace
 
 # What could not be done at once is tried again after this time of motion [s].
@@ -152,7 +152,7 @@ class PlanExecution:
 
         What is ``urgent`` begins now. If it is not ready after some pieces, it begins later, too.
         """
-        lead_time = self._goal_lead_time if isinstance(goal, Follow) else self._lead_time
+        lead_time = self._lead_time if path_of(goal) is None else self._goal_lead_time
         pieces = URGENT_PIECES if urgent else 0
         lead = 0.0 if urgent or not self._in_pieces else lead_time.after(self._last_step)
         start = self.holder.time + lead
@@ -252,7 +252,7 @@ class PlanExecution:
         if self.holder.phase is MotionPhase.IDLE or held.region is not self._workspace:
             return False
         tracking = replace(held, goal=jog)
-        if not (self.tracks and isinstance(held.goal, Jog)):
+        if not self.tracks or held.jog is None:
             step = self.pursuit.next(tracking, self.holder.time, self._last_step or FIRST_STEP)
             if step is None:
                 return False
@@ -296,8 +296,8 @@ class PlanExecution:
             self.replace(tracking)
         elif self.holder.time >= held.plan.duration and held.pending is not None:
             self.replace(replace(held, limits=held.pending, pending=None))
-        if isinstance(held.goal, Jog):
-            self._look_after_jog(held.goal, is_certified=tracking is not None)
+        if held.jog is not None:
+            self._look_after_jog(held.jog, is_certified=tracking is not None)
         return tracking is not None
 
     def _look_after_jog(self, jog: Jog, *, is_certified: bool) -> None:
@@ -307,13 +307,13 @@ class PlanExecution:
         would swerve. So the jog is planned there, as from rest.
         """
         held = self.holder.held
-        plan = held.plan
         if is_certified:
-            self.tracks = not (isinstance(plan, TrackedStep) and plan.ends_at_rest)
+            step = held.tracked_step
+            self.tracks = step is None or not step.ends_at_rest
         else:
             self.tracks = False
             self.replace(replace(held, role=PlanRole.BRAKES))
-            if held.pending is None and self.holder.time < plan.duration:
+            if held.pending is None and self.holder.time < held.plan.duration:
                 self.prepare(self.making(jog))
         self.look_ahead()
 

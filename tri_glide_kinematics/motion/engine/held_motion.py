@@ -27,7 +27,14 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from tri_glide_kinematics.motion.engine.commands import Command, DriveLimits, Follow, Jog, Track
+from tri_glide_kinematics.motion.engine.commands import (
+    Command,
+    DriveLimits,
+    Follow,
+    Jog,
+    Track,
+    path_of,
+)
 from tri_glide_kinematics.motion.trajectory import PathPlan, TrackedStep, Trajectory
 from tri_glide_kinematics.workspace import Workspace
 
@@ -75,15 +82,15 @@ class HeldMotion:
 
     def phase(self, time: float) -> MotionPhase:
         """Return what is being done ``time`` seconds after the start of the plan."""
-        if isinstance(self.goal, Track):
+        if self.tracked_target is not None:
             return MotionPhase.TRACKING
-        if isinstance(self.goal, Follow):
-            return self._phase_on_path(self.goal, time)
+        if self.followed is not None:
+            return self._phase_on_path(self.followed, time)
         if time >= self.plan.duration and self.pending is None:
             return MotionPhase.IDLE
         if self.goal is None:
             return MotionPhase.STOPPING
-        return MotionPhase.JOGGING if isinstance(self.goal, Jog) else MotionPhase.MOVING
+        return MotionPhase.JOGGING if self.jog is not None else MotionPhase.MOVING
 
     def _phase_on_path(self, goal: Follow, time: float) -> MotionPhase:
         rests = time >= self.plan.duration and self.pending is None
@@ -94,12 +101,30 @@ class HeldMotion:
         return MotionPhase.FOLLOWING
 
     @property
+    def followed(self) -> Follow | None:
+        """The path that is the goal; None if that is another, or none."""
+        return path_of(self.goal)
+
+    @property
+    def jog(self) -> Jog | None:
+        """The jog that is the goal; None if that is another, or none."""
+        return self.goal if isinstance(self.goal, Jog) else None
+
+    @property
+    def tracked_target(self) -> Track | None:
+        """The moving target that is the goal; None if that is another, or none."""
+        return self.goal if isinstance(self.goal, Track) else None
+
+    @property
+    def tracked_step(self) -> TrackedStep | None:
+        """The held plan, if it is a step of tracking and the braking after it."""
+        return self.plan if isinstance(self.plan, TrackedStep) else None
+
+    @property
     def path_plan(self) -> PathPlan | None:
         """The held plan, if it leads along the path that is the goal."""
-        plan, goal = self.plan, self.goal
-        if not (isinstance(plan, PathPlan) and isinstance(goal, Follow)):
-            return None
-        if goal.heights is None:
+        plan, goal = self.plan, self.followed
+        if not isinstance(plan, PathPlan) or goal is None or goal.heights is None:
             return None
         return plan if plan.heights.driven is goal.heights.driven else None
 
@@ -112,8 +137,8 @@ class HeldMotion:
     @property
     def goes_on_at(self) -> float:
         """When the next part of the path is to begin [s]; infinite where there is none."""
-        goal = self.goal
-        if not isinstance(goal, Follow) or goal.is_paused or self.ends_path:
+        goal = self.followed
+        if goal is None or goal.is_paused or self.ends_path:
             return math.inf
         plan = self.path_plan
         if plan is None or goal.from_rest or self.role is not PlanRole.LEADS_TO_GOAL:
@@ -125,7 +150,7 @@ class HeldMotion:
         plan = self.path_plan
         if plan is not None:
             return plan.place(time)
-        return self.goal.place if isinstance(self.goal, Follow) else math.nan
+        return self.followed.place if self.followed is not None else math.nan
 
     def remaining(self, time: float) -> float:
         """Return the time to the end of what was asked for; inf where it is not known [s].
@@ -134,14 +159,13 @@ class HeldMotion:
         """
         if self.phase(time) is MotionPhase.IDLE:
             return 0.0
-        goal = self.goal
-        is_known = goal is None or self.role is PlanRole.LEADS_TO_GOAL
-        if isinstance(goal, Follow):
-            is_known = is_known and self.ends_path and not goal.is_paused
-        elif isinstance(goal, Jog):
+        is_known = self.goal is None or self.role is PlanRole.LEADS_TO_GOAL
+        if self.followed is not None:
+            is_known = is_known and self.ends_path and not self.followed.is_paused
+        elif self.jog is not None:
             # A tracked step is followed by the next one.
-            is_known = is_known and not isinstance(self.plan, TrackedStep)
-        elif isinstance(goal, Track):
+            is_known = is_known and self.tracked_step is None
+        elif self.tracked_target is not None:
             is_known = False
         return self.plan.duration - time if is_known and self.pending is None else math.inf
 

@@ -128,9 +128,8 @@ class PathReplanning:
 
         Where the held plan ends before the end of the path, it stays, and the path as it drives it.
         """
-        before, plan = held.goal, held.path_plan
-        assert isinstance(before, Follow)
-        assert before.heights is not None
+        before, plan = held.followed, held.path_plan
+        assert before is not None and before.heights is not None
         if plan is None or time >= plan.duration:
             place = held.place(time)
             # At the end of a path there is nothing left to pause on.

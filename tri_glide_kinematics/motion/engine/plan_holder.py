@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tri_glide_kinematics.motion.engine.commands import DriveLimits, Follow, Move
+from tri_glide_kinematics.motion.engine.commands import DriveLimits, Move
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, MotionPhase
 from tri_glide_kinematics.motion.engine.progress import PathProgress, progress
 from tri_glide_kinematics.motion.path import DrivenPath
@@ -12,7 +12,6 @@ from tri_glide_kinematics.motion.trajectory import (
     NotStartedError,
     SampledPlan,
     SliderState,
-    TrackedStep,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -69,28 +68,26 @@ class PlanHolder:
     @property
     def target(self) -> Vector3 | None:
         """Position of the platform that is being moved to or was reached [m]."""
-        goal = self.motion.goal if self.motion else None
-        if isinstance(goal, Follow) and goal.heights is not None:
-            x, y, z = goal.heights.driven.segments.points[-1].tolist()
+        if self.driven_path is not None:
+            x, y, z = self.driven_path.segments.points[-1].tolist()
             return x, y, z
+        goal = self.motion.goal if self.motion else None
         return goal.position if isinstance(goal, Move) else None
 
     @property
     def driven_path(self) -> DrivenPath | None:
         """The path that is followed, or was followed last; None without one."""
-        goal = self.motion.goal if self.motion else None
-        heights = goal.heights if isinstance(goal, Follow) else None
-        return heights.driven if heights is not None else None
+        goal = self.motion.followed if self.motion else None
+        return goal.heights.driven if goal is not None and goal.heights is not None else None
 
     @property
     def path_progress(self) -> PathProgress | None:
         """How far the path is driven that is followed, or was followed last; None without one."""
         held = self.motion
-        if held is None or self.driven_path is None:
+        goal = held.followed if held is not None else None
+        if held is None or goal is None or goal.heights is None:
             return None
-        assert isinstance(held.goal, Follow)
-        assert held.goal.heights is not None
-        return progress(held.goal.heights, held.place(self.time), held.plan, self.time)
+        return progress(goal.heights, held.place(self.time), held.plan, self.time)
 
     @property
     def state(self) -> SliderState:
@@ -112,10 +109,10 @@ class PlanHolder:
 
     def hold(self, held: HeldMotion, elapsed: float = 0.0) -> None:
         """Hold something else; of a new plan ``elapsed`` seconds are past already."""
-        last = self.motion.plan if self.motion else None
-        if held.plan is not last:
+        last = self.motion
+        if last is None or held.plan is not last.plan:
             self.time = elapsed
             # The steps of tracking are one motion.
-            if not (isinstance(last, TrackedStep) and isinstance(held.plan, TrackedStep)):
+            if last is None or last.tracked_step is None or held.tracked_step is None:
                 self.plan_number += 1
         self.motion = held

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from tri_glide_kinematics.motion.engine.commands import Jog, Track
+from tri_glide_kinematics.motion.engine.commands import Track
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.tracking import (
     Follower,
@@ -48,11 +48,11 @@ class Pursuit:
         Limits that are pending are in force with it. None if no such step is certified.
         """
         limits = held.pending or held.limits
-        goal = held.goal
+        jog = held.jog
         wanted: WantedVelocity | MovingTarget
-        if isinstance(goal, Jog):
-            speed = goal.speed * limits.speed_scale
-            x, y, z = goal.direction
+        if jog is not None:
+            speed = jog.speed * limits.speed_scale
+            x, y, z = jog.direction
             wanted = WantedVelocity((speed * x, speed * y, speed * z))
         else:
             assert self._target is not None

@@ -14,9 +14,9 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import (
     Command,
     DriveLimits,
-    Follow,
     Jog,
-    Track,
+    Move,
+    path_of,
     stays_within,
 )
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
@@ -35,8 +35,6 @@ from tri_glide_kinematics.motion.trajectory import (
     PathPlan,
     SequencePlan,
     SliderState,
-    TrackedStep,
-    Trajectory,
     verification,
 )
 from tri_glide_kinematics.vectors import Vector3
@@ -76,8 +74,9 @@ class Replanning:
         Raises:
             KinematicsError: if there is none.
         """
-        if isinstance(goal, Follow) and goal.heights is None:
-            return (yield from self._paths.with_path(held, time, goal))
+        path = path_of(goal)
+        if path is not None and path.heights is None:
+            return (yield from self._paths.with_path(held, time, path))
         if held.pending is None:
             return (yield from self._planned(held, time, goal, held.limits, or_after=True))
         return replace(held, goal=goal)
@@ -105,7 +104,7 @@ class Replanning:
             pass
         elif isinstance(plan, PathPlan):
             along = partial(self._paths.braking_along, plan, time, held.limits)
-        elif isinstance(plan, TrackedStep):
+        elif held.tracked_step is not None:
             # The braking that is held keeps the direction, or nearly.
             if left <= LONGEST_TRACKED * own.duration:
                 return replace(held, role=PlanRole.BRAKES)
@@ -131,7 +130,7 @@ class Replanning:
         """Put pending limits in force if the motion can go on inside them."""
         limits, goal = held.pending, held.goal
         assert limits is not None
-        if isinstance(goal, Follow) and goal.is_paused:
+        if held.followed is not None and held.followed.is_paused:
             goal = None
         resting = time >= held.plan.duration
         if not resting and goal is not None:
@@ -153,7 +152,7 @@ class Replanning:
 
     def _resumed(self, held: HeldMotion, time: float, goal: Command) -> Interruptible[Replanned]:
         """Go on to a goal that had to wait; if there is no way, give it up with the reason."""
-        if isinstance(goal, Follow):
+        if held.followed is not None:
             return (yield from self.continued(held, time))
         try:
             planned = self._planned(held, time, goal, held.limits, or_after=True)
@@ -176,28 +175,20 @@ class Replanning:
         Raises:
             KinematicsError: if there is none.
         """
-        if isinstance(goal, Follow):
-            return (yield from self._paths.on_path(held, time, goal, limits))
+        path = path_of(goal)
+        if path is not None:
+            return (yield from self._paths.on_path(held, time, path, limits))
         state, moving = held.plan.at(time), time < held.plan.duration
         region = self._region(held, time)
-        plan: Trajectory
-        assert not isinstance(goal, Track), "a moving target is tracked, never planned"
-        if isinstance(goal, Jog):
-            speed = goal.speed * limits.speed_scale
-            plan = yield from self._planner.jog(
-                state, goal.direction, speed, limits.effective, region, moving
-            )
-        else:
-            after = SequencePlan((held.plan,), time) if or_after else None
-            plan = yield from self._planner.move(
-                state, goal.position, limits.effective, region, moving, after
-            )
+        assert isinstance(goal, Move | Jog), "a moving target is tracked, never planned"
+        after = SequencePlan((held.plan,), time) if or_after else None
+        plan = yield from goal.planned(self._planner, state, limits, region, moving, after)
         return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits)
 
     def continued(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:
         """Return the next part of the path that is followed; give it up if there is none."""
-        goal = held.goal
-        assert isinstance(goal, Follow)
+        goal = held.followed
+        assert goal is not None
         try:
             return Replanned((yield from self._paths.on_path(held, time, goal, held.limits)))
         except KinematicsError as error:

@@ -1,4 +1,4 @@
-"""Plans that lead the platform along a path: a time scaling of the sliders' heights on it."""
+"""Plans along a line or a path: a time scaling of the sliders' heights on it, and their bounds."""
 
 from __future__ import annotations
 
