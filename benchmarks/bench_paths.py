@@ -145,9 +145,8 @@ def drive(path: PlatformPath, limits: SliderLimits = LIMITS) -> Drive:
             now += float(scaling.times[-1])
             start, held = PathStart(found.ends_at, 0.0, 0.0), None
         else:
-            kept = int(np.searchsorted(scaling.times, found.continue_at))
-            parts.append(TimeScaling(*(values[: kept + 1] for values in scaling)))
-            parts[-1] = parts[-1]._replace(times=parts[-1].times + now)
+            part = scaling.until(found.continue_at)
+            parts.append(part._replace(times=part.times + now))
             now += found.continue_at
             start, held = found.start_at(found.continue_at), scaling.since(found.continue_at)
     joined = [np.concatenate([part[i][:-1] for part in parts]) for i in range(4)]

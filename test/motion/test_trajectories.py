@@ -14,6 +14,7 @@ from tri_glide_kinematics.motion import (
     MotionEngine,
     MotionKind,
     PlatformPath,
+    SliderLimitError,
     Trajectory,
     plan_move,
     time_path,
@@ -65,7 +66,7 @@ def test_a_planned_move_is_what_an_engine_drives(kind):
     assert_driven_by(moving, plan_move(WORKSPACE, LIMITS, START, TARGET, kind=kind))
 
 
-@pytest.mark.parametrize(
+each_motion = pytest.mark.parametrize(
     "motion",
     [
         time_path(PlatformPath.through(CORNERS), WORKSPACE, LIMITS),
@@ -73,6 +74,18 @@ def test_a_planned_move_is_what_an_engine_drives(kind):
         plan_move(WORKSPACE, LIMITS, START, START),
     ],
 )
+
+
+@each_motion
+def test_limits_are_asked_of_any_trajectory(motion):
+    motion.check_limits(LIMITS)
+    if motion.duration > 0.0:
+        with pytest.raises(SliderLimitError):
+            motion.check_limits(LIMITS.with_velocity_scaled(0.3))
+        motion.check_limits(LIMITS.with_velocity_scaled(0.3), motion.duration - 1e-3)
+
+
+@each_motion
 def test_one_time_is_as_many_and_outside_the_sliders_rest(motion):
     times = np.linspace(-0.1, motion.duration + 0.1, 40)
     states = [motion.at(time) for time in times.tolist()]

@@ -37,6 +37,11 @@ class Move:
 
     position: Vector3
 
+    @property
+    def destination(self) -> Vector3 | None:
+        """Where the platform is to rest at last [m]."""
+        return self.position
+
     def planned(
         self,
         planner: MotionPlanner,
@@ -61,6 +66,11 @@ class Jog:
 
     direction: Vector3
     speed: float
+
+    @property
+    def destination(self) -> Vector3 | None:
+        """Where the platform is to rest at last: nobody knows."""
+        return None
 
     def planned(
         self,
@@ -97,6 +107,11 @@ class Track:
     velocity: Vector3
     age: float = 0.0
 
+    @property
+    def destination(self) -> Vector3 | None:
+        """Where the platform is to rest at last: nobody knows."""
+        return None
+
 
 @dataclass(frozen=True, eq=False)
 class Follow:
@@ -117,6 +132,14 @@ class Follow:
     place: float = 0.0
     is_paused: bool = False
     from_rest: bool = False
+
+    @property
+    def destination(self) -> Vector3 | None:
+        """Where the platform is to rest at last; None until the path as driven is known [m]."""
+        if self.heights is None:
+            return None
+        x, y, z = self.heights.driven.segments.points[-1].tolist()
+        return x, y, z
 
 
 Command = Move | Jog | Track | Follow

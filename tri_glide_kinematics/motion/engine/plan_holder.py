@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tri_glide_kinematics.motion.engine.commands import DriveLimits, Move
+from tri_glide_kinematics.motion.engine.commands import DriveLimits
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, MotionPhase
 from tri_glide_kinematics.motion.engine.progress import PathProgress, progress
 from tri_glide_kinematics.motion.path import DrivenPath
@@ -68,11 +68,8 @@ class PlanHolder:
     @property
     def target(self) -> Vector3 | None:
         """Position of the platform that is being moved to or was reached [m]."""
-        if self.driven_path is not None:
-            x, y, z = self.driven_path.segments.points[-1].tolist()
-            return x, y, z
         goal = self.motion.goal if self.motion else None
-        return goal.position if isinstance(goal, Move) else None
+        return goal.destination if goal is not None else None
 
     @property
     def driven_path(self) -> DrivenPath | None:

@@ -11,18 +11,9 @@ import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan
-from tri_glide_kinematics.motion.trajectory.cubic import (
-    CubicPlan,
-    Trajectory,
-)
-from tri_glide_kinematics.motion.trajectory.errors import (
-    SliderLimitError,
-    SliderTravelError,
-)
-from tri_glide_kinematics.motion.trajectory.limits import (
-    TRAVEL_ROUNDING,
-    SliderLimits,
-)
+from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan, Trajectory
+from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError, SliderTravelError
+from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING, SliderLimits
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
