@@ -195,7 +195,7 @@ def random_way(turn: Turn, rng: np.random.Generator, shortest: float) -> float:
     if not plan.duration < shortest:
         raise KinematicsError("another one is shorter")
     plan.check_limits(LIMITS)
-    at_once(verification.check_blend(plan, LIMITS, WIDE, WORKSPACE))
+    at_once(verification.check_inside(plan, LIMITS, WIDE, WORKSPACE))
     return plan.duration
 
 

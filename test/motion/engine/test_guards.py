@@ -254,7 +254,7 @@ def turns_at_the_side_of_the_box() -> float:
 def test_blends_are_checked_for_the_workspace(monkeypatch):
     """Beside its line, too, the platform has to be inside."""
     assert turns_at_the_side_of_the_box() <= 5e-5
-    monkeypatch.setattr(verification, "check_blend", nothing_in_pieces)
+    monkeypatch.setattr(LinePlan, "way_to_check", nothing)
     assert turns_at_the_side_of_the_box() > 1e-3
 
 

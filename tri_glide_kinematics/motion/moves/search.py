@@ -222,7 +222,7 @@ class MotionPlanner:
     ) -> Interruptible[Trajectory]:
         plan = yield from self._sliders.move(state, self._machine.inverse(position), limits)
         yield
-        yield from verification.check_slider_path(plan, self._workspace.limits, region)
+        yield from verification.check_inside(plan, limits, self._workspace.limits, region)
         return plan
 
     def _line_moves(
@@ -241,7 +241,7 @@ class MotionPlanner:
         """Return the plan of ``candidate`` if its blend is inside the workspace."""
         plan = yield from candidate()
         yield
-        check = verification.check_blend(plan, limits, self._workspace.limits, region)
+        check = verification.check_inside(plan, limits, self._workspace.limits, region)
         yield from coarser(check, SAMPLES_IN_PIECE)
         return plan
 

@@ -180,7 +180,7 @@ class Stopping:
         plan = yield from self._lines.brake(state, limits, *braking, longest)
         end = plan.line.point(float(plan.scaling.ways[-1]))
         yield from region.segment_check(plan.line.start, end)
-        yield from verification.check_blend(plan, limits, region.limits, region)
+        yield from verification.check_inside(plan, limits, region.limits, region)
         return plan
 
     def _certified(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from math import sqrt
+from math import hypot, sqrt
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from tri_glide_kinematics.motion.trajectory.cubic import (
     CubicPlan,
     SampledPlan,
     SliderState,
+    WayToCheck,
     new_state,
 )
 from tri_glide_kinematics.motion.trajectory.curve_bounds import check_path_limits
@@ -164,6 +165,23 @@ class LinePlan:
         with np.errstate(invalid="ignore"):
             bounds = derivative_bounds(self.line, scaling, self.blend)
         check_line_bounds(bounds, scaling.times, limits)
+
+    def way_to_check(self, limits: SliderLimits) -> WayToCheck | None:
+        """Return the way beside the line; None where there is none.
+
+        Args:
+            limits: of the sliders, which the plan keeps.
+        """
+        # A plan that begins at rest has none, as that of the setpoint before the first step.
+        if self.blend is None or self.blend.duration == 0.0:
+            return None
+        duration = self.blend.duration
+        times = self.scaling.times[: np.searchsorted(self.scaling.times, duration) + 1]
+        heights = self.sample(times).heights
+        # What a slider can move beyond both ends of a piece under its largest acceleration.
+        excess = np.square(np.diff(times)).max() / 8.0 * np.array(limits.acceleration)
+        lowest, highest = heights.min(axis=0) - excess, heights.max(axis=0) + excess
+        return WayToCheck(lowest, highest, self.at, duration, hypot(*limits.acceleration))
 
 
 def _sum(state: SliderState, offset: SliderState) -> SliderState:

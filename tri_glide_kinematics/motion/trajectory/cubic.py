@@ -59,6 +59,24 @@ class SampledPlan(NamedTuple):
     accelerations: FloatArray
 
 
+class WayToCheck(NamedTuple):
+    """What is to be compared with travel and workspace, as ``Workspace.path_check`` does it.
+
+    Attributes:
+        lowest: heights of the sliders. Shape (3,) [m].
+        highest: likewise. Shape (3,) [m].
+        at: the motion over a number that goes from 0 to ``length``.
+        length: see there.
+        acceleration: largest one over that number.
+    """
+
+    lowest: FloatArray
+    highest: FloatArray
+    at: Callable[[float], SliderState]
+    length: float
+    acceleration: float
+
+
 class Trajectory(Protocol):
     """A motion of the sliders up to rest; heights, velocities and accelerations are continuous."""
 
@@ -231,14 +249,12 @@ class CubicPlan:
         heights = np.concatenate((final, height, *turns))
         return heights.min(axis=0), heights.max(axis=0)
 
-    def path(self) -> tuple[Callable[[float], SliderState], float, float]:
-        """Return the path of the sliders as ``Workspace.path_check`` looks at it.
-
-        That is the motion over a number, how far that goes from 0, and the largest acceleration.
-        """
+    def way_to_check(self, _limits: SliderLimits) -> WayToCheck:
+        """Return all of the way."""
         # Accelerations are largest where pieces begin.
         peaks = np.abs(self.pieces[2]).max(axis=0, initial=0.0)
-        return self.at, self.duration, math.hypot(*peaks.tolist())
+        largest = math.hypot(*peaks.tolist())
+        return WayToCheck(*self.height_extremes(), self.at, self.duration, largest)
 
 
 class SequencePlan:
@@ -366,10 +382,10 @@ class StraightPlan(CubicPlan):
         self._rows = rows
         self._row = rows[0] if rows else (0.0,) * 18
 
-    def path(self) -> tuple[Callable[[float], SliderState], float, float]:
-        """Return the path of the sliders as ``Workspace.path_check`` looks at it."""
+    def way_to_check(self, _limits: SliderLimits) -> WayToCheck:
+        """Return all of the way."""
         # Over the way there is no acceleration, whatever there is over time.
-        return self.at_way, self.length, 0.0
+        return WayToCheck(*self.height_extremes(), self.at_way, self.length, 0.0)
 
     def at_way(self, distance: float) -> SliderState:
         """Return place and motion after ``distance`` [m] of the leading slider, at its 1 m/s."""

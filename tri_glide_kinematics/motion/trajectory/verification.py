@@ -5,10 +5,6 @@ Each check raises the error that names what would be broken, where and by how mu
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan
 from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan, Trajectory
@@ -30,33 +26,13 @@ def keeps_limits(plan: Trajectory, limits: SliderLimits, since: float) -> bool:
     return True
 
 
-def check_slider_path(
-    plan: CubicPlan, travel: WorkspaceLimits, region: Workspace
+def check_inside(
+    plan: CubicPlan | LinePlan, limits: SliderLimits, travel: WorkspaceLimits, region: Workspace
 ) -> Interruptible[None]:
-    """Check travel, by the exact extremes of the heights, and the path of the platform.
+    """Check travel and the path of the platform; lines are checked before they are timed.
 
     Args:
         plan: to be checked.
-        travel: limits of the workspace without what ``region`` is widened by.
-        region: where the platform may be.
-
-    Raises:
-        SliderTravelError: if a slider leaves its travel.
-        KinematicsError: if the platform leaves the ``region``.
-    """
-    lowest, highest = plan.height_extremes()
-    check_travel(lowest, highest, plan, travel)
-    yield
-    yield from region.path_check(*plan.path())
-
-
-def check_blend(
-    plan: LinePlan, limits: SliderLimits, travel: WorkspaceLimits, region: Workspace
-) -> Interruptible[None]:
-    """Check travel and path for as long as the platform is beside the line of the plan.
-
-    Args:
-        plan: to be checked; without a blend there is nothing to check.
         limits: of the sliders, which the plan keeps.
         travel: limits of the workspace without what ``region`` is widened by.
         region: where the platform may be.
@@ -65,17 +41,12 @@ def check_blend(
         SliderTravelError: if a slider leaves its travel.
         KinematicsError: if the platform leaves the ``region``.
     """
-    # A plan that begins at rest, as one of the present setpoint before the first step, has none.
-    if plan.blend is None or plan.blend.duration == 0.0:
+    way = plan.way_to_check(limits)
+    if way is None:
         return
-    duration = plan.blend.duration
-    times = plan.scaling.times[: np.searchsorted(plan.scaling.times, duration) + 1]
-    heights = plan.sample(times).heights
-    # What a slider can move beyond both ends of a piece under its largest acceleration.
-    excess = np.square(np.diff(times)).max() / 8.0 * np.array(limits.acceleration)
-    check_travel(heights.min(axis=0) - excess, heights.max(axis=0) + excess, plan, travel)
+    check_travel(way.lowest, way.highest, plan, travel)
     yield
-    yield from region.path_check(plan.at, duration, math.hypot(*limits.acceleration))
+    yield from region.path_check(way.at, way.length, way.acceleration)
 
 
 def check_travel(
