@@ -61,7 +61,7 @@ def test_a_path_is_proved_as_far_as_the_samples_go():
     start = SliderState(HOME, AT_REST, AT_REST)
     plan = at_once(SliderMotion().move(start, MACHINE.inverse((0.16, 0.0, 0.3)), LIMITS))
     acceleration = float(np.linalg.norm(np.abs(plan.sample(np.linspace(0.0, 1.0, 999))[3]).max(0)))
-    arguments = plan.state, plan.duration, acceleration
+    arguments = plan.at, plan.duration, acceleration
     WORKSPACE.check_path(*arguments)
     assert at_once(WORKSPACE.proves_path(*arguments, 400))
     assert not at_once(WORKSPACE.proves_path(*arguments, 2))

@@ -7,11 +7,11 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.commands import DriveLimits as DriveLimits
     from tri_glide_kinematics.motion.engine.commands import Jog as Jog
+    from tri_glide_kinematics.motion.engine.commands import MotionPhase as MotionPhase
     from tri_glide_kinematics.motion.engine.commands import Move as Move
     from tri_glide_kinematics.motion.engine.commands import jog_of as jog_of
     from tri_glide_kinematics.motion.engine.engine import MotionEngine as MotionEngine
     from tri_glide_kinematics.motion.engine.held_motion import HeldMotion as HeldMotion
-    from tri_glide_kinematics.motion.engine.held_motion import MotionPhase as MotionPhase
     from tri_glide_kinematics.motion.engine.held_motion import PlanRole as PlanRole
     from tri_glide_kinematics.motion.engine.progress import PathProgress as PathProgress
     from tri_glide_kinematics.motion.engine.pursuit import Pursuit as Pursuit

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
+from typing import ClassVar
 
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.errors import OutOfBoundsError
@@ -27,6 +29,18 @@ from tri_glide_kinematics.workspace import Workspace
 SAME_JOG = 1e-9
 
 
+class MotionPhase(Enum):
+    """What the engine is doing."""
+
+    IDLE = "idle"
+    MOVING = "moving"
+    JOGGING = "jogging"
+    TRACKING = "tracking"
+    FOLLOWING = "following"
+    PAUSED = "paused"
+    STOPPING = "stopping"
+
+
 @dataclass(frozen=True)
 class Move:
     """Move the platform to a position and rest there.
@@ -34,6 +48,8 @@ class Move:
     Attributes:
         position: Shape (3,) [m].
     """
+
+    phase: ClassVar = MotionPhase.MOVING
 
     position: Vector3
 
@@ -63,6 +79,8 @@ class Jog:
         direction: unit vector. Shape (3,).
         speed: of the platform [m/s].
     """
+
+    phase: ClassVar = MotionPhase.JOGGING
 
     direction: Vector3
     speed: float
@@ -103,6 +121,8 @@ class Track:
         age: how long before the present setpoint it was so [s].
     """
 
+    phase: ClassVar = MotionPhase.TRACKING
+
     position: Vector3
     velocity: Vector3
     age: float = 0.0
@@ -125,6 +145,8 @@ class Follow:
         is_paused: whether to rest on the way.
         from_rest: whether the next part can only be planned from rest.
     """
+
+    phase: ClassVar = MotionPhase.FOLLOWING
 
     path: PlatformPath
     extends: bool = False

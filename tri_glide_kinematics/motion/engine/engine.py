@@ -17,13 +17,14 @@ from tri_glide_kinematics.motion.engine.commands import (
     Command,
     DriveLimits,
     Follow,
+    MotionPhase,
     Move,
     Track,
     jog_of,
     path_of,
 )
 from tri_glide_kinematics.motion.engine.execution import PlanExecution
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, MotionPhase, PlanRole
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.plan_holder import PlanHolder
 from tri_glide_kinematics.motion.engine.progress import PathProgress
 from tri_glide_kinematics.motion.moves import MotionKind
@@ -361,7 +362,9 @@ class MotionEngine:
     @property
     def phase(self) -> MotionPhase:
         """What the engine is doing. Idle is at rest with nothing that waits."""
-        return self._holder.phase
+        # It is asked several times in each cycle.
+        held = self._holder.motion
+        return held.phase(self._holder.time) if held else MotionPhase.IDLE
 
     @property
     def remaining(self) -> float:

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.engine.commands import Command, Jog, Track, path_of
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, MotionPhase, PlanRole
+from tri_glide_kinematics.motion.engine.commands import Command, Jog, MotionPhase, Track, path_of
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.plan_holder import PlanHolder
 from tri_glide_kinematics.motion.engine.preparation import LeadTime, Making, Preparation, only_held
 from tri_glide_kinematics.motion.engine.progress import PathMeasuring

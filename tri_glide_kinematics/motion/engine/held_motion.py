@@ -32,23 +32,12 @@ from tri_glide_kinematics.motion.engine.commands import (
     DriveLimits,
     Follow,
     Jog,
+    MotionPhase,
     Track,
     path_of,
 )
 from tri_glide_kinematics.motion.trajectory import PathPlan, TrackedStep, Trajectory
 from tri_glide_kinematics.workspace import Workspace
-
-
-class MotionPhase(Enum):
-    """What the engine is doing."""
-
-    IDLE = "idle"
-    MOVING = "moving"
-    JOGGING = "jogging"
-    TRACKING = "tracking"
-    FOLLOWING = "following"
-    PAUSED = "paused"
-    STOPPING = "stopping"
 
 
 class PlanRole(Enum):
@@ -82,15 +71,13 @@ class HeldMotion:
 
     def phase(self, time: float) -> MotionPhase:
         """Return what is being done ``time`` seconds after the start of the plan."""
-        if self.tracked_target is not None:
-            return MotionPhase.TRACKING
-        if self.followed is not None:
-            return self._phase_on_path(self.followed, time)
-        if time >= self.plan.duration and self.pending is None:
+        goal = self.goal
+        if isinstance(goal, Follow):
+            return self._phase_on_path(goal, time)
+        # Who follows a target has no end.
+        if time >= self.plan.duration and self.pending is None and not isinstance(goal, Track):
             return MotionPhase.IDLE
-        if self.goal is None:
-            return MotionPhase.STOPPING
-        return MotionPhase.JOGGING if self.jog is not None else MotionPhase.MOVING
+        return MotionPhase.STOPPING if goal is None else goal.phase
 
     def _phase_on_path(self, goal: Follow, time: float) -> MotionPhase:
         rests = time >= self.plan.duration and self.pending is None

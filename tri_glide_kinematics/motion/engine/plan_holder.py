@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tri_glide_kinematics.motion.engine.commands import DriveLimits
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, MotionPhase
+from tri_glide_kinematics.motion.engine.commands import DriveLimits, MotionPhase
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
 from tri_glide_kinematics.motion.engine.progress import PathProgress, progress
 from tri_glide_kinematics.motion.path import DrivenPath
 from tri_glide_kinematics.motion.trajectory import (
