@@ -32,7 +32,6 @@ def real_time_is_allowed() -> bool:
     return True
 
 
-@pytest.mark.alone
 @pytest.mark.skipif(not real_time_is_allowed(), reason="needs real-time priority")
 def test_a_processor_that_stands_still_is_noticed():
     with Stalls() as stalls:

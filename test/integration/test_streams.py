@@ -16,7 +16,7 @@ from tri_glide_kinematics.errors import Refusal
 
 INTERVAL = 0.01  # s between two commands
 HEIGHT = 0.25  # m
-ROUND = 600  # setpoints
+ROUND = 400  # setpoints
 LATE = 1.5  # periods
 # A busy computer gets so many rounds.
 ROUNDS = 6
@@ -69,7 +69,6 @@ def shared(ros_domain, ros_context, tmp_path_factory):
 class TestStreams:
     """All to the same machine."""
 
-    @pytest.mark.alone
     @pytest.mark.parametrize(
         ("send", "state"),
         [(turning, "jogging"), (circling_pose, "moving"), (circling_state, "tracking")],
@@ -84,14 +83,13 @@ class TestStreams:
             busy.append(late_part(machine, client, send))
             machine.wait_for_state("idle")
             idle.append(late_part(machine, client))
-            if len(busy) > 1 and min(busy) <= min(idle) + MORE_LATE:
+            if min(busy) <= min(idle) + MORE_LATE:
                 break
         assert state in machine.states_since(0)
         assert min(busy) <= min(idle) + MORE_LATE, (busy, idle)
         assert_within_limits(machine)
 
 
-@pytest.mark.alone
 def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(machine, client):
     machine.start()
     begin = client.now()
@@ -120,8 +118,8 @@ def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(m
     )
     assert len(errors) > 100
     # Whoever stamps may be late by a moment, in which the target moves on by 0.3 mm in each
-    # millisecond: on a quiet computer it is the median that is so small, on a busy one this.
-    assert np.quantile(errors, 0.25) < 5e-5
+    # millisecond. Who follows a cycle behind is never so near.
+    assert np.quantile(errors, 0.1) < 5e-5
     assert_within_limits(machine)
 
 

@@ -18,9 +18,10 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Int32
 from std_srvs.srv import Trigger
 
+from testing.domain import own_context
 from tri_glide_kinematics.ros.loop import Cycle, CycleLoop
 
-pytestmark = [pytest.mark.nodes, pytest.mark.alone]
+pytestmark = pytest.mark.nodes
 
 PERIOD = 0.005  # s
 BOUND = 60.0  # s, for what takes a fraction of this
@@ -33,9 +34,16 @@ class EndOfTest(Exception):  # noqa: N818 - it is none
     """Ends a loop from within."""
 
 
-@pytest.fixture
-def context():
+@pytest.fixture(scope="module")
+def domain():
     with joined_domain() as context:
+        yield context
+
+
+@pytest.fixture
+def context(domain):
+    """Return a context that a test may shut down."""
+    with own_context() as context:
         yield context
 
 
@@ -130,9 +138,9 @@ def test_no_cycle_comes_early_and_none_is_left_out(run):
     begin = time.monotonic()
     assert run(steps.reach(200), step=steps) == []
     assert_never_early(steps.times, begin)
-    # Half of them, so that a busy computer may be late now and then.
-    late = [time - begin - index * PERIOD for index, time in enumerate(steps.times[:100])]
-    assert sorted(late)[50] < 20.0 * PERIOD
+    # A busy computer leaves some out, but there is a time when it is not busy.
+    stretches = [later - first for first, later in zip(steps.times, steps.times[10:])]
+    assert min(stretches) < 10.5 * PERIOD
 
 
 def test_after_a_stall_no_cycle_is_made_up_for(run):
@@ -381,9 +389,9 @@ def test_services_are_served(run, node, period, is_urgent):
     run(lambda: False, *((service,) if is_urgent else ()), period=period)
 
 
-def test_a_node_without_a_period_reacts_to_each_message(run, numbers):
+def test_a_node_without_a_period_reacts_to_each_message(run, node, numbers):
     subscription, publish = numbers
-    received = []
+    received, turns = [], []
 
     def answer(message):
         received.append(message.data)
@@ -391,11 +399,11 @@ def test_a_node_without_a_period_reacts_to_each_message(run, numbers):
 
     urgent = subscription(answer)
     publish(0)
-    begin = time.monotonic()
+    node.create_timer(0.001, lambda: turns.append(None))
     run(lambda: len(received) >= 500, urgent, period=None)
     assert received == list(range(len(received)))
     # Each is answered as soon as it is there, and not at the next turn of all else.
-    assert time.monotonic() - begin < 500 * 0.02
+    assert len(turns) < 250
 
 
 @pytest.mark.parametrize("period", [PERIOD, LONG, None])
@@ -416,6 +424,7 @@ def test_a_shutdown_from_another_thread_ends_the_loop(node, context, numbers, pe
 NODE_THAT_SLEEPS = """
 import signal, rclpy
 from rclpy.node import Node
+from testing.domain import own_context
 from tri_glide_kinematics.ros.loop import Cycle, CycleLoop
 
 signal.signal(signal.SIGINT, lambda *_: None)
