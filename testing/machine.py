@@ -70,6 +70,21 @@ class Machine:
         self.wait_until_connected()
         return self
 
+    def heard_by(self, client: Client) -> Machine:
+        """Return this running machine as another ``client`` in its namespace hears it, idle.
+
+        What the nodes have written so far is forgotten.
+        """
+        other = Machine(client, self._launcher)
+        other.simulator, other.ik = self.simulator, self.ik
+        other.simulator.forget_output()
+        other.ik.forget_output()
+        client.wait_for(lambda: other.states, "a state")
+        if other.state in ("fault", "disabled"):
+            client.wait_for(lambda: client.enable().success, "a machine that may move")
+        other.wait_until_connected()
+        return other
+
     def wait_until_connected(self) -> None:
         """Wait until the machine is idle, commands come, and targets get there."""
         self.wait_for_state("idle")

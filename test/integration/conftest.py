@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +14,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from testing.client import Client
+from testing.commands import KINEMATICS
 from testing.domain import own_context, own_domain, set_transport
 from testing.forks import ForkedNodes
 from testing.machine import Machine
@@ -23,6 +25,8 @@ _COUNTER = itertools.count()
 
 
 HERE = Path(__file__).parent
+# Heights of the sliders by default of simulator_node [m].
+START = (0.6, 0.6, 0.6)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -65,6 +69,35 @@ def client(ros_context: Context, namespace: str) -> Iterator[Client]:
 def machine(client: Client, nodes: Launcher) -> Machine:
     """Return a machine that is not started yet."""
     return Machine(client, nodes)
+
+
+@pytest.fixture(scope="session")
+def lasting_machine(
+    ros_context: Context, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Machine]:
+    """Start a machine for all tests of this process that leave one as it was."""
+    namespace = f"/lasting_{os.getpid()}"
+    with launched(tmp_path_factory.mktemp("lasting"), namespace, ForkedNodes) as launcher:
+        first = Client(ros_context, namespace)
+        started = Machine(first, launcher, listen=False).start()
+        # Whoever does not listen is not to be sent anything.
+        first.close()
+        yield started
+
+
+@pytest.fixture
+def running_machine(ros_context: Context, lasting_machine: Machine) -> Iterator[Machine]:
+    """Return a machine with parameters by default at rest at its start, and a client of its own.
+
+    Other tests have used it, and others will: no parameter may be left changed, and no node ended.
+    """
+    client = Client(ros_context, lasting_machine.namespace)
+    machine = lasting_machine.heard_by(client)
+    if math.dist(machine.heights(), START) > 1e-6:
+        machine.move(KINEMATICS.forward(START))
+        machine.forget()
+    yield machine
+    client.close()
 
 
 @pytest.fixture

@@ -54,7 +54,7 @@ class Command:
 
 
 @pytest.fixture
-def drive(client, tmp_path):
+def drive(running_machine, tmp_path):
     """Return a function that drives a file, or steps in metres."""
     commands = []
 
@@ -63,7 +63,7 @@ def drive(client, tmp_path):
         if isinstance(steps, list):
             file = tmp_path / "drive.yaml"
             file.write_text(yaml.safe_dump({"steps": steps, **keys}))
-        commands.append(Command(file, client.namespace))
+        commands.append(Command(file, running_machine.namespace))
         return commands[-1]
 
     yield started
@@ -71,8 +71,8 @@ def drive(client, tmp_path):
         command.close()
 
 
-def test_the_example_is_driven_to_its_end(machine, drive):
-    machine.start()
+def test_the_example_is_driven_to_its_end(running_machine, drive):
+    machine = running_machine
     # Found by its name alone.
     command = drive("drive_example.yaml")
     assert command.end() == 0, command.output
@@ -95,8 +95,8 @@ def test_the_example_is_driven_to_its_end(machine, drive):
     assert place == pytest.approx((0.0, 0.0, 0.25), abs=1e-6)
 
 
-def test_ctrl_c_lets_the_platform_rest_on_its_path(machine, client, drive):
-    machine.start()
+def test_ctrl_c_lets_the_platform_rest_on_its_path(running_machine, drive):
+    machine, client = running_machine, running_machine.client
     machine.move((0.0, 0.0, 0.25))
     line = {"line": {"to": [0.1, 0.0, 0.25], "speed": 0.03}}
     command = drive([{"path": {"segments": [line]}}, {"wait": {"seconds": 1}}])
@@ -118,8 +118,8 @@ def test_ctrl_c_lets_the_platform_rest_on_its_path(machine, client, drive):
     assert "Traceback" not in command.output
 
 
-def test_a_step_that_is_refused_ends_the_drive_with_its_reason(machine, drive):
-    machine.start()
+def test_a_step_that_is_refused_ends_the_drive_with_its_reason(running_machine, drive):
+    machine = running_machine
     steps = [{"move": {"to": [0.5, 0.0, 0.25]}}, {"move": {"to": [0.0, 0.0, 0.3]}}]
     command = drive(steps)
     assert command.end() == 1
@@ -128,8 +128,8 @@ def test_a_step_that_is_refused_ends_the_drive_with_its_reason(machine, drive):
     assert "(0.5, 0, 0.25) m" in command.output
 
 
-def test_a_path_that_is_refused_has_no_deviation(machine, drive):
-    machine.start()
+def test_a_path_that_is_refused_has_no_deviation(running_machine, drive):
+    machine = running_machine
     command = drive([{"path": {"segments": [{"line": {"to": [0.5, 0.0, 0.25]}}]}}])
     assert command.end() == 1
     assert [row[2] for row in command.rows()] == ["refused"]
@@ -137,7 +137,7 @@ def test_a_path_that_is_refused_has_no_deviation(machine, drive):
     assert "drive: step 1 of 1: " in command.output
 
 
-def test_a_file_with_a_mistake_moves_nothing(client, drive):
+def test_a_file_with_a_mistake_moves_nothing(drive):
     command = drive([{"move": {"to": [0.0, 0.0, 0.3]}}, {"wait": {"seconds": "long"}}])
     assert command.end() == 1
     assert "drive.yaml: step 2 (wait), seconds: is 'long', must be a finite num" in command.output

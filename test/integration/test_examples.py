@@ -52,8 +52,8 @@ def test_mathematics(script, expected):
         assert text in output
 
 
-def test_a_pose_is_sent_and_waited_for(machine, client):
-    machine.start()
+def test_a_pose_is_sent_and_waited_for(running_machine):
+    machine, client = running_machine, running_machine.client
     target = (0.05, 0.0, 0.28)
     code, output = end_of(start("send_a_pose.py", *target, namespace=client.namespace))
     assert code == 0, output
@@ -62,16 +62,16 @@ def test_a_pose_is_sent_and_waited_for(machine, client):
     assert machine.heights() == pytest.approx(MACHINE.inverse(target), abs=1e-5)
 
 
-def test_a_pose_that_is_refused_says_why(machine, client):
-    machine.start()
+def test_a_pose_that_is_refused_says_why(running_machine):
+    machine, client = running_machine, running_machine.client
     code, output = end_of(start("send_a_pose.py", 0.5, 0.0, 0.28, namespace=client.namespace))
     assert code == 1
     assert "refused a target pose" in output
     assert "(0.5, 0, 0.28) m" in output
 
 
-def test_a_motion_is_recorded_and_drawn(machine, client, tmp_path):
-    machine.start()
+def test_a_motion_is_recorded_and_drawn(running_machine, tmp_path):
+    machine, client = running_machine, running_machine.client
     picture = tmp_path / "motion.png"
     recorder = start("plot_a_motion.py", picture, namespace=client.namespace)
     targets = cycle([(0.03, 0.02, 0.3), (0.0, 0.0, 0.25)])
@@ -88,8 +88,8 @@ def test_a_motion_is_recorded_and_drawn(machine, client, tmp_path):
     assert picture.stat().st_size > 10_000
 
 
-def test_a_joystick_jogs_while_its_button_is_held(machine, client):
-    machine.start()
+def test_a_joystick_jogs_while_its_button_is_held(running_machine):
+    machine, client = running_machine, running_machine.client
     jog = start("jog_with_joystick.py", namespace=client.namespace)
     try:
         publisher = client.publisher(Joy, "joy")
@@ -113,8 +113,8 @@ def test_a_joystick_jogs_while_its_button_is_held(machine, client):
         jog.wait(TIMEOUT)
 
 
-def test_a_part_on_a_conveyor_is_followed_to_its_end(machine, client):
-    machine.start()
+def test_a_part_on_a_conveyor_is_followed_to_its_end(running_machine):
+    machine, client = running_machine, running_machine.client
     code, output = end_of(start("follow_a_conveyor.py", namespace=client.namespace))
     assert code == 0, output
     client.wait_for(lambda: "tracking" in machine.states_since(0), "the state of tracking")
@@ -127,8 +127,8 @@ def test_a_part_on_a_conveyor_is_followed_to_its_end(machine, client):
     assert (y, z) == pytest.approx((0.02, 0.28), abs=5e-4)
 
 
-def test_a_path_is_followed_with_a_rest_on_the_way(machine):
-    machine.start()
+def test_a_path_is_followed_with_a_rest_on_the_way(running_machine):
+    machine = running_machine
     machine.move((0.0, 0.0, 0.25))
     first = len(machine.commands)
     code, output = end_of(start("follow_a_path.py", namespace=machine.namespace))

@@ -75,8 +75,8 @@ def test_nothing_is_published_before_the_machine_has_been_measured(machine, clie
     assert machine.heights(machine.commands[0]) == pytest.approx((0.59, 0.6, 0.61), abs=0.0)
 
 
-def test_stale_twist_ends_in_a_jerk_limited_stop(machine, client):
-    machine.start()
+def test_stale_twist_ends_in_a_jerk_limited_stop(running_machine):
+    machine, client = running_machine, running_machine.client
     velocity = (0.1, -0.05, 0.02)
 
     def jogging():
@@ -103,8 +103,8 @@ def test_stale_twist_ends_in_a_jerk_limited_stop(machine, client):
     assert_velocities_fit(machine)
 
 
-def test_stamps_of_another_clock_change_nothing(machine, client):
-    machine.start()
+def test_stamps_of_another_clock_change_nothing(running_machine):
+    machine, client = running_machine, running_machine.client
     publisher = client.publisher(TwistStamped, "target_twist")
     client.wait_for_subscribers(publisher)
     message = TwistStamped()

@@ -237,8 +237,8 @@ def test_a_frozen_simulator_process_is_a_fault_by_the_bounds_that_are_shipped(ma
     reach_a_target(machine)
 
 
-def test_state_is_latched_for_those_who_come_later(machine, client):
-    machine.start()
+def test_state_is_latched_for_those_who_come_later(running_machine):
+    machine, client = running_machine, running_machine.client
     reach_a_target(machine)
     count = len(machine.states)
     late = client.record(DiagnosticStatus, "ik_node/status", LATCHED)
@@ -262,8 +262,8 @@ def test_state_is_latched_for_those_who_come_later(machine, client):
     assert state.refusal_text == values["last refusal"]
 
 
-def test_diagnostics_tell_of_loop_and_refusals(machine, client):
-    machine.start()
+def test_diagnostics_tell_of_loop_and_refusals(running_machine):
+    machine, client = running_machine, running_machine.client
     diagnostics = client.record(DiagnosticArray, "/diagnostics")
     client.wait_for(lambda: len(diagnostics) > 3, "diagnostics")
     client.send_pose((0.5, 0.0, 0.25))

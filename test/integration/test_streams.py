@@ -90,8 +90,8 @@ class TestStreams:
         assert_within_limits(machine)
 
 
-def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(machine, client):
-    machine.start()
+def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(running_machine):
+    machine, client = running_machine, running_machine.client
     begin = client.now()
     speed = 0.3
 
@@ -135,9 +135,9 @@ def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(m
     ],
 )
 def test_a_state_without_a_meaning_is_refused_and_nothing_moves(
-    machine, client, position, age, frame, reason
+    running_machine, position, age, frame, reason
 ):
-    machine.start()
+    machine, client = running_machine, running_machine.client
     stamp = 0 if age is None else client.now() - int(1e9 * age)
 
     def refused():
@@ -148,8 +148,8 @@ def test_a_state_without_a_meaning_is_refused_and_nothing_moves(
     assert machine.state == "idle"
 
 
-def test_a_target_that_leaves_the_workspace_is_waited_for(machine, client):
-    machine.start()
+def test_a_target_that_leaves_the_workspace_is_waited_for(running_machine):
+    machine, client = running_machine, running_machine.client
     offset = [0.0]
     timer = client.node.create_timer(INTERVAL, lambda: client.send_state((offset[0], 0.0, HEIGHT)))
     machine.wait_for_state("tracking")
@@ -172,8 +172,8 @@ def test_a_target_that_leaves_the_workspace_is_waited_for(machine, client):
     assert_within_limits(machine)
 
 
-def test_a_stop_ends_tracking_until_the_stream_has_paused(machine, client):
-    machine.start()
+def test_a_stop_ends_tracking_until_the_stream_has_paused(running_machine):
+    machine, client = running_machine, running_machine.client
     timer = client.node.create_timer(INTERVAL, lambda: client.send_state((0.05, 0.0, HEIGHT)))
     machine.wait_for_state("tracking")
     assert "was tracking" in client.stop().message
