@@ -118,8 +118,7 @@ def test_ctrl_c_lets_the_platform_rest_on_its_path(running_machine, drive):
     assert "Traceback" not in command.output
 
 
-def test_a_step_that_is_refused_ends_the_drive_with_its_reason(running_machine, drive):
-    machine = running_machine
+def test_a_step_that_is_refused_ends_the_drive_with_its_reason(drive):
     steps = [{"move": {"to": [0.5, 0.0, 0.25]}}, {"move": {"to": [0.0, 0.0, 0.3]}}]
     command = drive(steps)
     assert command.end() == 1
@@ -128,8 +127,7 @@ def test_a_step_that_is_refused_ends_the_drive_with_its_reason(running_machine, 
     assert "(0.5, 0, 0.25) m" in command.output
 
 
-def test_a_path_that_is_refused_has_no_deviation(running_machine, drive):
-    machine = running_machine
+def test_a_path_that_is_refused_has_no_deviation(drive):
     command = drive([{"path": {"segments": [{"line": {"to": [0.5, 0.0, 0.25]}}]}}])
     assert command.end() == 1
     assert [row[2] for row in command.rows()] == ["refused"]

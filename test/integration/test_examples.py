@@ -63,7 +63,7 @@ def test_a_pose_is_sent_and_waited_for(running_machine):
 
 
 def test_a_pose_that_is_refused_says_why(running_machine):
-    machine, client = running_machine, running_machine.client
+    client = running_machine.client
     code, output = end_of(start("send_a_pose.py", 0.5, 0.0, 0.28, namespace=client.namespace))
     assert code == 1
     assert "refused a target pose" in output

@@ -263,7 +263,7 @@ def test_state_is_latched_for_those_who_come_later(running_machine):
 
 
 def test_diagnostics_tell_of_loop_and_refusals(running_machine):
-    machine, client = running_machine, running_machine.client
+    client = running_machine.client
     diagnostics = client.record(DiagnosticArray, "/diagnostics")
     client.wait_for(lambda: len(diagnostics) > 3, "diagnostics")
     client.send_pose((0.5, 0.0, 0.25))

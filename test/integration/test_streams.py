@@ -69,6 +69,7 @@ def shared(ros_domain, ros_context, tmp_path_factory):
 class TestStreams:
     """All to the same machine."""
 
+    @pytest.mark.alone
     @pytest.mark.parametrize(
         ("send", "state"),
         [(turning, "jogging"), (circling_pose, "moving"), (circling_state, "tracking")],
