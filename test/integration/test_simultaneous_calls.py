@@ -13,7 +13,7 @@ from testing.goals import GoalClient
 from tri_glide_interfaces.srv import ListMeasurements, SolveFourBar
 from tri_glide_kinematics.control.commands import GoalCode
 
-CLIENTS, CALLS, GOALS = 50, 20, 200
+CLIENTS, CALLS, GOALS = 50, 20, 100
 
 # One of each way in which nodes look at services: in each cycle, in turns beside a cycle that
 # waits for its time or for messages, and by rclpy alone.

@@ -27,7 +27,7 @@ SLOW = {"speed_scale": 0.003}
 MORE_THAN_ALONE = 0.09
 # They put off the discovery of the readers of answers.
 SUBSCRIPTIONS = 100
-CLIENTS = 6
+CLIENTS = 4
 CALLED = ("get_parameters", "stop")
 OWN_SERVICES = 7  # of rclpy, in each node
 

@@ -71,7 +71,7 @@ def test_random_mechanisms_agree_with_a_dense_scan():
     rng = np.random.default_rng(20_000)
     grid = np.linspace(-math.pi, math.pi, 721)
     counts = np.zeros(7, dtype=int)
-    for _ in range(8_000):
+    for _ in range(3_000):
         mechanism = random_mechanism(rng)
         crank_angle = rng.uniform(-math.pi, math.pi)
         poses = mechanism.poses(crank_angle)
@@ -84,14 +84,14 @@ def test_random_mechanisms_agree_with_a_dense_scan():
             # A pair of roots narrower than the scan: only a much finer one tells.
             fine = np.linspace(-math.pi, math.pi, 200_001)
             assert scan_count(mechanism, crank_angle, fine) == len(poses)
-    assert np.all(counts[[0, 2, 4, 6]] > 50)
+    assert np.all(counts[[0, 2, 4, 6]] > 20)
     assert np.all(counts[[1, 3, 5]] == 0)
 
 
 @pytest.mark.slow
 def test_root_at_half_a_turn_is_not_special():
     rng = np.random.default_rng(180)
-    for _ in range(2_000):
+    for _ in range(800):
         joints, pins = random_points(rng, 3), random_points(rng, 3)
         pose = (math.pi, random_points(rng, 1)[0])
         angles = rng.uniform(-math.pi, math.pi, 3)
@@ -116,7 +116,7 @@ def single_row(mechanism, crank_angle):
 @pytest.mark.slow
 def test_exact_folds_are_found_once():
     rng = np.random.default_rng(11)
-    for _ in range(2_000):
+    for _ in range(800):
         # Three rods through one point: the platform can turn about it for an instant.
         joints, pose = random_points(rng, 3), (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
         places = pose[1] + np.exp(1j * pose[0]) * joints

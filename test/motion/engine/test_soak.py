@@ -8,7 +8,7 @@ import pytest
 from benchmarks.judge import COARSE, SCENARIOS, Findings, Judge
 from benchmarks.soak_motion import soak
 
-STEPS = 9_000
+STEPS = 6_000
 # Of coarse steps: whole plans are made in each.
 COARSE_STEPS = 1_500
 

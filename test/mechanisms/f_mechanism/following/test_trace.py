@@ -107,7 +107,7 @@ def test_turning_points_are_exact():
     rng = np.random.default_rng(31)
     circle = np.linspace(-math.pi, math.pi, 400)
     checked = 0
-    for _ in range(60):
+    for _ in range(30):
         mechanism = random_mechanism(rng)
         for pose in mechanism.poses(0.5):
             trace = mechanism.trace(0.5, pose, through=True, steps=4)
@@ -125,7 +125,7 @@ def test_turning_points_are_exact():
                     event.crank_angle, abs=1e-9
                 )
                 checked += 1
-    assert checked > 100
+    assert checked > 50
 
 
 def expansion(mechanism, crank_angle, angle, step):
@@ -149,10 +149,10 @@ def refined_fold(mechanism, crank_angle, angle):
 
 
 @pytest.mark.slow
-def test_every_branch_of_100_mechanisms():
+def test_every_branch_of_40_mechanisms():
     rng = np.random.default_rng(200)
     branches = turning_points = fully = 0
-    for _ in range(100):
+    for _ in range(40):
         mechanism = random_mechanism(rng)
         overview = mechanism.overview(120)
         spacing = 2.0 * math.pi / 120
@@ -175,9 +175,9 @@ def test_every_branch_of_100_mechanisms():
         assert visits.tolist() == overview.counts.tolist()
         # Positions appear and vanish in pairs, at turning points only.
         assert change.tolist() == (np.roll(overview.counts, -1) - overview.counts).tolist()
-    assert branches > 100
-    assert turning_points > 200
-    assert fully > 10
+    assert branches > 40
+    assert turning_points > 80
+    assert fully > 4
 
 
 def side_of_fold(mechanism, event):
@@ -193,7 +193,7 @@ def side_of_fold(mechanism, event):
 def test_forwards_and_back_returns_to_the_start():
     rng = np.random.default_rng(32)
     checked = 0
-    for _ in range(200):
+    for _ in range(80):
         mechanism = random_mechanism(rng)
         for pose in mechanism.poses(0.3):
             there = mechanism.trace(0.3, pose, 0.3 + rng.uniform(-4.0, 4.0), steps=20)
@@ -204,13 +204,13 @@ def test_forwards_and_back_returns_to_the_start():
             assert kinds(back) == [EventKind.END]
             assert_same_pose(back.pose(-1), pose, mechanism.size)
             checked += 1
-    assert checked > 250
+    assert checked > 100
 
 
 @pytest.mark.slow
 def test_step_widths_change_nothing():
     rng = np.random.default_rng(33)
-    for _ in range(60):
+    for _ in range(24):
         mechanism = random_mechanism(rng)
         for pose in mechanism.poses(1.0):
             fine = mechanism.trace(1.0, pose, steps=96, through=True)
