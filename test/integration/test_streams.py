@@ -94,7 +94,7 @@ class TestStreams:
 def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(running_machine):
     machine, client = running_machine, running_machine.client
     begin = client.now()
-    speed = 0.3
+    speed = 0.12
 
     def place(time):
         return (-0.12 + speed * 1e-9 * (time - begin), 0.02, HEIGHT)
@@ -110,17 +110,18 @@ def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(r
     machine.wait_for_state("idle")
     assert machine.cause is Cause.TARGETS_SILENT
     assert machine.reason == "at rest: no target for 0.5 s"
-    errors = np.array(
+    differences = np.array(
         [
-            math.dist(KINEMATICS.forward(message.position), place(client.time_of(message)))
+            np.subtract(KINEMATICS.forward(message.position), place(client.time_of(message)))
             for message in machine.commands
             if 0.0 < place(client.time_of(message))[0] < 0.09
         ]
     )
-    assert len(errors) > 100
-    # Whoever stamps may be late by a moment, in which the target moves on by 0.3 mm in each
-    # millisecond. Who follows a cycle behind is never so near.
-    assert np.quantile(errors, 0.1) < 5e-5
+    assert len(differences) > 50
+    assert np.quantile(np.abs(differences[:, 1:]), 0.5) < 5e-5
+    # Along the way a busy computer is some cycles behind; who aims at places of old is behind by
+    # the time of a ramp. How near it is stands in ``python -m benchmarks tracking``.
+    assert np.quantile(np.abs(differences[:, 0]), 0.25) < 10.0 * speed / RATE
     assert_within_limits(machine)
 
 
