@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from geometry_msgs.msg import TwistStamped
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 
@@ -75,6 +76,7 @@ class Panel:
         self.points_file = folder / "points.yaml"
         self._commands = client.record(JointState, "joint_commands", NEWEST, keep=1)
         self._measured = client.record(JointState, "joint_states", NEWEST, keep=1)
+        self._twists = client.record(TwistStamped, "target_twist")
         self.machine.start_simulator()
         self.machine.start_ik()
         files = ("-p", f"points_file:={self.points_file}", "-p", f"token_file:={folder / 'token'}")
@@ -174,13 +176,15 @@ class Panel:
         """Whether the newest command is at rest."""
         return not any(self.newest.velocity)
 
-    def rest_after(self, begin: float) -> float:
-        """Return how long after ``begin`` of time.monotonic() the machine rests [s]."""
+    def twists_until_rest(self) -> int:
+        """Wait until the machine rests, and return how many twists were sent to it meanwhile."""
+        self.client.spin_once(0.0)
+        self._twists.clear()
         end = time.monotonic() + TIMEOUT
         while True:
             self._commands.clear()
             if self.is_at_rest:
-                return time.monotonic() - begin
+                return len(self._twists)
             assert time.monotonic() < end
 
     def wait_for_motion(self) -> None:
