@@ -27,7 +27,7 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 # Only the newest: a browser that draws by the processor leaves little time for anything else.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 # So often a button is clicked until it is heard.
-CLICKS = 3
+CLICKS = 6
 
 STOP = "document.querySelector('#tri-glide-stop')"
 STRIP = "document.querySelector('#tri-glide-strip')"

@@ -71,12 +71,12 @@ def machine(client: Client, nodes: Launcher) -> Machine:
     return Machine(client, nodes)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def lasting_machine(
     ros_context: Context, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Machine]:
-    """Start a machine for all tests of this process that leave one as it was."""
-    namespace = f"/lasting_{os.getpid()}"
+    """Start a machine for all tests of a file that leave one as it was."""
+    namespace = f"/lasting_{os.getpid()}_{next(_COUNTER)}"
     with launched(tmp_path_factory.mktemp("lasting"), namespace, ForkedNodes) as launcher:
         first = Client(ros_context, namespace)
         started = Machine(first, launcher, listen=False).start()
@@ -87,9 +87,10 @@ def lasting_machine(
 
 @pytest.fixture
 def running_machine(ros_context: Context, lasting_machine: Machine) -> Iterator[Machine]:
-    """Return a machine with parameters by default at rest at its start, and a client of its own.
+    """Return a machine with parameters by default, at rest at its start, and a client of its own.
 
-    Other tests have used it, and others will: no parameter may be left changed, and no node ended.
+    Other tests of the file have used it, and others will: no parameter may be left changed, and no
+    node ended.
     """
     client = Client(ros_context, lasting_machine.namespace)
     machine = lasting_machine.heard_by(client)

@@ -45,6 +45,11 @@ class TestProbe:
 
 
 class TestDrive:
+    @pytest.fixture
+    def running_machine(self, machine):
+        """Return a machine whose texts are random, instead of the one that others share."""
+        return machine.start()
+
     @pytest.fixture(autouse=True)
     def randomly(self, machine):
         yield
@@ -52,8 +57,7 @@ class TestDrive:
 
     test_interrupted = staticmethod(driving.test_ctrl_c_lets_the_platform_rest_on_its_path)
 
-    def test_it_goes_on_after_a_success_and_ends_at_a_refusal(self, machine, drive):
-        machine.start()
+    def test_it_goes_on_after_a_success_and_ends_at_a_refusal(self, drive):
         steps = [(0.0, 0.0, 0.3), (0.5, 0.0, 0.25), (0.0, 0.0, 0.3)]
         command = drive([{"move": {"to": list(step)}} for step in steps])
         assert command.end() == 1

@@ -62,8 +62,8 @@ def test_each_node_is_killed_and_started_again_in_motion(machine, client, nodes)
     assert_stretches_within_limits(machine)
 
 
-def test_a_stream_of_twists_stops_and_resumes(running_machine):
-    machine, client = running_machine, running_machine.client
+def test_a_stream_of_twists_stops_and_resumes(machine, client):
+    machine.start()
     for _ in range(3):
         first = len(machine.commands)
 
