@@ -21,8 +21,9 @@ if [ ! -e "$WORK/ruckig-$VERSION" ]; then
     tar --extract --gzip --file "$WORK/ruckig-$VERSION.tar.gz" --directory "$WORK"
 fi
 # As ruckig's own CMakeLists.txt builds its library.
-read -ra includes <<<"$("$python" -m pybind11 --includes)"
-g++ -O2 -DNDEBUG -std=c++17 -shared -fPIC -fvisibility=hidden "${includes[@]}" \
+pybind11=$("$python" -c 'import pybind11; print(pybind11.get_include())')
+headers=$("$python" -c 'import sysconfig; print(sysconfig.get_path("include"))')
+g++ -O2 -DNDEBUG -std=c++17 -shared -fPIC -fvisibility=hidden -I "$pybind11" -I "$headers" \
     -I "$WORK/ruckig-$VERSION/include" "$BINDING/src/module.cpp" \
     "$WORK/ruckig-$VERSION"/src/ruckig/{brake,position-step1,position-step2,velocity-step1,velocity-step2}.cpp \
     -o "$module"
