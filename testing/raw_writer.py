@@ -62,12 +62,6 @@ class _Bytes(ctypes.Structure):
     )
 
 
-class _PublisherStart(ctypes.Structure):
-    """The first members of rmw_publisher_t."""
-
-    _fields_ = (("implementation", ctypes.c_char_p), ("data", ctypes.c_void_p))
-
-
 class RawWriter:
     """Writes to a topic of DDS, whatever its name."""
 

@@ -179,7 +179,7 @@ class MotionEngine:
             and self.phase is not MotionPhase.IDLE
         ):
             self.keep_goal()
-        elif not self._execution.track_jog(held, jog):
+        elif not self._execution.track_jog(jog):
             self._prepare_goal(jog)
 
     def track(self, position: Sequence[float], velocity: Sequence[float], age: float = 0.0) -> None:

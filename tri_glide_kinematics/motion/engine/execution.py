@@ -19,7 +19,7 @@ from tri_glide_kinematics.motion.engine.progress import PathMeasuring
 from tri_glide_kinematics.motion.engine.pursuit import Pursuit
 from tri_glide_kinematics.motion.engine.replanning import Replanning
 from tri_glide_kinematics.motion.moves import MotionKind
-from tri_glide_kinematics.motion.trajectory import SliderState
+from tri_glide_kinematics.motion.trajectory import NotStartedError, SliderState
 from tri_glide_kinematics.workspace import Workspace
 
 # What could not be done at once is tried again after this time of motion [s].
@@ -103,7 +103,8 @@ class PlanExecution:
         if held is None or not dt > 0.0 or time >= self._event_at:
             if not 0.0 < dt < math.inf:
                 raise OutOfBoundsError("dt", dt, "finite and greater than 0", "s")
-            held = holder.held
+            if held is None:
+                raise NotStartedError
             self._on_event(dt)
             held = holder.held
             if self.tracks:
@@ -244,12 +245,13 @@ class PlanExecution:
         elif math.isinf(self._retry_at) and math.isfinite(self.holder.held.goes_on_at):
             self._prepare_next_part()
 
-    def track_jog(self, held: HeldMotion, jog: Jog) -> bool:
+    def track_jog(self, jog: Jog) -> bool:
         """Go over to a ``jog`` in motion at once, if there is a certified step; return whether.
 
         From rest, and outside the workspace, a jog is planned.
         """
-        if self.holder.phase is MotionPhase.IDLE or held.region is not self._workspace:
+        held = self.holder.held
+        if held.phase(self.holder.time) is MotionPhase.IDLE or held.region is not self._workspace:
             return False
         tracking = replace(held, goal=jog)
         if not self.tracks or held.jog is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tri_glide_kinematics.motion.engine.commands import DriveLimits, MotionPhase
+from tri_glide_kinematics.motion.engine.commands import DriveLimits
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
 from tri_glide_kinematics.motion.engine.progress import PathProgress, progress
 from tri_glide_kinematics.motion.path import DrivenPath
@@ -54,11 +54,6 @@ class PlanHolder:
         """Limits that are asked for; they may still be pending."""
         pending = self.motion.pending if self.motion else None
         return pending or self.limits
-
-    @property
-    def phase(self) -> MotionPhase:
-        """What is being done. Idle is at rest with nothing that waits."""
-        return self.motion.phase(self.time) if self.motion else MotionPhase.IDLE
 
     @property
     def time_to_rest(self) -> float:
