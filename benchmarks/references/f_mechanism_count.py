@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from tri_glide_kinematics.mechanisms.f_mechanism.solving import CrankPins, Linkage, pins_at
+from tri_glide_kinematics.mechanisms.f_mechanism import CrankPins, Linkage, pins_at
 
 Polynomial = list[Fraction]
 Vector = tuple[Fraction, Fraction]

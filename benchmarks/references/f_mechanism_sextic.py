@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.mechanisms.f_mechanism.solving import Linkage
+from tri_glide_kinematics.mechanisms.f_mechanism import Linkage
 
 Floats = NDArray[np.float64]
 

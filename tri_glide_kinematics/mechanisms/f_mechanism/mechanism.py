@@ -12,21 +12,23 @@ from numpy.typing import ArrayLike, NDArray
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector, positive
 from tri_glide_kinematics.errors import OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.mechanisms.errors import DegenerateLinkageError
-from tri_glide_kinematics.mechanisms.f_mechanism.following import (
-    Curve,
+from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve
+from tri_glide_kinematics.mechanisms.f_mechanism.overview import FMechanismOverview, survey
+from tri_glide_kinematics.mechanisms.f_mechanism.positions import (
+    FMechanismPose,
+    FMechanismPoses,
+    poses_at,
+    solve_batch,
+)
+from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import Linkage
+from tri_glide_kinematics.mechanisms.f_mechanism.sampling import explicit_stations
+from tri_glide_kinematics.mechanisms.f_mechanism.trace import (
+    FMechanismTrace,
     TraceOptions,
-    explicit_stations,
     starting_point,
     straight_drive,
     trace_branch,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.overview import FMechanismOverview, survey
-from tri_glide_kinematics.mechanisms.f_mechanism.results import (
-    FMechanismPose,
-    FMechanismPoses,
-    FMechanismTrace,
-)
-from tri_glide_kinematics.mechanisms.f_mechanism.solving import Linkage, poses_at, solve_batch
 from tri_glide_kinematics.rounding import SAME_ANGLE
 from tri_glide_kinematics.wording import number_text
 

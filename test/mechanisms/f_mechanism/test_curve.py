@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from f_mechanism_samples import random_mechanism
 
-from tri_glide_kinematics.mechanisms.f_mechanism.following import Curve, Drive
+from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Drive
 
 
 def test_derivatives_of_the_rod_equations():

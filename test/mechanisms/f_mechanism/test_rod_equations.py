@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from f_mechanism_samples import random_mechanism
 
-from tri_glide_kinematics.mechanisms.f_mechanism.solving import pins_at
+from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import pins_at
 
 ANGLES = np.linspace(-4.0, 9.0, 27)
 

@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.linkage import CrankPins, Linkage
-from tri_glide_kinematics.mechanisms.f_mechanism.solving.rods import (
+from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
+    CrankPins,
+    Linkage,
     Position,
     position_of,
     refined,

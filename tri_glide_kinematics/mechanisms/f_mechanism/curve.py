@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from tri_glide_kinematics.mechanisms.f_mechanism.solving import Linkage, Number
+from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import Linkage, Number
 
 Vector = tuple[float, float, float]
 # Symmetric matrix: entries 00, 11, 22, 01, 02, 12.

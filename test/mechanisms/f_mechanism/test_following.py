@@ -5,8 +5,9 @@ import math
 import numpy as np
 from f_mechanism_samples import random_mechanism
 
-from tri_glide_kinematics.mechanisms.f_mechanism.following import Curve, Drive, starting_point
-from tri_glide_kinematics.mechanisms.f_mechanism.following.arc_proof import tube
+from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Drive
+from tri_glide_kinematics.mechanisms.f_mechanism.following import tube
+from tri_glide_kinematics.mechanisms.f_mechanism.trace import starting_point
 
 
 def test_no_other_branch_enters_the_tube():
