@@ -19,14 +19,12 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.errors import NotFiniteError as NotFiniteError
     from tri_glide_kinematics.errors import OutOfBoundsError as OutOfBoundsError
     from tri_glide_kinematics.errors import WrongShapeError as WrongShapeError
-    from tri_glide_kinematics.mechanisms.errors import CrankLimitError as CrankLimitError
-    from tri_glide_kinematics.mechanisms.errors import (
-        DegenerateLinkageError as DegenerateLinkageError,
-    )
-    from tri_glide_kinematics.mechanisms.errors import MechanismFileError as MechanismFileError
-    from tri_glide_kinematics.mechanisms.errors import NotAPoseError as NotAPoseError
-    from tri_glide_kinematics.mechanisms.errors import NotAssemblableError as NotAssemblableError
-    from tri_glide_kinematics.mechanisms.errors import SelfMotionError as SelfMotionError
+    from tri_glide_kinematics.mechanisms import CrankLimitError as CrankLimitError
+    from tri_glide_kinematics.mechanisms import DegenerateLinkageError as DegenerateLinkageError
+    from tri_glide_kinematics.mechanisms import MechanismFileError as MechanismFileError
+    from tri_glide_kinematics.mechanisms import NotAPoseError as NotAPoseError
+    from tri_glide_kinematics.mechanisms import NotAssemblableError as NotAssemblableError
+    from tri_glide_kinematics.mechanisms import SelfMotionError as SelfMotionError
     from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism as FMechanism
     from tri_glide_kinematics.mechanisms.four_bar import Branch as Branch
     from tri_glide_kinematics.mechanisms.four_bar import FourBar as FourBar

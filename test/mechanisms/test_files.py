@@ -10,7 +10,7 @@ import pytest
 from f_mechanism_samples import example_1, example_2
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.mechanisms.errors import MechanismFileError
+from tri_glide_kinematics.mechanisms import MechanismFileError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.files import load_mechanism
 from tri_glide_kinematics.mechanisms.four_bar import FourBar

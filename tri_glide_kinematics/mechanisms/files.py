@@ -14,11 +14,22 @@ from typing import Any
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import load_yaml
-from tri_glide_kinematics.mechanisms.errors import MechanismFileError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.four_bar import FourBar
 from tri_glide_kinematics.mechanisms.landing_gear import LandingGear
 from tri_glide_kinematics.vectors import Point
+
+
+class MechanismFileError(KinematicsError):
+    """A file that should describe a mechanism does not."""
+
+    def __init__(self, path: str, key: str, reason: str) -> None:
+        """Store the ``path``, the ``key`` in it that is wrong (or nothing), and the ``reason``."""
+        super().__init__(f"{path}: {key}: {reason}" if key else f"{path}: {reason}")
+        self.path = path
+        self.key = key
+        self.reason = reason
+
 
 Mechanism = FourBar | FMechanism | LandingGear
 

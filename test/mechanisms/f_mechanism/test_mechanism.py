@@ -19,8 +19,11 @@ from hypothesis import strategies as st
 from strategies import nudged
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
-from tri_glide_kinematics.mechanisms.errors import DegenerateLinkageError, SelfMotionError
-from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.f_mechanism import (
+    DegenerateLinkageError,
+    FMechanism,
+    SelfMotionError,
+)
 
 # Source 001, figure 5.
 PRINTED_ANGLES = (-75.688, -55.562, -18.443, -0.982)

@@ -18,8 +18,7 @@ from f_mechanism_samples import (
 from strategies import nudged
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
-from tri_glide_kinematics.mechanisms.errors import NotAPoseError
-from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism
+from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism, NotAPoseError
 
 START = math.radians(146.0)
 

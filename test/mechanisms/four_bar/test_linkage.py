@@ -13,13 +13,14 @@ from tri_glide_kinematics.errors import (
     OutOfBoundsError,
     WrongShapeError,
 )
-from tri_glide_kinematics.mechanisms.errors import CrankLimitError, NotAssemblableError
 from tri_glide_kinematics.mechanisms.four_bar import (
     AssembledFourBar,
     Branch,
+    CrankLimitError,
     FourBar,
     LinkLengths,
     LoopConstants,
+    NotAssemblableError,
     close_loop,
 )
 

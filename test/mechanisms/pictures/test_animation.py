@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image, ImageChops
 
-from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
+from tri_glide_kinematics.mechanisms.four_bar import Branch, CrankLimitError, FourBar
 from tri_glide_kinematics.mechanisms.pictures import (
     detailed_overview,
     f_mechanism_movie,

@@ -7,8 +7,7 @@ import pytest
 from figure_checks import assert_equal_scales, lines_labelled, without_gaps
 from strategies import nudged
 
-from tri_glide_kinematics.mechanisms.errors import CrankLimitError
-from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
+from tri_glide_kinematics.mechanisms.four_bar import Branch, CrankLimitError, FourBar
 from tri_glide_kinematics.mechanisms.pictures import (
     angles_figure,
     coupler_curve_figure,

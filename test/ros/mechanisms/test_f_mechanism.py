@@ -12,8 +12,11 @@ from mechanism_requests import ask, columns, example_2, turn
 from tri_glide_interfaces.msg import CrankSweep, FMechanism, Point2, TraceEvent
 from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
 from tri_glide_kinematics.errors import OutOfBoundsError
-from tri_glide_kinematics.mechanisms.errors import DegenerateLinkageError, SelfMotionError
-from tri_glide_kinematics.mechanisms.f_mechanism import EventKind
+from tri_glide_kinematics.mechanisms.f_mechanism import (
+    DegenerateLinkageError,
+    EventKind,
+    SelfMotionError,
+)
 from tri_glide_kinematics.ros.mechanisms import RefusedRequestError
 from tri_glide_kinematics.ros.mechanisms import f_mechanism as f_mechanism_messages
 

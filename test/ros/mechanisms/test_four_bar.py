@@ -20,8 +20,12 @@ from tri_glide_interfaces.msg import (
 from tri_glide_interfaces.srv import SolveFourBar, TraceFourBar
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.mechanisms import four_bar
-from tri_glide_kinematics.mechanisms.errors import CrankLimitError, NotAssemblableError
-from tri_glide_kinematics.mechanisms.four_bar import DeadCentreKind, GrashofClass
+from tri_glide_kinematics.mechanisms.four_bar import (
+    CrankLimitError,
+    DeadCentreKind,
+    GrashofClass,
+    NotAssemblableError,
+)
 from tri_glide_kinematics.ros.mechanisms import RefusedRequestError
 from tri_glide_kinematics.ros.mechanisms import four_bar as four_bar_messages
 

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector, positive
-from tri_glide_kinematics.errors import OutOfBoundsError, WrongShapeError
-from tri_glide_kinematics.mechanisms.errors import DegenerateLinkageError
+from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve
 from tri_glide_kinematics.mechanisms.f_mechanism.overview import FMechanismOverview, survey
 from tri_glide_kinematics.mechanisms.f_mechanism.positions import (
@@ -31,6 +30,16 @@ from tri_glide_kinematics.mechanisms.f_mechanism.trace import (
 )
 from tri_glide_kinematics.rounding import SAME_ANGLE
 from tri_glide_kinematics.wording import number_text
+
+
+class DegenerateLinkageError(KinematicsError):
+    """Points or lengths of a mechanism leave a part of it undetermined at every crank angle."""
+
+    def __init__(self, reason: str) -> None:
+        """Store the ``reason`` in words."""
+        super().__init__(reason)
+        self.reason = reason
+
 
 # Platform joints closer than this, relative to the size, are one point.
 _COINCIDENT = 1e-12

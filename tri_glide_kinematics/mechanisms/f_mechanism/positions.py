@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.mechanisms.errors import SelfMotionError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism.closure import ROUNDING, Closure, Linear, closure
 from tri_glide_kinematics.mechanisms.f_mechanism.exact import exact_positions
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
@@ -35,6 +35,20 @@ from tri_glide_kinematics.mechanisms.f_mechanism.roots import (
 )
 from tri_glide_kinematics.rounding import directions, wrapped
 from tri_glide_kinematics.vectors import Point
+from tri_glide_kinematics.wording import number_text
+
+
+class SelfMotionError(KinematicsError):
+    """The platform can move while all cranks stand still, so that it has no definite positions."""
+
+    def __init__(self, crank_angle: float) -> None:
+        """Store the ``crank_angle`` [rad] at which this happens."""
+        super().__init__(
+            f"crank_angle = {number_text(crank_angle)} rad: the platform can move while the cranks "
+            "stand still (self-motion), so it has no finite number of positions"
+        )
+        self.crank_angle = crank_angle
+
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.mechanisms.errors import NotAPoseError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Drive, Vector
 from tri_glide_kinematics.mechanisms.f_mechanism.following import (
     STANDSTILL,
@@ -43,6 +43,21 @@ from tri_glide_kinematics.mechanisms.f_mechanism.sampling import (
     sample_arcs,
 )
 from tri_glide_kinematics.vectors import Point
+from tri_glide_kinematics.wording import number_text
+
+
+class NotAPoseError(KinematicsError):
+    """A pose does not belong to the mechanism at the given crank angle."""
+
+    def __init__(self, crank_angle: float, gap: float) -> None:
+        """Store the ``crank_angle`` [rad] and the rod length ``gap`` [m] that is left there."""
+        super().__init__(
+            f"pose is not a position of this mechanism at crank_angle = "
+            f"{number_text(crank_angle)} rad: a rod length is wrong by {number_text(gap, 3)} m"
+        )
+        self.crank_angle = crank_angle
+        self.gap = gap
+
 
 Array = NDArray[np.float64]
 

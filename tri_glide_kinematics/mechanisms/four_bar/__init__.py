@@ -9,21 +9,25 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.four_bar.analysis import DeadCentre as DeadCentre
     from tri_glide_kinematics.mechanisms.four_bar.analysis import DeadCentreKind as DeadCentreKind
     from tri_glide_kinematics.mechanisms.four_bar.analysis import GrashofClass as GrashofClass
+    from tri_glide_kinematics.mechanisms.four_bar.analysis import LinkLengths as LinkLengths
+    from tri_glide_kinematics.mechanisms.four_bar.analysis import (
+        NotAssemblableError as NotAssemblableError,
+    )
     from tri_glide_kinematics.mechanisms.four_bar.analysis import (
         TransmissionExtremes as TransmissionExtremes,
     )
-    from tri_glide_kinematics.mechanisms.four_bar.events import SweepEvent as SweepEvent
-    from tri_glide_kinematics.mechanisms.four_bar.events import SweepEventKind as SweepEventKind
-    from tri_glide_kinematics.mechanisms.four_bar.events import sweep_events as sweep_events
-    from tri_glide_kinematics.mechanisms.four_bar.lengths import LinkLengths as LinkLengths
     from tri_glide_kinematics.mechanisms.four_bar.linkage import (
         AssembledFourBar as AssembledFourBar,
     )
+    from tri_glide_kinematics.mechanisms.four_bar.linkage import CrankLimitError as CrankLimitError
     from tri_glide_kinematics.mechanisms.four_bar.linkage import FourBar as FourBar
+    from tri_glide_kinematics.mechanisms.four_bar.linkage import SweepEvent as SweepEvent
+    from tri_glide_kinematics.mechanisms.four_bar.linkage import SweepEventKind as SweepEventKind
+    from tri_glide_kinematics.mechanisms.four_bar.linkage import sweep_events as sweep_events
     from tri_glide_kinematics.mechanisms.four_bar.loop import LoopConstants as LoopConstants
     from tri_glide_kinematics.mechanisms.four_bar.loop import close_loop as close_loop
-    from tri_glide_kinematics.mechanisms.four_bar.pose import FourBarPose as FourBarPose
     from tri_glide_kinematics.mechanisms.four_bar.sweep import BranchSweep as BranchSweep
+    from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarPose as FourBarPose
     from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarSweep as FourBarSweep
     from tri_glide_kinematics.mechanisms.four_bar.sweep import PointMotion as PointMotion
 

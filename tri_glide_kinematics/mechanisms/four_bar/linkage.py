@@ -12,26 +12,44 @@ import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector, member
-from tri_glide_kinematics.mechanisms.errors import CrankLimitError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.four_bar import analysis
 from tri_glide_kinematics.mechanisms.four_bar.analysis import (
     Branch,
     DeadCentre,
+    DeadCentreKind,
     GrashofClass,
+    LinkLengths,
     TransmissionExtremes,
 )
-from tri_glide_kinematics.mechanisms.four_bar.lengths import LinkLengths
 from tri_glide_kinematics.mechanisms.four_bar.loop import LoopConstants, close_loop
-from tri_glide_kinematics.mechanisms.four_bar.pose import FourBarPose
-from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarSweep, GroundFrame
+from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarPose, FourBarSweep, GroundFrame
 from tri_glide_kinematics.rounding import wrapped
 from tri_glide_kinematics.vectors import FloatArray, Point
+from tri_glide_kinematics.wording import number_text
+
+
+class CrankLimitError(KinematicsError):
+    """A crank angle at which the linkage cannot be closed."""
+
+    def __init__(self, crank_angle: float, ranges: tuple[tuple[float, float], ...]) -> None:
+        """Store the ``crank_angle`` and the ``ranges`` that the crank can reach, in [rad]."""
+        reach = " or ".join(
+            f"from {number_text(low)} to {number_text(high)} rad" for low, high in ranges
+        )
+        super().__init__(
+            f"crank_angle = {number_text(crank_angle)} rad is beyond the crank's limits: it "
+            f"reaches {reach}"
+        )
+        self.crank_angle = crank_angle
+        self.ranges = ranges
 
 
 @dataclass(frozen=True)
@@ -269,3 +287,64 @@ def _scalar_or_array(name: str, values: ArrayLike, size: int) -> FloatArray:
         return finite_array(name, array, (size,))
     finite(name, float(array))
     return array
+
+
+class SweepEventKind(Enum):
+    """The event at which coupler and rocker are in line."""
+
+    LIMIT = "limit"
+    """The crank gets no farther."""
+    CHANGE_POINT = "change point"
+    """Both branches meet, and the linkage can go on along either."""
+
+
+@dataclass(frozen=True)
+class SweepEvent:
+    """A limit or a change point that a sweep meets.
+
+    Attributes:
+        kind: which of both.
+        row: index of the last crank angle of the sweep that does not lie beyond it.
+        crank_angle: of the event, counted on over full turns, in [rad].
+        rocker_angle: in [rad], in (-pi, pi].
+        rocker_pin: in [m].
+    """
+
+    kind: SweepEventKind
+    row: int
+    crank_angle: float
+    rocker_angle: float
+    rocker_pin: Point
+
+
+def sweep_events(linkage: FourBar, crank_angles: FloatArray) -> tuple[SweepEvent, ...]:
+    """Limits and change points in the order in which a sweep meets them.
+
+    Args:
+        linkage: that is swept.
+        crank_angles: rising or falling. Shape (n,) [rad].
+    """
+    lengths = linkage.lengths
+    is_change_point = {
+        DeadCentreKind.COUPLER_ROCKER_STRETCHED: lengths.stretches,
+        DeadCentreKind.COUPLER_ROCKER_FOLDED: lengths.folds,
+    }
+    sense = -1.0 if crank_angles[-1] < crank_angles[0] else 1.0
+    lower, upper = sorted((float(crank_angles[0]), float(crank_angles[-1])))
+    pivot_x, pivot_y = linkage.rocker_pivot
+    events = []
+    for centre in linkage.dead_centres:
+        if centre.kind not in is_change_point:
+            continue
+        kind = SweepEventKind.CHANGE_POINT if is_change_point[centre.kind] else SweepEventKind.LIMIT
+        rocker_pin = (
+            pivot_x + linkage.rocker * math.cos(centre.rocker_angle),
+            pivot_y + linkage.rocker * math.sin(centre.rocker_angle),
+        )
+        first = math.ceil((lower - centre.crank_angle) / math.tau)
+        last = math.floor((upper - centre.crank_angle) / math.tau)
+        for turn in range(first, last + 1):
+            angle = centre.crank_angle + turn * math.tau
+            row = int(np.searchsorted(sense * crank_angles, sense * angle, side="right")) - 1
+            events.append(SweepEvent(kind, row, angle, centre.rocker_angle, rocker_pin))
+    return tuple(sorted(events, key=lambda event: sense * event.crank_angle))

@@ -29,7 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.mechanisms.four_bar.lengths import LinkLengths
+from tri_glide_kinematics.mechanisms.four_bar.analysis import LinkLengths
 from tri_glide_kinematics.vectors import FloatArray
 
 

@@ -14,31 +14,29 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.pictures.drawing import LengthUnit as LengthUnit
     from tri_glide_kinematics.mechanisms.pictures.drawing import angle_axis as angle_axis
     from tri_glide_kinematics.mechanisms.pictures.drawing import degrees_text as degrees_text
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
+        FEWEST_SAMPLES as FEWEST_SAMPLES,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism import BranchCurve as BranchCurve
     from tri_glide_kinematics.mechanisms.pictures.f_mechanism import angle_figure as angle_figure
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
+        angle_that_is_drawn as angle_that_is_drawn,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
+        branch_through as branch_through,
+    )
     from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
         corners_figure as corners_figure,
     )
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism import describe as describe
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
+        detailed_overview as detailed_overview,
+    )
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism import evenly as evenly
     from tri_glide_kinematics.mechanisms.pictures.f_mechanism import paths_figure as paths_figure
     from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
         positions_figure as positions_figure,
     )
-    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import (
-        FEWEST_SAMPLES as FEWEST_SAMPLES,
-    )
-    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import (
-        BranchCurve as BranchCurve,
-    )
-    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import (
-        angle_that_is_drawn as angle_that_is_drawn,
-    )
-    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import (
-        branch_through as branch_through,
-    )
-    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import describe as describe
-    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import (
-        detailed_overview as detailed_overview,
-    )
-    from tri_glide_kinematics.mechanisms.pictures.f_mechanism_branches import evenly as evenly
     from tri_glide_kinematics.mechanisms.pictures.four_bar import SKELETON as SKELETON
     from tri_glide_kinematics.mechanisms.pictures.four_bar import angles_figure as angles_figure
     from tri_glide_kinematics.mechanisms.pictures.four_bar import (

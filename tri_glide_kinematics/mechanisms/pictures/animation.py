@@ -17,7 +17,7 @@ from PIL import Image
 
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanismTrace
 from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
-from tri_glide_kinematics.mechanisms.pictures import f_mechanism_branches, four_bar
+from tri_glide_kinematics.mechanisms.pictures import f_mechanism, four_bar
 from tri_glide_kinematics.mechanisms.pictures.drawing import (
     INK,
     DrawnMechanism,
@@ -63,8 +63,8 @@ def f_mechanism_movie(branch: FMechanismTrace, title: str, frames: int) -> Movie
         title: of each frame, before its angles.
         frames: their number; fewer if the branch has not as many samples.
     """
-    curve = f_mechanism_branches.BranchCurve.of(branch)
-    shown = f_mechanism_branches.evenly(curve, frames)
+    curve = f_mechanism.BranchCurve.of(branch)
+    shown = f_mechanism.evenly(curve, frames)
     crank = within_turn(curve.crank_angle)
     captions = tuple(
         f"{title}\ncrank {degrees_text(float(crank[index]), 1)}, "
@@ -72,7 +72,7 @@ def f_mechanism_movie(branch: FMechanismTrace, title: str, frames: int) -> Movie
         for index in shown
     )
     unit = LengthUnit.fitting(branch.linkage.size)
-    return Movie(f_mechanism_branches.SKELETON, curve.points[shown], captions, curve.points, unit)
+    return Movie(f_mechanism.SKELETON, curve.points[shown], captions, curve.points, unit)
 
 
 def four_bar_movie(

@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tri_glide_kinematics.drawing import LIMIT_STYLE
-from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.four_bar import (
     AssembledFourBar,
     Branch,
     BranchSweep,
+    CrankLimitError,
     FourBar,
 )
 from tri_glide_kinematics.mechanisms.pictures.drawing import (

@@ -16,7 +16,7 @@ from tri_glide_kinematics.drawing import DrawingError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismOverview
 from tri_glide_kinematics.mechanisms.files import MechanismFile, load_mechanism
 from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
-from tri_glide_kinematics.mechanisms.pictures import f_mechanism, f_mechanism_branches, four_bar
+from tri_glide_kinematics.mechanisms.pictures import f_mechanism, four_bar
 from tri_glide_kinematics.mechanisms.pictures.animation import (
     Movie,
     f_mechanism_movie,
@@ -117,8 +117,8 @@ def pictures_of(content: MechanismFile, choice: Choice) -> Pictures:
 
 
 def _of_f_mechanism(mechanism: FMechanism, choice: Choice) -> Pictures:
-    fewest = max(f_mechanism_branches.FEWEST_SAMPLES, 2 * choice.frames)
-    overview = f_mechanism_branches.detailed_overview(mechanism, fewest=fewest)
+    fewest = max(f_mechanism.FEWEST_SAMPLES, 2 * choice.frames)
+    overview = f_mechanism.detailed_overview(mechanism, fewest=fewest)
     if not overview.branches and overview.self_motion.any():
         raise DrawingError(
             "the F-mechanism has no branches: wherever it has positions, the platform can move "
@@ -132,7 +132,7 @@ def _of_f_mechanism(mechanism: FMechanism, choice: Choice) -> Pictures:
     number = _checked_branch(chosen, len(overview.branches))
     crank_angle = choice.crank_angle
     if crank_angle is None:
-        crank_angle = f_mechanism_branches.angle_that_is_drawn(overview)
+        crank_angle = f_mechanism.angle_that_is_drawn(overview)
     elif not mechanism.poses(crank_angle):
         raise DrawingError(
             f"the F-mechanism has no position at crank angle {math.degrees(crank_angle):.9g} deg"
@@ -140,7 +140,7 @@ def _of_f_mechanism(mechanism: FMechanism, choice: Choice) -> Pictures:
     title = f"F-mechanism, branch {number}"
     return Pictures(
         tuple(
-            f"branch {index + 1}: {f_mechanism_branches.describe(branch)}"
+            f"branch {index + 1}: {f_mechanism.describe(branch)}"
             + _at([event.crank_angle for event in branch.turning_points])
             + ("; bifurcation" if branch.bifurcations else "")
             + _at([event.crank_angle for event in branch.bifurcations])

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from tri_glide_kinematics.mechanisms import load_mechanism
-from tri_glide_kinematics.mechanisms.errors import MechanismFileError
+from tri_glide_kinematics.mechanisms import MechanismFileError, load_mechanism
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.files import MechanismFile
 from tri_glide_kinematics.mechanisms.four_bar import FourBar

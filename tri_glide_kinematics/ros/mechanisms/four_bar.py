@@ -8,11 +8,11 @@ from tri_glide_interfaces.msg import FourBar as FourBarMessage
 from tri_glide_interfaces.msg import FourBarDeadCentre, FourBarProperties, TraceEvent
 from tri_glide_interfaces.msg import FourBarPose as PoseMessage
 from tri_glide_interfaces.srv import SolveFourBar, TraceFourBar
-from tri_glide_kinematics.mechanisms.errors import CrankLimitError
 from tri_glide_kinematics.mechanisms.four_bar import (
     AssembledFourBar,
     Branch,
     BranchSweep,
+    CrankLimitError,
     DeadCentre,
     FourBar,
     FourBarPose,

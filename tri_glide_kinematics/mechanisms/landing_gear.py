@@ -1,4 +1,4 @@
-r"""Retracting landing gear of an aircraft in flight: motion and hinge reactions (source 003).
+"""Retracting landing gear of an aircraft in flight: motion and hinge reactions (source 003).
 
 Frames, all right-handed, z up when the angles are zero:
 
@@ -22,12 +22,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tri_glide_kinematics.checks import (
-    finite_array,
-    finite_vector,
-    non_negative,
-    positive,
-)
+from tri_glide_kinematics.checks import finite_array, finite_vector, non_negative, positive
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.rounding import SAME_PART
 from tri_glide_kinematics.vectors import FloatArray
