@@ -29,8 +29,14 @@ from testing.wrong_machines import (
     WRONG_BY,
     WrongMachine,
 )
-from tri_glide_kinematics.calibration.fit import Distance, MeasuredPosition, Plate, Priors, Touch
-from tri_glide_kinematics.calibration.fit.calibrate import calibrate
+from tri_glide_kinematics.calibration.fit import (
+    Distance,
+    MeasuredPosition,
+    Plate,
+    Priors,
+    Touch,
+    calibrate,
+)
 from tri_glide_kinematics.vectors import FloatArray
 
 GEOMETRY = NOMINAL.geometry

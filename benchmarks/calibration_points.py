@@ -8,8 +8,7 @@ import numpy as np
 
 from benchmarks.bench_paths import Row
 from testing.wrong_machines import DISTANCE, NOMINAL, RADIUS, TOUCH, WRONG_BY, WrongMachine
-from tri_glide_kinematics.calibration.fit import Touch
-from tri_glide_kinematics.calibration.fit.calibrate import calibrate
+from tri_glide_kinematics.calibration.fit import Touch, calibrate
 from tri_glide_kinematics.vectors import FloatArray
 
 GEOMETRY = NOMINAL.geometry

@@ -16,7 +16,7 @@ from testing.wrong_machines import (
     WrongMachine,
     ring,
 )
-from tri_glide_kinematics.calibration.fit.calibrate import calibrate
+from tri_glide_kinematics.calibration.fit import calibrate
 
 # Of the largest error along z, as ``python -m benchmarks.touch_places`` finds it [m].
 LEAST = 12.37e-6

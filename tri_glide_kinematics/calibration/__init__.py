@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.fit import Proposal as Proposal
     from tri_glide_kinematics.calibration.fit import Residual as Residual
     from tri_glide_kinematics.calibration.fit import Touch as Touch
+    from tri_glide_kinematics.calibration.fit import calibrate as calibrate
     from tri_glide_kinematics.calibration.fit import load_measurements as load_measurements
     from tri_glide_kinematics.calibration.fit import save_measurements as save_measurements
-    from tri_glide_kinematics.calibration.fit.calibrate import calibrate as calibrate
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

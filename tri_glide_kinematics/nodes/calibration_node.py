@@ -216,8 +216,7 @@ class CalibrationNode(Node):
 
     async def _solve(self, request: Any, response: Any) -> None:
         # Loaded when it is first used: it takes as long as starting the node.
-        from tri_glide_kinematics.calibration.session import contradiction, solved
-        from tri_glide_kinematics.calibration.session.report import report
+        from tri_glide_kinematics.calibration.session import contradiction, report, solved
 
         named = request.parameter_file
         file = file_in(self._folder, named) if named else None

@@ -21,9 +21,9 @@ from tri_glide_kinematics.calibration.fit import (
     OnePlaceError,
     TooFewMeasurementsError,
     WrongUnitError,
+    calibrate,
     check_machine,
 )
-from tri_glide_kinematics.calibration.fit.calibrate import calibrate
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
 
 GEOMETRY = NOMINAL.geometry

@@ -14,8 +14,13 @@ from testing.wrong_machines import (
     WRONG_BY,
     WrongMachine,
 )
-from tri_glide_kinematics.calibration.fit import CalibrationError, Distance, MeasuredPosition, Touch
-from tri_glide_kinematics.calibration.fit.calibrate import calibrate
+from tri_glide_kinematics.calibration.fit import (
+    CalibrationError,
+    Distance,
+    MeasuredPosition,
+    Touch,
+    calibrate,
+)
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits

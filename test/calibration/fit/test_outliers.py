@@ -13,9 +13,9 @@ from tri_glide_kinematics.calibration.fit import (
     Priors,
     Region,
     Touch,
+    calibrate,
     positions_of,
 )
-from tri_glide_kinematics.calibration.fit.calibrate import calibrate
 
 GEOMETRY = NOMINAL.geometry
 

@@ -17,11 +17,11 @@ from tri_glide_kinematics.calibration.fit import (
     Region,
     Touch,
     Unknowns,
+    calibrate,
     in_words,
     named_directions,
     starting_state,
 )
-from tri_glide_kinematics.calibration.fit.calibrate import calibrate
 from tri_glide_kinematics.tri_glide import TriGlide
 
 PLANE = ("shifting along x", "shifting along y", "turning about z")

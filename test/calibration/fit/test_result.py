@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from testing.wrong_machines import NOMINAL, WRONG_BY, WrongMachine
-from tri_glide_kinematics.calibration.fit import Plate, Priors, WrongUnitError
-from tri_glide_kinematics.calibration.fit.calibrate import calibrate
+from tri_glide_kinematics.calibration.fit import Plate, Priors, WrongUnitError, calibrate
 
 GEOMETRY = NOMINAL.geometry
 

@@ -17,10 +17,10 @@ from tri_glide_kinematics.calibration.session import (
     contradiction,
     length_text,
     parameter_text,
+    report,
     save_parameters,
     solved,
 )
-from tri_glide_kinematics.calibration.session.report import report
 from tri_glide_kinematics.ros.parameters import IK_NODE, ParameterError, machine_of, sections_of
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 

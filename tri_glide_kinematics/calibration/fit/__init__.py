@@ -5,24 +5,22 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.calibration.fit.data_checks import check_machine as check_machine
-    from tri_glide_kinematics.calibration.fit.errors import CalibrationError as CalibrationError
-    from tri_glide_kinematics.calibration.fit.errors import (
-        MeasurementFileError as MeasurementFileError,
-    )
-    from tri_glide_kinematics.calibration.fit.errors import (
+    from tri_glide_kinematics.calibration.fit.calibrating import calibrate as calibrate
+    from tri_glide_kinematics.calibration.fit.data_checks import (
         NoMachineThereError as NoMachineThereError,
     )
-    from tri_glide_kinematics.calibration.fit.errors import OnePlaceError as OnePlaceError
-    from tri_glide_kinematics.calibration.fit.errors import (
+    from tri_glide_kinematics.calibration.fit.data_checks import OnePlaceError as OnePlaceError
+    from tri_glide_kinematics.calibration.fit.data_checks import (
         TooFewMeasurementsError as TooFewMeasurementsError,
     )
-    from tri_glide_kinematics.calibration.fit.errors import WrongUnitError as WrongUnitError
-    from tri_glide_kinematics.calibration.fit.machine import PARAMETER_NAMES as PARAMETER_NAMES
-    from tri_glide_kinematics.calibration.fit.machine import MachineParameters as MachineParameters
+    from tri_glide_kinematics.calibration.fit.data_checks import WrongUnitError as WrongUnitError
+    from tri_glide_kinematics.calibration.fit.data_checks import check_machine as check_machine
     from tri_glide_kinematics.calibration.fit.measurement_file import FIRST_LINE as FIRST_LINE
     from tri_glide_kinematics.calibration.fit.measurement_file import (
         MeasurementFile as MeasurementFile,
+    )
+    from tri_glide_kinematics.calibration.fit.measurement_file import (
+        MeasurementFileError as MeasurementFileError,
     )
     from tri_glide_kinematics.calibration.fit.measurement_file import (
         load_measurements as load_measurements,
@@ -34,6 +32,9 @@ if TYPE_CHECKING:
         save_measurements as save_measurements,
     )
     from tri_glide_kinematics.calibration.fit.measurements import BASE as BASE
+    from tri_glide_kinematics.calibration.fit.measurements import (
+        CalibrationError as CalibrationError,
+    )
     from tri_glide_kinematics.calibration.fit.measurements import Distance as Distance
     from tri_glide_kinematics.calibration.fit.measurements import (
         MeasuredPosition as MeasuredPosition,
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.fit.measurements import Plate as Plate
     from tri_glide_kinematics.calibration.fit.measurements import Touch as Touch
     from tri_glide_kinematics.calibration.fit.model import MeasurementModel as MeasurementModel
+    from tri_glide_kinematics.calibration.fit.model import Region as Region
+    from tri_glide_kinematics.calibration.fit.model import plane_basis as plane_basis
     from tri_glide_kinematics.calibration.fit.model import (
         position_derivatives as position_derivatives,
     )
@@ -49,15 +52,15 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.fit.next_points import Proposal as Proposal
     from tri_glide_kinematics.calibration.fit.priors import Knowledge as Knowledge
     from tri_glide_kinematics.calibration.fit.priors import Priors as Priors
-    from tri_glide_kinematics.calibration.fit.region import Region as Region
-    from tri_glide_kinematics.calibration.fit.region import plane_basis as plane_basis
     from tri_glide_kinematics.calibration.fit.result import Calibration as Calibration
     from tri_glide_kinematics.calibration.fit.result import Residual as Residual
     from tri_glide_kinematics.calibration.fit.result import in_words as in_words
     from tri_glide_kinematics.calibration.fit.result import named_directions as named_directions
     from tri_glide_kinematics.calibration.fit.solving import placement as placement
     from tri_glide_kinematics.calibration.fit.solving import starting_state as starting_state
+    from tri_glide_kinematics.calibration.fit.unknowns import PARAMETER_NAMES as PARAMETER_NAMES
     from tri_glide_kinematics.calibration.fit.unknowns import FramePlacement as FramePlacement
+    from tri_glide_kinematics.calibration.fit.unknowns import MachineParameters as MachineParameters
     from tri_glide_kinematics.calibration.fit.unknowns import State as State
     from tri_glide_kinematics.calibration.fit.unknowns import Unknowns as Unknowns
     from tri_glide_kinematics.calibration.fit.unknowns import rotation_by as rotation_by

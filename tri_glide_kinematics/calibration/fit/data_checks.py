@@ -7,26 +7,71 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tri_glide_kinematics.calibration.fit.errors import (
-    CalibrationError,
-    NoMachineThereError,
-    OnePlaceError,
-    TooFewMeasurementsError,
-    WrongUnitError,
-)
-from tri_glide_kinematics.calibration.fit.machine import PARAMETER_NAMES, MachineParameters
 from tri_glide_kinematics.calibration.fit.measurements import (
+    CalibrationError,
     Distance,
     MeasuredPosition,
     Measurement,
     Plate,
     Touch,
 )
-from tri_glide_kinematics.calibration.fit.model import MeasurementModel, heights_of
+from tri_glide_kinematics.calibration.fit.model import MeasurementModel, Region, heights_of
 from tri_glide_kinematics.calibration.fit.priors import Priors
-from tri_glide_kinematics.calibration.fit.region import Region
-from tri_glide_kinematics.calibration.fit.unknowns import MACHINE, State
+from tri_glide_kinematics.calibration.fit.unknowns import (
+    MACHINE,
+    PARAMETER_NAMES,
+    MachineParameters,
+    State,
+)
 from tri_glide_kinematics.wording import number_text
+
+
+class TooFewMeasurementsError(CalibrationError):
+    """There are not enough numbers for what is unknown."""
+
+    def __init__(self, what: str, count: int, needed: int, why: str) -> None:
+        """Store the ``count`` of ``what`` and how many are ``needed``, with the reason in words."""
+        super().__init__(f"{count} {what}: at least {needed} are needed {why}")
+        self.what = what
+        self.count = count
+        self.needed = needed
+
+
+class OnePlaceError(CalibrationError):
+    """All measurements were made in about the same place, and so say about the same."""
+
+    def __init__(self, count: int, extent: float, needed: float) -> None:
+        """Store the ``count``, their ``extent`` and the one that is ``needed`` [m]."""
+        super().__init__(
+            f"all {count} measurements lie within {number_text(1000.0 * extent, 3)} mm of each "
+            f"other in x and y: spread them over {number_text(1000.0 * needed, 3)} mm at least"
+        )
+        self.count = count
+        self.extent = extent
+        self.needed = needed
+
+
+class WrongUnitError(CalibrationError):
+    """A number is so large or so small that it is probably given in another unit."""
+
+    def __init__(self, what: str, value: float, expected: str, question: str) -> None:
+        """Store ``what`` it is, its ``value`` [m], what was ``expected``, and the ``question``."""
+        super().__init__(f"{what} = {number_text(value, scale=0.0)} m, {expected}: {question}")
+        self.what = what
+        self.value = value
+
+
+class NoMachineThereError(CalibrationError):
+    """The nominal machine cannot stand where a measurement says that it stood."""
+
+    def __init__(self, what: str, reason: str) -> None:
+        """Store which measurement it is, and the ``reason``."""
+        super().__init__(
+            f"{what} does not fit the nominal machine at all: {reason}; "
+            "are geometry, height offsets and unit right?"
+        )
+        self.what = what
+
 
 # Numbers that have to be left for the machine after those that plates and frames take.
 LEFT = 3

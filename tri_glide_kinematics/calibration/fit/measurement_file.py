@@ -28,22 +28,27 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from tri_glide_kinematics import keys
-from tri_glide_kinematics.calibration.fit.errors import MeasurementFileError
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
 from tri_glide_kinematics.calibration.fit.measurements import (
     BASE,
+    CalibrationError,
     Distance,
     MeasuredPosition,
     Plate,
     Touch,
 )
 from tri_glide_kinematics.calibration.fit.priors import Priors
+from tri_glide_kinematics.calibration.fit.unknowns import MachineParameters
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
-from tri_glide_kinematics.keys import UNITS, Keys, load_yaml, whole_yaml
+from tri_glide_kinematics.keys import UNITS, FileError, Keys, load_yaml, whole_yaml
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
+
+
+class MeasurementFileError(FileError, CalibrationError):
+    """A file of measurements cannot be read, or something in it has no meaning."""
+
 
 NONE = "none"
 

@@ -14,7 +14,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from tri_glide_kinematics.checks import finite, finite_vector, positive
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.vectors import Vector3
+
+
+class CalibrationError(KinematicsError):
+    """Measurements from which no calibration can be made."""
+
 
 # The frame of the machine itself: positions in it are neither turned nor shifted.
 BASE = "base"

@@ -15,21 +15,24 @@ from statistics import median
 import numpy as np
 
 from tri_glide_kinematics.calibration.fit.data_checks import names_of
-from tri_glide_kinematics.calibration.fit.errors import CalibrationError
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
 from tri_glide_kinematics.calibration.fit.measurements import (
     BASE,
+    CalibrationError,
     Distance,
     MeasuredPosition,
     Measurement,
     Plate,
     Touch,
 )
-from tri_glide_kinematics.calibration.fit.model import MeasurementModel, positions_of
+from tri_glide_kinematics.calibration.fit.model import MeasurementModel, Region, positions_of
 from tri_glide_kinematics.calibration.fit.priors import Knowledge
-from tri_glide_kinematics.calibration.fit.region import Region
 from tri_glide_kinematics.calibration.fit.solving import Solution
-from tri_glide_kinematics.calibration.fit.unknowns import MACHINE, State, Unknowns
+from tri_glide_kinematics.calibration.fit.unknowns import (
+    MACHINE,
+    MachineParameters,
+    State,
+    Unknowns,
+)
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.rounding import first_largest
 from tri_glide_kinematics.tri_glide import TriGlide

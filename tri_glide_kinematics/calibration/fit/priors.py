@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
-from tri_glide_kinematics.calibration.fit.unknowns import MACHINE
+from tri_glide_kinematics.calibration.fit.unknowns import MACHINE, MachineParameters
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text

@@ -9,14 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtrc
 
-from tri_glide_kinematics.calibration.fit.machine import PARAMETER_NAMES, MachineParameters
 from tri_glide_kinematics.calibration.fit.measurements import Measurement, Plate
-from tri_glide_kinematics.calibration.fit.model import position_derivatives
+from tri_glide_kinematics.calibration.fit.model import Region, plane_basis, position_derivatives
 from tri_glide_kinematics.calibration.fit.next_points import Proposal, next_points
 from tri_glide_kinematics.calibration.fit.priors import Knowledge, Priors, Spectrum
-from tri_glide_kinematics.calibration.fit.region import Region, plane_basis
 from tri_glide_kinematics.calibration.fit.solving import Solution
-from tri_glide_kinematics.calibration.fit.unknowns import MACHINE, FramePlacement, Unknowns
+from tri_glide_kinematics.calibration.fit.unknowns import (
+    MACHINE,
+    PARAMETER_NAMES,
+    FramePlacement,
+    MachineParameters,
+    Unknowns,
+)
 from tri_glide_kinematics.checks import finite_array, finite_vector
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3

@@ -5,17 +5,28 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.calibration.session.errors import ProbingError as ProbingError
-    from tri_glide_kinematics.calibration.session.errors import RecordingError as RecordingError
-    from tri_glide_kinematics.calibration.session.errors import SavingError as SavingError
+    from tri_glide_kinematics.calibration.session.calibration_report import (
+        UncertaintyMap as UncertaintyMap,
+    )
+    from tri_glide_kinematics.calibration.session.calibration_report import (
+        contradiction as contradiction,
+    )
+    from tri_glide_kinematics.calibration.session.calibration_report import (
+        length_text as length_text,
+    )
+    from tri_glide_kinematics.calibration.session.calibration_report import report as report
     from tri_glide_kinematics.calibration.session.height_record import KEPT as KEPT
     from tri_glide_kinematics.calibration.session.height_record import HeightRecord as HeightRecord
-    from tri_glide_kinematics.calibration.session.parameter_file import (
-        parameter_text as parameter_text,
+    from tri_glide_kinematics.calibration.session.height_record import (
+        RecordingError as RecordingError,
     )
-    from tri_glide_kinematics.calibration.session.parameter_file import (
-        save_parameters as save_parameters,
-    )
+    from tri_glide_kinematics.calibration.session.outcome import NO_PLACE as NO_PLACE
+    from tri_glide_kinematics.calibration.session.outcome import NOT_SAID as NOT_SAID
+    from tri_glide_kinematics.calibration.session.outcome import parameter_text as parameter_text
+    from tri_glide_kinematics.calibration.session.outcome import proposed as proposed
+    from tri_glide_kinematics.calibration.session.outcome import save_parameters as save_parameters
+    from tri_glide_kinematics.calibration.session.outcome import solved as solved
+    from tri_glide_kinematics.calibration.session.outcome import workspace_of as workspace_of
     from tri_glide_kinematics.calibration.session.probing import BACK_TOLERANCE as BACK_TOLERANCE
     from tri_glide_kinematics.calibration.session.probing import LETTING_GO as LETTING_GO
     from tri_glide_kinematics.calibration.session.probing import LONGEST_STOP as LONGEST_STOP
@@ -23,11 +34,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.probing import Probe as Probe
     from tri_glide_kinematics.calibration.session.probing import ProbePhase as ProbePhase
     from tri_glide_kinematics.calibration.session.probing import ProbeSettings as ProbeSettings
+    from tri_glide_kinematics.calibration.session.probing import ProbingError as ProbingError
     from tri_glide_kinematics.calibration.session.probing import Speed as Speed
-    from tri_glide_kinematics.calibration.session.report import UncertaintyMap as UncertaintyMap
-    from tri_glide_kinematics.calibration.session.report import contradiction as contradiction
-    from tri_glide_kinematics.calibration.session.report import length_text as length_text
     from tri_glide_kinematics.calibration.session.session import Deviations as Deviations
+    from tri_glide_kinematics.calibration.session.session import SavingError as SavingError
     from tri_glide_kinematics.calibration.session.session import Session as Session
     from tri_glide_kinematics.calibration.session.session import (
         keep_measurements as keep_measurements,
@@ -35,10 +45,5 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.session import (
         new_session_file as new_session_file,
     )
-    from tri_glide_kinematics.calibration.session.solving import NO_PLACE as NO_PLACE
-    from tri_glide_kinematics.calibration.session.solving import NOT_SAID as NOT_SAID
-    from tri_glide_kinematics.calibration.session.solving import proposed as proposed
-    from tri_glide_kinematics.calibration.session.solving import solved as solved
-    from tri_glide_kinematics.calibration.session.solving import workspace_of as workspace_of
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

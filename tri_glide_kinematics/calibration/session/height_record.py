@@ -6,9 +6,14 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from tri_glide_kinematics.calibration.session.errors import RecordingError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
+
+
+class RecordingError(KinematicsError):
+    """There is nothing, or nothing steady, that could be noted."""
+
 
 # How long measurements are kept: longer than a stop from the speed of a probe takes [s].
 KEPT = 10.0

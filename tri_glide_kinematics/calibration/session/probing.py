@@ -7,8 +7,14 @@ from dataclasses import dataclass
 from enum import Enum
 
 from tri_glide_kinematics.control import IDLE, JOGGING, STOPPING, Cause, OperatingState
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
+
+
+class ProbingError(KinematicsError):
+    """The platform cannot be sent down to a plate now."""
+
 
 # After a stop ik_node refuses twists until it is told of zero: so each probe begins with that [s].
 LETTING_GO = 0.1

@@ -20,11 +20,16 @@ from tri_glide_kinematics.calibration.fit import (
     Touch,
     measurement_text,
 )
-from tri_glide_kinematics.calibration.session.errors import RecordingError, SavingError
+from tri_glide_kinematics.calibration.session.height_record import RecordingError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import write_file
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
 from tri_glide_kinematics.workspace import WorkspaceLimits
+
+
+class SavingError(KinematicsError):
+    """A file cannot be written."""
 
 
 def new_session_file(folder: Path) -> Path:

@@ -16,8 +16,7 @@ import numpy as np
 
 from tri_glide_interfaces.srv import SaveMeasurements, SolveCalibration
 from tri_glide_kinematics.calibration.fit import MachineParameters, Priors, load_measurements
-from tri_glide_kinematics.calibration.session import save_parameters, solved
-from tri_glide_kinematics.calibration.session.report import report
+from tri_glide_kinematics.calibration.session import report, save_parameters, solved
 from tri_glide_kinematics.demo.calibration.client import CalibrationClient
 from tri_glide_kinematics.demo.calibration.course import PLATE, judge, measure_distances, probe
 from tri_glide_kinematics.demo.calibration.verdict import Verdict, table

@@ -43,10 +43,10 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
         SavingError,
         contradiction,
         proposed,
+        report,
         save_parameters,
         solved,
     )
-    from tri_glide_kinematics.calibration.session.report import report
     from tri_glide_kinematics.files import write_file
 
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import chdtr, chdtrc
 
 from tri_glide_kinematics.calibration.fit.data_checks import (
+    TooFewMeasurementsError,
     check_count,
     check_machine,
     check_plates,
@@ -19,8 +20,6 @@ from tri_glide_kinematics.calibration.fit.data_checks import (
     check_units,
     names_of,
 )
-from tri_glide_kinematics.calibration.fit.errors import TooFewMeasurementsError
-from tri_glide_kinematics.calibration.fit.machine import MachineParameters
 from tri_glide_kinematics.calibration.fit.measurements import (
     Distance,
     MeasuredPosition,
@@ -28,16 +27,8 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Plate,
     Touch,
 )
-from tri_glide_kinematics.calibration.fit.model import MeasurementModel
-from tri_glide_kinematics.calibration.fit.outliers import (
-    FALSE_ALARM,
-    RobustFit,
-    disagreement,
-    leave_one_out,
-    robust_fit,
-)
+from tri_glide_kinematics.calibration.fit.model import MeasurementModel, Region
 from tri_glide_kinematics.calibration.fit.priors import Knowledge, Priors
-from tri_glide_kinematics.calibration.fit.region import Region
 from tri_glide_kinematics.calibration.fit.result import (
     Calibration,
     Residual,
@@ -45,12 +36,17 @@ from tri_glide_kinematics.calibration.fit.result import (
     unidentified_of,
 )
 from tri_glide_kinematics.calibration.fit.solving import (
+    FALSE_ALARM,
+    RobustFit,
     Solution,
+    disagreement,
+    leave_one_out,
+    robust_fit,
     solve,
     solve_at_once,
     starting_state,
 )
-from tri_glide_kinematics.calibration.fit.unknowns import State, Unknowns
+from tri_glide_kinematics.calibration.fit.unknowns import MachineParameters, State, Unknowns
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.wording import number_text
 
