@@ -1,13 +1,14 @@
-"""Figures: pictures of motions and mechanisms."""
+"""Figures: pictures of motions and calibrations."""
 
 from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.figures.labels import label_centres as label_centres
+    from tri_glide_kinematics.figures.calibration import calibration_figure as calibration_figure
     from tri_glide_kinematics.figures.motion import Mark as Mark
     from tri_glide_kinematics.figures.motion import Span as Span
+    from tri_glide_kinematics.figures.motion import label_centres as label_centres
     from tri_glide_kinematics.figures.motion import motion_figure as motion_figure
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -12,24 +12,28 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.tri_glide.conditioning import (
         extreme_singular_values_batch as extreme_singular_values_batch,
     )
-    from tri_glide_kinematics.tri_glide.errors import ArmsNeverMeetError as ArmsNeverMeetError
-    from tri_glide_kinematics.tri_glide.errors import ArmTooShortError as ArmTooShortError
-    from tri_glide_kinematics.tri_glide.errors import (
+    from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY as DEFAULT_GEOMETRY
+    from tri_glide_kinematics.tri_glide.geometry import ArmsNeverMeetError as ArmsNeverMeetError
+    from tri_glide_kinematics.tri_glide.geometry import (
         CoincidentAnchorsError as CoincidentAnchorsError,
     )
-    from tri_glide_kinematics.tri_glide.errors import CollinearAnchorsError as CollinearAnchorsError
-    from tri_glide_kinematics.tri_glide.errors import GeometryError as GeometryError
-    from tri_glide_kinematics.tri_glide.errors import NoPoseError as NoPoseError
-    from tri_glide_kinematics.tri_glide.errors import (
+    from tri_glide_kinematics.tri_glide.geometry import (
+        CollinearAnchorsError as CollinearAnchorsError,
+    )
+    from tri_glide_kinematics.tri_glide.geometry import GeometryError as GeometryError
+    from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry as TriGlideGeometry
+    from tri_glide_kinematics.tri_glide.kinematics import ArmTooShortError as ArmTooShortError
+    from tri_glide_kinematics.tri_glide.kinematics import NoPoseError as NoPoseError
+    from tri_glide_kinematics.tri_glide.kinematics import (
         PlatformAboveSliderError as PlatformAboveSliderError,
     )
-    from tri_glide_kinematics.tri_glide.errors import SpheresDoNotMeetError as SpheresDoNotMeetError
-    from tri_glide_kinematics.tri_glide.errors import UnreachableError as UnreachableError
-    from tri_glide_kinematics.tri_glide.errors import (
+    from tri_glide_kinematics.tri_glide.kinematics import (
+        SpheresDoNotMeetError as SpheresDoNotMeetError,
+    )
+    from tri_glide_kinematics.tri_glide.kinematics import TriGlide as TriGlide
+    from tri_glide_kinematics.tri_glide.kinematics import UnreachableError as UnreachableError
+    from tri_glide_kinematics.tri_glide.kinematics import (
         WrongAssemblyModeError as WrongAssemblyModeError,
     )
-    from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY as DEFAULT_GEOMETRY
-    from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry as TriGlideGeometry
-    from tri_glide_kinematics.tri_glide.kinematics import TriGlide as TriGlide
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -16,11 +16,54 @@ from tri_glide_kinematics.checks import (
     non_negative,
     positive,
 )
-from tri_glide_kinematics.tri_glide.errors import (
-    ArmsNeverMeetError,
-    CoincidentAnchorsError,
-    CollinearAnchorsError,
-)
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.wording import number_text, vector_text
+
+
+class GeometryError(KinematicsError):
+    """Lengths and places from which no working tri-glide can be built."""
+
+
+class CoincidentAnchorsError(GeometryError):
+    """Two anchors lie at the same place, so that two arms do the work of one."""
+
+    def __init__(self, arms: tuple[int, int], place: Sequence[float], distance: float) -> None:
+        """Store the indices of both ``arms``, the ``place`` [m] and the ``distance`` [m]."""
+        super().__init__(
+            f"anchors of arms {arms[0] + 1} and {arms[1] + 1} coincide at "
+            f"{vector_text(place)} m, {number_text(distance, 3)} m apart"
+        )
+        self.arms = arms
+        self.place = tuple(place)
+        self.distance = distance
+
+
+class CollinearAnchorsError(GeometryError):
+    """The anchors lie on one line, so that nothing holds the platform across it."""
+
+    def __init__(self, anchors: Sequence[Sequence[float]], height: float) -> None:
+        """Store the ``anchors`` [m] and the least ``height`` of their triangle [m]."""
+        places = ", ".join(map(vector_text, anchors))
+        super().__init__(
+            f"anchors {places} m lie on one line: their triangle is {number_text(height, 3)} m high"
+        )
+        self.anchors = tuple(tuple(anchor) for anchor in anchors)
+        self.height = height
+
+
+class ArmsNeverMeetError(GeometryError):
+    """The arms are too short for their anchors: no place lies within reach of all three."""
+
+    def __init__(self, anchors: Sequence[Sequence[float]], arm_lengths: Sequence[float]) -> None:
+        """Store the ``anchors`` [m] and the ``arm_lengths`` [m]."""
+        places = ", ".join(map(vector_text, anchors))
+        lengths = ", ".join(map(number_text, arm_lengths))
+        super().__init__(
+            f"arms of {lengths} m at anchors {places} m never meet: no place is within reach of all"
+        )
+        self.anchors = tuple(tuple(anchor) for anchor in anchors)
+        self.arm_lengths = tuple(arm_lengths)
+
 
 Point2 = tuple[float, float]
 

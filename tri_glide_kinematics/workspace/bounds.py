@@ -14,8 +14,11 @@ from typing import NamedTuple, TypeVar
 
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
-from tri_glide_kinematics.workspace.limits import WorkspaceLimit, WorkspaceLimits
+from tri_glide_kinematics.workspace.limits import (
+    OutsideWorkspaceError,
+    WorkspaceLimit,
+    WorkspaceLimits,
+)
 
 # A place that breaks a limit by less than this is inside, so that the exact edge surely is: in [m],
 # or as a part of the largest condition number.

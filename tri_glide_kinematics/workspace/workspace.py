@@ -22,8 +22,12 @@ from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
-from tri_glide_kinematics.workspace.errors import OutsideWorkspaceError
-from tri_glide_kinematics.workspace.limits import Cylinder, WorkspaceLimit, WorkspaceLimits
+from tri_glide_kinematics.workspace.limits import (
+    Cylinder,
+    OutsideWorkspaceError,
+    WorkspaceLimit,
+    WorkspaceLimits,
+)
 from tri_glide_kinematics.workspace.tracing import (
     TOLERANCE,
     ConditionField,

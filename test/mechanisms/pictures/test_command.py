@@ -11,10 +11,16 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from tri_glide_kinematics.drawing import DrawingError, find_file
+from tri_glide_kinematics.drawing import find_file
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.files import load_mechanism
-from tri_glide_kinematics.mechanisms.pictures import Choice, animation, pictures, pictures_of
+from tri_glide_kinematics.mechanisms.pictures import (
+    Choice,
+    DrawingError,
+    animation,
+    pictures,
+    pictures_of,
+)
 from tri_glide_kinematics.mechanisms.pictures.command import main
 
 ROOT = Path(__file__).parents[3]

@@ -13,8 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.drawing import find_file
-from tri_glide_kinematics.drawing.exit_code import exit_code
+from tri_glide_kinematics.drawing import exit_code, find_file
 
 MOST_FRAMES = 720
 

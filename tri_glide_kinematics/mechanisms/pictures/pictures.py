@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from tri_glide_kinematics.drawing import DrawingError
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismOverview
 from tri_glide_kinematics.mechanisms.files import MechanismFile, load_mechanism
 from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
@@ -28,6 +28,10 @@ from tri_glide_kinematics.rounding import first_largest
 
 RESOLUTION = 110.0  # dots per inch
 SHOWN_AFTER = 1.0  # a progress bar appears after so many seconds
+
+
+class DrawingError(KinematicsError):
+    """A picture was asked for that a mechanism does not have."""
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.drawing import find_file
-from tri_glide_kinematics.drawing.exit_code import exit_code
+from tri_glide_kinematics.drawing import exit_code, find_file
 
 REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
 
@@ -57,7 +56,7 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
     folder.mkdir(parents=True, exist_ok=True)
     write_file(folder / REPORT, f"{text}\n")
     from tri_glide_kinematics.drawing import save_figure
-    from tri_glide_kinematics.figures.calibration.pictures import calibration_figure
+    from tri_glide_kinematics.figures.calibration import calibration_figure
 
     save_figure(calibration_figure(calibration), folder / PICTURE, 110)
     print(f"\nreport: {folder / REPORT}\npicture: {folder / PICTURE}")

@@ -9,10 +9,9 @@ import yaml
 from calibration_samples import measured
 
 from tri_glide_kinematics.calibration.fit import save_measurements
-from tri_glide_kinematics.figures.calibration import PARAMETERS, PICTURE, REPORT
-from tri_glide_kinematics.figures.calibration.command import main
+from tri_glide_kinematics.figures.calibration_command import PARAMETERS, PICTURE, REPORT, main
 
-EXAMPLE = Path(__file__).parents[3] / "config" / "measurements_example.yaml"
+EXAMPLE = Path(__file__).parents[2] / "config" / "measurements_example.yaml"
 
 
 def test_a_file_becomes_report_picture_and_parameters(tmp_path, capsys):

@@ -1,4 +1,4 @@
-"""How the commands that draw end: with a word about what went wrong, and never a traceback."""
+"""Code that all commands that draw share: their style, their files, how they end."""
 
 from __future__ import annotations
 
@@ -6,9 +6,35 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.files import write_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Whose configuration files are looked for.
 PACKAGE = "tri_glide_kinematics"
+
+# How limits are drawn.
+LIMIT_STYLE: dict[str, Any] = {"color": "0.35", "linestyle": "--", "linewidth": 0.9}
+
+# In a metre.
+MILLIMETRES = 1000.0
+
+
+def save_figure(figure: Figure, file: Path, resolution: float) -> None:
+    """Save a ``figure`` as a PNG ``file``, with a ``resolution`` in pixels per inch.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    picture = BytesIO()
+    figure.savefig(picture, format="png", dpi=resolution)
+    write_file(file, picture.getvalue())
 
 
 def find_file(file: Path) -> Path:
@@ -40,14 +66,11 @@ def exit_code(name: str, output: Path, work: Callable[[], None]) -> int:
     """
     handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
-        from tri_glide_kinematics.errors import KinematicsError
-
-        try:
-            work()
-        except KinematicsError as error:
-            return _fail(name, str(error))
-        except OSError as error:
-            return _fail(name, f"cannot write to {output}: {error.strerror or error}")
+        work()
+    except KinematicsError as error:
+        return _fail(name, str(error))
+    except OSError as error:
+        return _fail(name, f"cannot write to {output}: {error.strerror or error}")
     except ModuleNotFoundError as error:
         return _fail(name, f"the Python module {error.name!r} is missing")
     except KeyboardInterrupt:
