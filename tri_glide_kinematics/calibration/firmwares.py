@@ -22,7 +22,7 @@ import numpy as np
 
 from tri_glide_kinematics.calibration.fit import MachineParameters
 from tri_glide_kinematics.checks import finite_vector
-from tri_glide_kinematics.rounding import first_smallest
+from tri_glide_kinematics.equal_numbers import first_smallest
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import finite_array, finite_vector, non_negative, positive
+from tri_glide_kinematics.equal_numbers import SAME_PART
 from tri_glide_kinematics.errors import OutOfBoundsError
-from tri_glide_kinematics.rounding import SAME_PART
 from tri_glide_kinematics.vectors import FloatArray
 
 

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.checks import array_of_shape, plain_floats
+from tri_glide_kinematics.equal_numbers import first_smallest
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, Refusal
-from tri_glide_kinematics.rounding import first_smallest
 from tri_glide_kinematics.tri_glide import batch
 from tri_glide_kinematics.tri_glide import compiled as compiled_loops
 from tri_glide_kinematics.tri_glide.conditioning import (

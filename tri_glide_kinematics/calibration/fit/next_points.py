@@ -33,8 +33,8 @@ from tri_glide_kinematics.calibration.fit.unknowns import (
     State,
     Unknowns,
 )
+from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.rounding import first_largest
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace

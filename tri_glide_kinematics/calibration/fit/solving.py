@@ -21,7 +21,7 @@ from tri_glide_kinematics.calibration.fit.unknowns import (
     State,
     plate_numbers,
 )
-from tri_glide_kinematics.rounding import first_largest
+from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text
 

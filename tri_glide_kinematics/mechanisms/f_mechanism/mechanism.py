@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector, positive
+from tri_glide_kinematics.equal_numbers import SAME_ANGLE
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve
 from tri_glide_kinematics.mechanisms.f_mechanism.overview import FMechanismOverview, survey
@@ -28,7 +29,6 @@ from tri_glide_kinematics.mechanisms.f_mechanism.trace import (
     straight_drive,
     trace_branch,
 )
-from tri_glide_kinematics.rounding import SAME_ANGLE
 from tri_glide_kinematics.wording import number_text
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
     ROUNDING,
     Closure,
@@ -32,7 +33,6 @@ from tri_glide_kinematics.mechanisms.f_mechanism.trace import (
     straight_drive,
     trace_branch,
 )
-from tri_glide_kinematics.rounding import first_largest
 
 Array = NDArray[np.float64]
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.equal_numbers import directions, wrapped
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism.closure import ROUNDING, Closure, Linear, closure
 from tri_glide_kinematics.mechanisms.f_mechanism.exact import exact_positions
@@ -33,7 +34,6 @@ from tri_glide_kinematics.mechanisms.f_mechanism.roots import (
     row_order,
     simple_roots,
 )
-from tri_glide_kinematics.rounding import directions, wrapped
 from tri_glide_kinematics.vectors import Point
 from tri_glide_kinematics.wording import number_text
 

@@ -12,8 +12,8 @@ from enum import Enum
 from functools import cached_property
 
 from tri_glide_kinematics.checks import finite, positive
+from tri_glide_kinematics.equal_numbers import wrapped
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.rounding import wrapped
 from tri_glide_kinematics.wording import number_text
 
 

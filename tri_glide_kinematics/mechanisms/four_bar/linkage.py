@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector, member
+from tri_glide_kinematics.equal_numbers import wrapped
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.four_bar import analysis
 from tri_glide_kinematics.mechanisms.four_bar.analysis import (
@@ -31,7 +32,6 @@ from tri_glide_kinematics.mechanisms.four_bar.analysis import (
 )
 from tri_glide_kinematics.mechanisms.four_bar.loop import LoopConstants, close_loop
 from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarPose, FourBarSweep, GroundFrame
-from tri_glide_kinematics.rounding import wrapped
 from tri_glide_kinematics.vectors import FloatArray, Point
 from tri_glide_kinematics.wording import number_text
 

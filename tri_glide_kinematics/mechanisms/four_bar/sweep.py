@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.checks import finite, member
+from tri_glide_kinematics.equal_numbers import directions
 from tri_glide_kinematics.mechanisms.four_bar.analysis import Branch, LinkLengths
-from tri_glide_kinematics.rounding import directions
 from tri_glide_kinematics.vectors import FloatArray, Point
 
 ComplexArray = NDArray[np.complex128]

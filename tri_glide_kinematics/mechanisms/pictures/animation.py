@@ -15,6 +15,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
+from tri_glide_kinematics.equal_numbers import within_turn
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanismTrace
 from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
 from tri_glide_kinematics.mechanisms.pictures import f_mechanism, four_bar
@@ -27,7 +28,6 @@ from tri_glide_kinematics.mechanisms.pictures.drawing import (
     degrees_text,
     plane_figure,
 )
-from tri_glide_kinematics.rounding import within_turn
 from tri_glide_kinematics.vectors import FloatArray
 
 FRAMES_PER_SECOND = 15

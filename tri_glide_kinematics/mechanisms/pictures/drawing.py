@@ -17,7 +17,7 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.drawing import MILLIMETRES
-from tri_glide_kinematics.rounding import SAME_PART, directions, first_largest
+from tri_glide_kinematics.equal_numbers import SAME_PART, directions, first_largest
 from tri_glide_kinematics.vectors import FloatArray
 
 # Colours that stay apart for colour-blind readers as well (Okabe and Ito).

@@ -14,6 +14,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tri_glide_kinematics.drawing import LIMIT_STYLE
+from tri_glide_kinematics.equal_numbers import (
+    SAME_PART,
+    directions,
+    first_largest,
+    within_turn,
+    wrapped,
+)
 from tri_glide_kinematics.mechanisms.f_mechanism import (
     EventKind,
     FMechanism,
@@ -40,7 +47,6 @@ from tri_glide_kinematics.mechanisms.pictures.drawing import (
     plane_figure,
     wraps,
 )
-from tri_glide_kinematics.rounding import SAME_PART, directions, first_largest, within_turn, wrapped
 from tri_glide_kinematics.vectors import FloatArray
 
 CORNER_COLOURS = (ORANGE, BLUE, GREEN)

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tri_glide_kinematics.drawing import LIMIT_STYLE
+from tri_glide_kinematics.equal_numbers import SAME_ANGLE
 from tri_glide_kinematics.mechanisms.four_bar import (
     AssembledFourBar,
     Branch,
@@ -34,7 +35,6 @@ from tri_glide_kinematics.mechanisms.pictures.drawing import (
     plane_figure,
     wraps,
 )
-from tri_glide_kinematics.rounding import SAME_ANGLE
 from tri_glide_kinematics.vectors import FloatArray
 
 SAMPLES = 721

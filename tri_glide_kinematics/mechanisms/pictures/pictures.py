@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
+from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismOverview
 from tri_glide_kinematics.mechanisms.files import MechanismFile, load_mechanism
@@ -24,7 +25,6 @@ from tri_glide_kinematics.mechanisms.pictures.animation import (
     save_movie,
 )
 from tri_glide_kinematics.mechanisms.pictures.drawing import degrees_text
-from tri_glide_kinematics.rounding import first_largest
 
 RESOLUTION = 110.0  # dots per inch
 SHOWN_AFTER = 1.0  # a progress bar appears after so many seconds

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from tri_glide_kinematics.equal_numbers import SAME_PART
 from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
 from tri_glide_kinematics.motion.trajectory.phases import Phases, total_duration
-from tri_glide_kinematics.rounding import SAME_PART
 from tri_glide_kinematics.vectors import FloatArray
 
 

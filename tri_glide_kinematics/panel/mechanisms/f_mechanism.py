@@ -10,6 +10,7 @@ import numpy as np
 from tri_glide_interfaces.msg import CrankSweep, FMechanismPose, Point2, TraceEvent
 from tri_glide_interfaces.msg import FMechanism as FMechanismMessage
 from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
+from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.panel.mechanisms.dimensions import Dimension, length, phase
 from tri_glide_kinematics.panel.mechanisms.picture import (
@@ -21,7 +22,6 @@ from tri_glide_kinematics.panel.mechanisms.picture import (
     degrees_text,
 )
 from tri_glide_kinematics.panel.mechanisms.track import Track
-from tri_glide_kinematics.rounding import first_largest
 from tri_glide_kinematics.vectors import FloatArray
 
 STEPS = 720  # of the crank in a full turn, between the rows of a trace

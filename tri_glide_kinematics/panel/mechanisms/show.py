@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from tri_glide_kinematics.equal_numbers import first_smallest
 from tri_glide_kinematics.panel.mechanisms.picture import Branch, Picture, Position
 from tri_glide_kinematics.panel.mechanisms.questions import Questions
 from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests, Wish
-from tri_glide_kinematics.rounding import first_smallest
 
 Values = tuple[float, ...]
 

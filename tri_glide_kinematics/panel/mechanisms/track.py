@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tri_glide_kinematics.rounding import first_smallest
+from tri_glide_kinematics.equal_numbers import first_smallest
 from tri_glide_kinematics.vectors import FloatArray
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from strategies import nudged
 
-from tri_glide_kinematics.rounding import (
+from tri_glide_kinematics.equal_numbers import (
     directions,
     first_largest,
     first_smallest,
