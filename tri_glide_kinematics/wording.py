@@ -9,7 +9,7 @@ from collections.abc import Iterable
 LOOKS_LIKE_MILLIMETRES = 3.0
 
 # Rounding errors leave this of a zero, as part of the numbers that it was computed from.
-ROUNDING = 1e-12
+ROUNDING_ERROR = 1e-12
 
 
 def number_text(value: float, digits: int = 9, scale: float = 1.0) -> str:
@@ -21,7 +21,7 @@ def number_text(value: float, digits: int = 9, scale: float = 1.0) -> str:
         scale: size of the numbers that it was computed from, in its unit: 1 suits lengths and
             velocities of machines in SI units; with 0 the smallest number is written as it is.
     """
-    if abs(value) <= ROUNDING * scale:
+    if abs(value) <= ROUNDING_ERROR * scale:
         value = 0.0
     return f"{value:.{digits}g}"
 

@@ -67,7 +67,7 @@ def evaluate(polynomial: Cubic, angle: float) -> tuple[float, float, float]:
 
 
 # Rounding of the closure polynomial, relative to ``Closure.scale``.
-ROUNDING = 8.0 * float(np.finfo(np.float64).eps)
+ROUNDING_ERROR = 8.0 * float(np.finfo(np.float64).eps)
 
 
 # Where rounding of F is above this part of the terms that F has in positions, it is noise there.
@@ -80,7 +80,7 @@ class Closure(NamedTuple):
     Attributes:
         polynomial: F, whose real roots are the platform angles.
         noisy: whether rounding leaves too little of F where positions may be.
-        scale: size to which rounding errors of F refer: they are below ROUNDING * scale.
+        scale: size to which rounding errors of F refer: they are below ROUNDING_ERROR * scale.
         product_b: m_b = (l_b^2 - l_a^2 - |w_b|^2) / 2, the scalar product v . w_b.
         product_c: m_c, likewise.
         determinant: D = w_b x w_c, determinant of the linear system for v.
@@ -148,5 +148,5 @@ def closure(linkage: Linkage, pins: CrankPins) -> Closure:
     # In positions |m_k| <= l_a |w_k| and |w_k| <= l_a + l_k.
     rod_a, rod_b, rod_c = (unit * rod for rod in linkage.rods)
     terms = (rod_a * (rod_a + rod_b) * (rod_a + rod_c)) ** 2
-    noisy = ROUNDING * scale > _NOISE * terms
+    noisy = ROUNDING_ERROR * scale > _NOISE * terms
     return Closure(polynomial, scale, noisy, Linear(b0, b1), Linear(c0, c1), Linear(d0, d1))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
-    ROUNDING,
+    ROUNDING_ERROR,
     Closure,
     Cubic,
     closure,
@@ -67,7 +67,7 @@ def find_islands(linkage: Linkage, crank_angles: Array) -> list[float]:
         falling = sign * slope < 0.0
         low, high = np.where(falling, middle, low), np.where(falling, high, middle)
     scale = _closure(linkage, low).scale
-    island = sign * value < -ROUNDING * scale
+    island = sign * value < -ROUNDING_ERROR * scale
     return [math.remainder(float(found), 2.0 * math.pi) for found in low[island]]
 
 

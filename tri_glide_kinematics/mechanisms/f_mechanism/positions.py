@@ -11,7 +11,12 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.equal_numbers import directions, wrapped
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.mechanisms.f_mechanism.closure import ROUNDING, Closure, Linear, closure
+from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
+    ROUNDING_ERROR,
+    Closure,
+    Linear,
+    closure,
+)
 from tri_glide_kinematics.mechanisms.f_mechanism.exact import exact_positions
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     CrankPins,
@@ -162,7 +167,7 @@ _EQUAL_ANGLES = 1e-9
 # Largest rod residual of a position, relative to the size.
 RESIDUAL = 1e-12
 # Rounding of products of two lengths, relative to the square of the size.
-_LENGTH_ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
+LENGTH_ROUNDING_ERROR = 32.0 * float(np.finfo(np.float64).eps)
 # Agreement of lengths that makes a mechanism special, relative to the size.
 SPECIAL = 1e-12
 
@@ -210,7 +215,7 @@ def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Pos
         return []
     if condition.noisy:
         return exact_positions(linkage, pins)
-    roots = real_roots(condition.polynomial, ROUNDING * condition.scale)
+    roots = real_roots(condition.polynomial, ROUNDING_ERROR * condition.scale)
     simple = (
         None
         if any(root.double for root in roots)
@@ -259,7 +264,7 @@ def special_pins(linkage: Linkage, pins: CrankPins, condition: Closure) -> Numbe
     """
     polynomial = condition.polynomial
     largest = sum(map(abs, polynomial))
-    vanishes = largest <= ROUNDING * condition.scale
+    vanishes = largest <= ROUNDING_ERROR * condition.scale
     if max(linkage.rods) - min(linkage.rods) > SPECIAL * linkage.size:
         return vanishes
     tolerance = SPECIAL * linkage.size
@@ -279,12 +284,12 @@ def _assembles_somewhere(linkage: Linkage, pins: CrankPins, condition: Closure) 
     everywhere, rod A must reach the line that the one independent equation leaves for v.
     """
     determinant = condition.determinant
-    if abs(determinant.constant) + abs(determinant.first) > _LENGTH_ROUNDING:
+    if abs(determinant.constant) + abs(determinant.first) > LENGTH_ROUNDING_ERROR:
         return True
     z, unit = direction(NODES), linkage.unit
     w_b = unit * (z * linkage.platform_b - (pins.b - pins.a))
     w_c = unit * (z * linkage.platform_c - (pins.c - pins.a))
-    radius, slack = unit * linkage.rods[0], _LENGTH_ROUNDING
+    radius, slack = unit * linkage.rods[0], LENGTH_ROUNDING_ERROR
     reached = (abs(condition.product_b.at(z)) <= radius * abs(w_b) + slack) & (
         abs(condition.product_c.at(z)) <= radius * abs(w_c) + slack
     )
@@ -361,7 +366,7 @@ def _solve_chunk(linkage: Linkage, angles: Array, result: FMechanismPoses, first
     """Write the positions of ordinary rows to ``result``; return which rows are special."""
     pins = pins_at(linkage, linkage.crank_angles(angles))
     condition = closure(linkage, pins)
-    tolerance = ROUNDING * condition.scale
+    tolerance = ROUNDING_ERROR * condition.scale
     special: Mask = special_pins(linkage, pins, condition) | condition.noisy
     roots = simple_roots(condition.polynomial, tolerance, special)
 

@@ -109,7 +109,7 @@ def pins_at(linkage: Linkage, crank_angles: tuple[Number, Number, Number]) -> Cr
 CONVERGED = 1e-14
 _LONGEST_STEP = 0.01
 # Rounding of products of lengths, relative to them.
-_LENGTH_ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
+LENGTH_ROUNDING_ERROR = 32.0 * float(np.finfo(np.float64).eps)
 
 
 def rotation(angle: Number) -> Number:
@@ -254,7 +254,7 @@ def rods_on_line(linkage: Linkage, w: complex, m: float) -> list[complex]:
         return []
     foot = m / length
     rest = (radius - foot) * (radius + foot)
-    rounding = _LENGTH_ROUNDING * linkage.size * linkage.reach * radius / length
+    rounding = LENGTH_ROUNDING_ERROR * linkage.size * linkage.reach * radius / length
     if rest < -1e-6 * radius * radius - rounding:
         return []
     if rest <= rounding:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
-    ROUNDING,
+    ROUNDING_ERROR,
     Cubic,
     derivative_bound,
     derivatives,
@@ -395,7 +395,7 @@ def row_roots(polynomial: Cubic) -> tuple[Index, Array]:
 
     Rows with a double root are missing.
     """
-    tolerance = ROUNDING * sum(abs(coefficient) for coefficient in polynomial)
+    tolerance = ROUNDING_ERROR * sum(abs(coefficient) for coefficient in polynomial)
     special = np.zeros(len(tolerance), dtype=np.bool_)
     roots = simple_roots(polynomial, tolerance, special)
     simple = ~special[roots.row]
