@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -202,13 +202,13 @@ class Keys:
             raise self.error(f"is {number:g}, must be at least {least:g}", key)
         return number
 
-    def vector(self, key: str) -> Vector3:
+    def vector(self, key: str, default: Sequence[float] | None = None) -> Vector3:
         """Return three numbers.
 
         Raises:
             FileError: if they are not that.
         """
-        x, y, z = self.numbers(key, self.value(key), 3)
+        x, y, z = self.numbers(key, self.value(key, default), 3)
         return x, y, z
 
     def numbers(self, key: str, value: Any, count: int) -> tuple[float, ...]:
@@ -218,8 +218,7 @@ class Keys:
             FileError: if they are not that.
         """
         if not isinstance(value, list) or len(value) != count:
-            names = {2: ", x and y", 3: ", x, y and z"}.get(count, "")
-            wanted = f"a list of {count} numbers{names}"
+            wanted = f"a list of {count} numbers{', x and y' if count == 2 else ''}"
             raise self.error(f"is {shortened(value)}, must be {wanted}", key)
         return tuple(self._number(f"{key}[{index}]", each) for index, each in enumerate(value))
 

@@ -19,6 +19,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.exact import exact_positions
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
+    LENGTH_ROUNDING_ERROR,
     CrankPins,
     Linkage,
     Number,
@@ -166,8 +167,6 @@ LONGEST_CORRECTION = 0.01
 _EQUAL_ANGLES = 1e-9
 # Largest rod residual of a position, relative to the size.
 RESIDUAL = 1e-12
-# Rounding of products of two lengths, relative to the square of the size.
-LENGTH_ROUNDING_ERROR = 32.0 * float(np.finfo(np.float64).eps)
 # Agreement of lengths that makes a mechanism special, relative to the size.
 SPECIAL = 1e-12
 
