@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from benchmarks.harness import Figure, Missing, Work, compare, pinned_to_one_core
 from benchmarks.references import tri_glide_c, tri_glide_floats
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.tri_glide import compiled as tri_glide_compiled
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry, batch
 
 GEOMETRY = TriGlideGeometry.symmetric(base_radius=0.25, platform_radius=0.05, arm_length=0.40)
 POSITION = (0.031, -0.042, 0.27)
@@ -68,7 +67,7 @@ def _batch(machine: TriGlide) -> Iterator[Figure | Missing]:
         ("forward", heights, tri_glide_c.forward_batch_of(GEOMETRY)),
     ):
         what = f"TriGlide.{direction}_batch, 1,000,000 poses, per pose"
-        if tri_glide_compiled.is_available():
+        if batch.numba_is_installed():
             yield compare(
                 f"{what}, compiled=True",
                 C_LOOP,

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.tri_glide import compiled as compiled_loops
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry, batch
 
 ONE_MODE = TriGlideGeometry.symmetric(0.25, 0.05, 0.4)
 TWO_MODES = TriGlideGeometry(((0.3, 0.0), (-0.1, 0.25), (-0.2, -0.3)), (0.8, 0.9, 1.1))
@@ -38,8 +37,8 @@ def test_same_results_to_the_last_bit(geometry):
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
 def test_the_loops_themselves(geometry, monkeypatch):
     """What numba compiles, run as plain Python: so this holds where there is no numba."""
-    monkeypatch.setattr(compiled_loops, "is_available", lambda: True)
-    monkeypatch.setattr(compiled_loops, "compile_loop", lambda loop: loop)
+    monkeypatch.setattr(batch, "numba_is_installed", lambda: True)
+    monkeypatch.setattr(batch, "compile_loop", lambda loop: loop)
     plain, compiled = TriGlide(geometry), TriGlide(geometry, compiled=True)
     for seed, name in enumerate(("inverse_batch", "forward_batch")):
         given = rows(seed, 2000)
@@ -48,8 +47,8 @@ def test_the_loops_themselves(geometry, monkeypatch):
 
 
 def test_without_numba_the_loops_are_not_used(monkeypatch):
-    monkeypatch.setattr(compiled_loops, "is_available", lambda: False)
-    monkeypatch.setattr(compiled_loops, "compile_loop", None)
+    monkeypatch.setattr(batch, "numba_is_installed", lambda: False)
+    monkeypatch.setattr(batch, "compile_loop", None)
     machine = TriGlide(ONE_MODE, compiled=True)
     np.testing.assert_array_equal(
         machine.inverse_batch(rows(0, 100)), TriGlide(ONE_MODE).inverse_batch(rows(0, 100))
@@ -58,6 +57,6 @@ def test_without_numba_the_loops_are_not_used(monkeypatch):
 
 
 def test_nothing_is_compiled_unless_asked_for(monkeypatch):
-    monkeypatch.setattr(compiled_loops, "is_available", lambda: True)
-    monkeypatch.setattr(compiled_loops, "compile_loop", None)
+    monkeypatch.setattr(batch, "numba_is_installed", lambda: True)
+    monkeypatch.setattr(batch, "compile_loop", None)
     assert TriGlide(ONE_MODE).inverse_batch([(0.0, 0.0, 0.2)]).shape == (1, 3)

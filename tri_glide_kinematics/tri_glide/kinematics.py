@@ -22,7 +22,6 @@ from tri_glide_kinematics.checks import array_of_shape, plain_floats
 from tri_glide_kinematics.equal_numbers import first_smallest
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, Refusal
 from tri_glide_kinematics.tri_glide import batch
-from tri_glide_kinematics.tri_glide import compiled as compiled_loops
 from tri_glide_kinematics.tri_glide.conditioning import (
     Matrix3,
     extreme_singular_values,
@@ -166,9 +165,9 @@ class TriGlide:
                 installed, they work as without this.
         """
         self.geometry = geometry
-        if compiled and compiled_loops.is_available():
-            self._inverse_batch = compiled_loops.inverse_batch
-            self._forward_batch = compiled_loops.forward_batch
+        if compiled and batch.numba_is_installed():
+            self._inverse_batch = batch.compiled_inverse_batch
+            self._forward_batch = batch.compiled_forward_batch
         else:
             self._inverse_batch = batch.inverse_batch
             self._forward_batch = batch.forward_batch
