@@ -7,9 +7,9 @@ from pathlib import Path
 
 from tri_glide_kinematics.demo.client import MachineSettings
 from tri_glide_kinematics.demo.leg import Leg
-from tri_glide_kinematics.drawing import save_figure
 from tri_glide_kinematics.figures import Mark, Span, motion_figure
 from tri_glide_kinematics.motion.limit_use import CommandStream
+from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.vectors import FloatArray
 
 TARGET_STYLE = {"marker": "o", "color": "tab:red", "markersize": 4}

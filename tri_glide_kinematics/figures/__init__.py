@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.figures.calibration import calibration_figure as calibration_figure
+    from tri_glide_kinematics.figures.calibration_pictures import (
+        calibration_figure as calibration_figure,
+    )
     from tri_glide_kinematics.figures.motion import Mark as Mark
     from tri_glide_kinematics.figures.motion import Span as Span
     from tri_glide_kinematics.figures.motion import label_centres as label_centres

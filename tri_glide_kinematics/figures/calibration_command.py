@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.drawing import exit_code, find_file
+from tri_glide_kinematics.picture_commands import exit_code, find_file
 
 REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
 
@@ -55,8 +55,8 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
     print(text)
     folder.mkdir(parents=True, exist_ok=True)
     write_file(folder / REPORT, f"{text}\n")
-    from tri_glide_kinematics.drawing import save_figure
-    from tri_glide_kinematics.figures.calibration import calibration_figure
+    from tri_glide_kinematics.figures.calibration_pictures import calibration_figure
+    from tri_glide_kinematics.picture_commands import save_figure
 
     save_figure(calibration_figure(calibration), folder / PICTURE, 110)
     print(f"\nreport: {folder / REPORT}\npicture: {folder / PICTURE}")

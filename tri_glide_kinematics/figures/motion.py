@@ -13,9 +13,9 @@ from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import Axes3D, proj3d
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.drawing import LIMIT_STYLE, MILLIMETRES
 from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.picture_commands import LIMIT_STYLE, MILLIMETRES
 from tri_glide_kinematics.vectors import FloatArray
 
 # Places labels beside points of a picture so that they cover neither each other nor a line.

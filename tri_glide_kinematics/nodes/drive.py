@@ -15,8 +15,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from tri_glide_kinematics.drawing import find_file
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.picture_commands import find_file
 from tri_glide_kinematics.programs import DriveFile, ProgressLine, is_whole, load_drive, table
 from tri_glide_kinematics.ros.clients import GoalSender, StepDriver
 from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down

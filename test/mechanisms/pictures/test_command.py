@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from tri_glide_kinematics.drawing import find_file
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.files import load_mechanism
 from tri_glide_kinematics.mechanisms.pictures import (
@@ -22,6 +21,7 @@ from tri_glide_kinematics.mechanisms.pictures import (
     pictures_of,
 )
 from tri_glide_kinematics.mechanisms.pictures.command import main
+from tri_glide_kinematics.picture_commands import find_file
 
 ROOT = Path(__file__).parents[3]
 CONFIG = ROOT / "config"

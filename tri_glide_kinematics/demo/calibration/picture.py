@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from tri_glide_kinematics.demo.calibration.course import RADIUS
 from tri_glide_kinematics.demo.calibration.verdict import Verdict
-from tri_glide_kinematics.drawing import save_figure
+from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.vectors import FloatArray
 
 # The longest arrow, as a part of the radius.

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector, positive
 from tri_glide_kinematics.equal_numbers import SAME_ANGLE
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, WrongShapeError
+from tri_glide_kinematics.mechanisms.f_mechanism.all_branches import FMechanismOverview, survey
 from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve
-from tri_glide_kinematics.mechanisms.f_mechanism.overview import FMechanismOverview, survey
 from tri_glide_kinematics.mechanisms.f_mechanism.positions import (
     FMechanismPose,
     FMechanismPoses,

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.mechanisms.f_mechanism.arcs import Arc
 from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Vector
-from tri_glide_kinematics.mechanisms.f_mechanism.following import Arc
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     direction,
     newton_step,

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Drive, Vector
-from tri_glide_kinematics.mechanisms.f_mechanism.following import (
+from tri_glide_kinematics.mechanisms.f_mechanism.arcs import (
     STANDSTILL,
     Arc,
     Bifurcation,
@@ -20,6 +19,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.following import (
     follow,
     leading_sense,
 )
+from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Drive, Vector
 from tri_glide_kinematics.mechanisms.f_mechanism.positions import FMechanismPose, pose_of
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     CONVERGED,

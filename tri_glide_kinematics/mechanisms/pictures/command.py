@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.drawing import exit_code, find_file
+from tri_glide_kinematics.picture_commands import exit_code, find_file
 
 MOST_FRAMES = 720
 

@@ -16,8 +16,8 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.drawing import MILLIMETRES
 from tri_glide_kinematics.equal_numbers import SAME_PART, directions, first_largest
+from tri_glide_kinematics.picture_commands import MILLIMETRES
 from tri_glide_kinematics.vectors import FloatArray
 
 # Colours that stay apart for colour-blind readers as well (Okabe and Ito).

@@ -13,7 +13,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tri_glide_kinematics.drawing import LIMIT_STYLE
 from tri_glide_kinematics.equal_numbers import (
     SAME_PART,
     directions,
@@ -47,6 +46,7 @@ from tri_glide_kinematics.mechanisms.pictures.drawing import (
     plane_figure,
     wraps,
 )
+from tri_glide_kinematics.picture_commands import LIMIT_STYLE
 from tri_glide_kinematics.vectors import FloatArray
 
 CORNER_COLOURS = (ORANGE, BLUE, GREEN)

@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tri_glide_kinematics.drawing import LIMIT_STYLE
 from tri_glide_kinematics.equal_numbers import SAME_ANGLE
 from tri_glide_kinematics.mechanisms.four_bar import (
     AssembledFourBar,
@@ -35,6 +34,7 @@ from tri_glide_kinematics.mechanisms.pictures.drawing import (
     plane_figure,
     wraps,
 )
+from tri_glide_kinematics.picture_commands import LIMIT_STYLE
 from tri_glide_kinematics.vectors import FloatArray
 
 SAMPLES = 721

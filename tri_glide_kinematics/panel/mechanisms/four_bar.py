@@ -10,7 +10,7 @@ import numpy as np
 from tri_glide_interfaces.msg import CrankSweep, FourBarDeadCentre, FourBarPose, Point2
 from tri_glide_interfaces.msg import FourBar as FourBarMessage
 from tri_glide_interfaces.srv import SolveFourBar, TraceFourBar
-from tri_glide_kinematics.mechanisms.files import MechanismFile
+from tri_glide_kinematics.mechanisms import MechanismFile
 from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
 from tri_glide_kinematics.panel.mechanisms.dimensions import Dimension, coordinate, length
 from tri_glide_kinematics.panel.mechanisms.picture import Branch as FollowedBranch

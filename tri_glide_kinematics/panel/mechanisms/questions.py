@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from tri_glide_kinematics.mechanisms import MechanismFileError, load_mechanism
+from tri_glide_kinematics.mechanisms import MechanismFile, MechanismFileError, load_mechanism
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.files import MechanismFile
 from tri_glide_kinematics.mechanisms.four_bar import FourBar
 from tri_glide_kinematics.panel.mechanisms.dimensions import Dimension
 from tri_glide_kinematics.panel.mechanisms.f_mechanism import FMechanismQuestions

@@ -8,7 +8,7 @@ from calibration_samples import calibration
 from matplotlib.figure import Figure
 
 from tri_glide_kinematics.calibration.fit import Region
-from tri_glide_kinematics.figures.calibration import (
+from tri_glide_kinematics.figures.calibration_pictures import (
     OUTLIER_COLOR,
     calibration_figure,
     draw_maps,
