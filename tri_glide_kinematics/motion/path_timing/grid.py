@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.path.number_sets import distinct
+from tri_glide_kinematics.motion.path import distinct
 from tri_glide_kinematics.motion.path_timing.problem import CellHeights, CellLimits
 from tri_glide_kinematics.motion.path_timing.rest_map import REACH, RestMap
 from tri_glide_kinematics.motion.path_timing.speed_estimate import (

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.path.number_sets import distinct
+from tri_glide_kinematics.motion.path import distinct
 from tri_glide_kinematics.motion.trajectory import PathHeights, PathTimingError, SliderLimits
 from tri_glide_kinematics.vectors import FloatArray
 
