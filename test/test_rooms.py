@@ -1,0 +1,60 @@
+"""Code outside a room imports from the room, not from its modules."""
+
+from __future__ import annotations
+
+import ast
+from configparser import ConfigParser
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = "tri_glide_kinematics"
+ROOMS = {
+    ".".join(path.parent.relative_to(ROOT).parts): path
+    for path in (ROOT / PACKAGE).rglob("__init__.py")
+    if "when_first_used" in path.read_text()
+}
+# A layer of setup.cfg may be a single module.
+CONTRACTS = ConfigParser()
+CONTRACTS.read(ROOT / "setup.cfg")
+LAYERS = {
+    f"{contract['containers']}.{layer}"
+    for contract in CONTRACTS.values()
+    if "layers" in contract
+    for layer in contract["layers"].replace(":", " ").split()
+}
+FOLDERS = (PACKAGE, "test", "testing", "benchmarks", "examples")
+FILES = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.py"))]
+
+
+def room_of(module: str) -> str | None:
+    """Return the room that a module is in; None if it is a room itself."""
+    room = module.rpartition(".")[0]
+    return None if module in ROOMS or module in LAYERS or room not in ROOMS else room
+
+
+def place_of(path: Path) -> str:
+    """Return the package that a file is in, or is a test of."""
+    folder, *rest = path.relative_to(ROOT).parent.parts
+    return ".".join([PACKAGE if folder == "test" else folder, *rest])
+
+
+def is_passed_on(path: Path, room: str) -> bool:
+    """Return whether a file is that by which a larger room exports the names of this one."""
+    return path.name == "__init__.py" and room.startswith(place_of(path))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_who_is_outside_a_room_imports_from_the_room(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if not isinstance(node, ast.ImportFrom) or not node.module:
+            continue
+        room = room_of(node.module)
+        if room is None or f"{place_of(path)}.".startswith(f"{room}.") or is_passed_on(path, room):
+            continue
+        # A function with the name of its module cannot be a name of the room as well.
+        own_name = node.module.rpartition(".")[2]
+        names = {alias.name for alias in node.names}
+        names = {name for name in names if name != own_name and not name.startswith("_")}
+        assert not names, f"line {node.lineno}: {names} from {node.module}, not from {room}"
