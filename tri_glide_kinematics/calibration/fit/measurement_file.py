@@ -16,7 +16,7 @@ Heights are reported ones. Lengths are in the unit that the file names. An examp
       - {heights: [...], position: [...], frame: camera, standard_deviation: 0.05}
     distances:
       - {from: [...], to: [...], distance: 240, standard_deviation: 0.05}
-    workspace: {lower_heights: [...], ...}   # or without it, see workspace_keys.py
+    workspace: {lower_heights: [...], ...}   # or without it, see ``read_workspace``
 """
 
 from __future__ import annotations
