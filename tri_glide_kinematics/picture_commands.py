@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import signal
 import sys
@@ -48,6 +49,16 @@ def find_file(file: Path) -> Path:
             if installed.exists():
                 return installed
     return file
+
+
+def command_parser(name: str, description: str, file_help: str) -> argparse.ArgumentParser:
+    """Return the parser of a command that reads a ``file`` and writes to the folder ``output``."""
+    parser = argparse.ArgumentParser(prog=name, description=description)
+    parser.add_argument("file", type=Path, help=file_help)
+    parser.add_argument(
+        "--output", type=Path, default=Path("out"), metavar="DIR", help="folder (default: out)"
+    )
+    return parser
 
 
 def exit_code(name: str, output: Path, work: Callable[[], None]) -> int:

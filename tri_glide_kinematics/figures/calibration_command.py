@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.picture_commands import exit_code, find_file
+from tri_glide_kinematics.picture_commands import command_parser, exit_code, find_file
 
 REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
 
@@ -68,17 +68,12 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="calibrate",
-        description="Find the machine that explains measurements best: touches of a plate, "
-        "measured positions, distances between positions. Writes a report, a picture and a "
-        "parameter file that all nodes take.",
-    )
-    parser.add_argument(
-        "file", type=Path, help="measurements, or the name of a file that is installed in config/"
-    )
-    parser.add_argument(
-        "--output", type=Path, default=Path("out"), metavar="DIR", help="folder (default: out)"
+    parser = command_parser(
+        "calibrate",
+        "Find the machine that explains measurements best: touches of a plate, measured positions, "
+        "distances between positions. Writes a report, a picture and a parameter file that all "
+        "nodes take.",
+        "measurements, or the name of a file that is installed in config/",
     )
     parser.add_argument(
         "--next",

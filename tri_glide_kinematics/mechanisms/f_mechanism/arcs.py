@@ -21,12 +21,14 @@ from tri_glide_kinematics.mechanisms.f_mechanism.curve import (
     dot,
 )
 
+# How far the curve of positions is proven to be one arc: a tube about its tangent.
+
 # Change of the Jacobian that a tube allows at most; must stay below one.
 LARGEST_CHANGE = 0.7
 # Radius of a tube, as a multiple of the deviation of the curve from its tangent.
-WIDTH = 3.0
+TUBE_WIDTH = 3.0
 # Where two turning points merge, the length of a tube is not reduced below this part.
-SHORTEST = 1e-3
+SHORTEST_TUBE = 1e-3
 
 
 class Tube(NamedTuple):
@@ -69,8 +71,8 @@ def tube(frame: Frame, longest: float) -> Tube:
         math.sqrt(1.0 / (frame.third + 1e-300)),
     )
     widest = None
-    while widest is None or length > SHORTEST * widest.length:
-        radius = WIDTH * length * length * (0.5 * frame.along + length * frame.third / 6.0)
+    while widest is None or length > SHORTEST_TUBE * widest.length:
+        radius = TUBE_WIDTH * length * length * (0.5 * frame.along + length * frame.third / 6.0)
         square = length * length + radius * radius
         change = frame.mixed * length + frame.across * radius + 0.5 * frame.third * square
         drift = 0.5 * frame.along * length + frame.mixed * radius
@@ -229,6 +231,8 @@ def _matrix(symmetric: Symmetric) -> Array:
     m00, m11, m22, m01, m02, m12 = symmetric
     return np.array([[m00, m01, m02], [m01, m11, m12], [m02, m12, m22]])
 
+
+# The walk from arc to arc.
 
 # A start whose drive is slower than this along the curve is a turning point.
 STANDSTILL = 1e-6

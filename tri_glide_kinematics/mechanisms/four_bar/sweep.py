@@ -66,27 +66,33 @@ class PointMotion:
 
 
 @dataclass(frozen=True, eq=False)
-class BranchSweep:
-    """One branch over n crank angles. Rows beyond the crank's limits are NaN.
+class Sweep:
+    """The motion over n crank angles. Rows beyond the crank's limits are NaN.
 
     Attributes:
-        branch: which one.
         lengths: of the linkage.
         frame: where it lies.
         crank_angles: in [rad], from the x axis of the plane. Shape (n,).
         crank_velocities: in [rad/s]. Shape () or (n,).
         crank_accelerations: in [rad/s^2]. Shape () or (n,).
         motion: x and y of the rocker pin in the ground frame in [m]; coupler and rocker velocity in
-            [rad/s]; coupler and rocker acceleration in [rad/s^2]. Shape (6, n).
+            [rad/s]; coupler and rocker acceleration in [rad/s^2]. Shape (6, n) of one branch,
+            (2, 6, n) of the open and the crossed one.
     """
 
-    branch: Branch
     lengths: LinkLengths
     frame: GroundFrame
     crank_angles: FloatArray
     crank_velocities: FloatArray
     crank_accelerations: FloatArray
     motion: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class BranchSweep(Sweep):
+    """One ``branch`` over n crank angles."""
+
+    branch: Branch
 
     @property
     def coupler_velocities(self) -> FloatArray:
@@ -202,28 +208,12 @@ class BranchSweep:
         return self._rocker_pin - self.lengths.ground
 
 
-@dataclass(frozen=True, eq=False)
-class FourBarSweep:
+class FourBarSweep(Sweep):
     """Both branches over n crank angles.
 
     A branch is followed by its identity (:class:`Branch`), never by nearness to the row before, so
     a row does not depend on the other rows.
-
-    Attributes:
-        lengths: of the linkage.
-        frame: where it lies.
-        crank_angles: in [rad], from the x axis of the plane. Shape (n,).
-        crank_velocities: in [rad/s]. Shape () or (n,).
-        crank_accelerations: in [rad/s^2]. Shape () or (n,).
-        motion: of the open and the crossed branch, see :class:`BranchSweep`. Shape (2, 6, n).
     """
-
-    lengths: LinkLengths
-    frame: GroundFrame
-    crank_angles: FloatArray
-    crank_velocities: FloatArray
-    crank_accelerations: FloatArray
-    motion: FloatArray
 
     @property
     def open(self) -> BranchSweep:
@@ -242,13 +232,13 @@ class FourBarSweep:
             NotAChoiceError: if ``branch`` is no ``Branch``, but its name, for example.
         """
         return BranchSweep(
-            member("branch", branch, Branch),
             self.lengths,
             self.frame,
             self.crank_angles,
             self.crank_velocities,
             self.crank_accelerations,
-            self.motion[0 if branch is Branch.OPEN else 1],
+            self.motion[0 if member("branch", branch, Branch) is Branch.OPEN else 1],
+            branch,
         )
 
 

@@ -11,9 +11,8 @@ import math
 import signal
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
-from tri_glide_kinematics.picture_commands import exit_code, find_file
+from tri_glide_kinematics.picture_commands import command_parser, exit_code, find_file
 
 MOST_FRAMES = 720
 
@@ -43,18 +42,13 @@ def _draw(options: argparse.Namespace) -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="draw_mechanism",
-        description="Draw an F-mechanism or a four-bar linkage from a file. F-mechanism: the "
-        "platform angle over the crank angle on all branches, the paths of the platform joints on "
-        "one branch, all positions at one crank angle, all positions of the platform joints. "
-        "Four-bar linkage: the coupler curve, and all angles over the crank angle.",
-    )
-    parser.add_argument(
-        "file", type=Path, help="mechanism file, or the name of one that is installed in config/"
-    )
-    parser.add_argument(
-        "--output", type=Path, default=Path("out"), metavar="DIR", help="folder (default: out)"
+    parser = command_parser(
+        "draw_mechanism",
+        "Draw an F-mechanism or a four-bar linkage from a file. F-mechanism: the platform angle "
+        "over the crank angle on all branches, the paths of the platform joints on one branch, all "
+        "positions at one crank angle, all positions of the platform joints. Four-bar linkage: the "
+        "coupler curve, and all angles over the crank angle.",
+        "mechanism file, or the name of one that is installed in config/",
     )
     parser.add_argument(
         "--branch",
