@@ -17,7 +17,7 @@ from tri_glide_kinematics.mechanisms.pictures import (
     Choice,
     DrawingError,
     animation,
-    pictures,
+    picture_set,
     pictures_of,
 )
 from tri_glide_kinematics.mechanisms.pictures.command import main
@@ -177,7 +177,7 @@ def test_an_interrupted_run_leaves_older_pictures_alone(capsys, tmp_path, monkey
         file.write_text("half")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(pictures, "save_movie", interrupt)
+    monkeypatch.setattr(picture_set, "save_movie", interrupt)
     arguments = (FOUR_BAR, "--output", tmp_path, "--animate", "--branch", 1)
     handler = signal.getsignal(signal.SIGINT)
     code, out, err = draw(capsys, *arguments)

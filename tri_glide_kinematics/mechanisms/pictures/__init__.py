@@ -47,8 +47,8 @@ if TYPE_CHECKING:
         default_crank_angle as default_crank_angle,
     )
     from tri_glide_kinematics.mechanisms.pictures.four_bar import interval_around as interval_around
-    from tri_glide_kinematics.mechanisms.pictures.pictures import Choice as Choice
-    from tri_glide_kinematics.mechanisms.pictures.pictures import DrawingError as DrawingError
-    from tri_glide_kinematics.mechanisms.pictures.pictures import pictures_of as pictures_of
+    from tri_glide_kinematics.mechanisms.pictures.picture_set import Choice as Choice
+    from tri_glide_kinematics.mechanisms.pictures.picture_set import DrawingError as DrawingError
+    from tri_glide_kinematics.mechanisms.pictures.picture_set import pictures_of as pictures_of
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _draw(options: argparse.Namespace) -> None:
     """Draw, and say which files were written."""
-    from tri_glide_kinematics.mechanisms.pictures.pictures import Choice, save_pictures
+    from tri_glide_kinematics.mechanisms.pictures.picture_set import Choice, save_pictures
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     angle = options.crank_angle
