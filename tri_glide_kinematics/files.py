@@ -1,4 +1,4 @@
-"""Writes files so that nobody's work is lost: whole or not at all, and none in place of another."""
+"""Writes files so that nobody's work is lost: whole or not at all, none in place of another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers as the texts of errors, log lines and diagnostics write them."""
+"""Numbers as texts for people write them."""
 
 from __future__ import annotations
 

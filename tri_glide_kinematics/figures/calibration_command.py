@@ -1,4 +1,4 @@
-"""The command ``calibrate``: from measurements to a report, a picture and a parameter file.
+"""The command ``calibrate``: from measurements to a report, a picture, a parameter file.
 
 Slow modules are imported after the command line has been read, so that a mistake in it is
 told at once and Ctrl-C ends the process while modules are still being loaded.

@@ -1,4 +1,4 @@
-"""Draws a calibration: the residual of each measurement, and how well the position is known."""
+"""Pictures of a calibration."""
 
 from __future__ import annotations
 

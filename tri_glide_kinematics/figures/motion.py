@@ -1,4 +1,4 @@
-"""Pictures of a motion: the platform's path in space and the sliders' course over time."""
+"""Pictures of a motion."""
 
 from __future__ import annotations
 

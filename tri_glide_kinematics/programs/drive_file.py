@@ -1,4 +1,4 @@
-"""Reads files of moves, paths and waits such as ``config/drive_example.yaml``.
+"""Reads files of commands such as ``config/drive_example.yaml``.
 
 All of a file is checked before anything moves, as far as that is possible without the machine.
 """

@@ -1,4 +1,4 @@
-"""The output of a drive: its progress in one line, and a table at the end."""
+"""The output of a drive."""
 
 from __future__ import annotations
 

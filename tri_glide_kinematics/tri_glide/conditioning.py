@@ -1,4 +1,4 @@
-"""Largest and smallest singular value of a 3 x 3 matrix in closed form, for one and for many.
+"""Extreme singular values of 3 x 3 matrices in closed form.
 
 The eigenvalue formula of a symmetric 3 x 3 matrix (Smith, "Eigenvalues of a symmetric 3 x 3
 matrix", Comm. ACM 4, 1961) is exact to rounding for the largest eigenvalue only, as all its terms

@@ -1,4 +1,4 @@
-"""Geometry of a tri-glide: where its towers stand and how long its arms are."""
+"""Geometry of a tri-glide."""
 
 from __future__ import annotations
 

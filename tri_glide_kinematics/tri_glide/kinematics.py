@@ -1,4 +1,4 @@
-r"""Closed-form kinematics of a tri-glide: slider heights, platform position and their rates.
+r"""Closed-form kinematics of a tri-glide.
 
 Arm i leads from the platform centre $A = (x, y, z)$ up to its carriage $(a_{ix}, a_{iy}, h_i)$ over
 the anchor $a_i$. With $F_i = a_i - (x, y)$ and the rise $s_i = \sqrt{L_i^2 - |F_i|^2}$:

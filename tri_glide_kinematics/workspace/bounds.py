@@ -1,4 +1,4 @@
-"""The limits of a workspace as shapes in space, and where straight lines leave them.
+"""The limits of a workspace as shapes in space.
 
 Reach and cylinder are discs about an upright axis; the sides of the box and the ends of the
 cylinder are planes; the ends of slider travel are the lower halves of spheres about the carriage

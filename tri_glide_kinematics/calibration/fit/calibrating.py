@@ -1,4 +1,4 @@
-"""Calibration: from measurements to the machine's true geometry, and what cannot be known of it."""
+"""Calibration: from measurements to the machine's true geometry."""
 
 from __future__ import annotations
 

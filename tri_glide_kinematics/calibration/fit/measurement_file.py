@@ -1,4 +1,4 @@
-"""Files of measurements: the nominal machine, what is known of it, and what was measured.
+"""Files of measurements.
 
 Heights are reported ones. Lengths are in the unit that the file names. An example:
 

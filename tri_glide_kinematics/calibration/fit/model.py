@@ -1,4 +1,4 @@
-r"""The predicted measurements, and how they change with the parameters.
+r"""The predicted measurements as functions of the parameters.
 
 The platform is at p where $|C_i - p|^2 = L_i^2$, with the carriages
 $C_i = (a_{ix}, a_{iy}, h_i + o_i)$.

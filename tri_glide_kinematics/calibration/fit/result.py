@@ -1,4 +1,4 @@
-"""The result of a calibration: the machine, and how well it is known."""
+"""The result of a calibration."""
 
 from __future__ import annotations
 

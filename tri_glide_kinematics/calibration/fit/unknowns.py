@@ -1,4 +1,4 @@
-"""The fitted numbers: the machine, plates at unknown places, frames that are turned and shifted."""
+"""The fitted numbers: those of the machine, of plates at unknown places, of turned frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A calibration in words and tables, as a person reads it."""
+"""A calibration as a person reads it."""
 
 from __future__ import annotations
 

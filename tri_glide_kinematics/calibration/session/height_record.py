@@ -1,4 +1,4 @@
-"""The measured heights of the last seconds: where the sliders rest, and where they were."""
+"""The measured heights of the last seconds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Decides how a probe goes on: down until a contact, to rest, and back up. Reads no clock."""
+"""Decides how a probe goes on: down until a contact, to rest, back up. Reads no clock."""
 
 from __future__ import annotations
 

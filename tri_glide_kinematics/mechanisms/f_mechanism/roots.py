@@ -1,4 +1,4 @@
-"""Real roots of trigonometric polynomials of degree three, none lost and none invented.
+"""All real roots of trigonometric polynomials of degree three.
 
 The circle is cut into cells of equal width. Bounds of the second and third derivative decide for
 each cell whether it holds no root, exactly one, or must be looked at closely. Those that must are

@@ -1,4 +1,4 @@
-"""The four-bar linkage: position, velocity, acceleration on both branches (sources 002 and 004).
+"""The four-bar linkage: position, velocity, acceleration on both branches (sources 002, 004).
 
 The crank turns about the crank pivot, the rocker about the rocker pivot; the coupler joins the
 crank pin to the rocker pin. All angles are measured from the x axis of the plane,

@@ -1,4 +1,4 @@
-"""Retracting landing gear of an aircraft in flight: motion and hinge reactions (source 003).
+"""Retracting landing gear of an aircraft in flight (source 003).
 
 Frames, all right-handed, z up when the angles are zero:
 

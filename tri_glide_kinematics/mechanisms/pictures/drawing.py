@@ -1,4 +1,4 @@
-"""Parts of all pictures of mechanisms: the plane they lie in, their links, and angle axes."""
+"""Parts of all pictures of mechanisms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of an F-mechanism: its branches, the paths of its platform, and its positions.
+"""Pictures of an F-mechanism.
 
 They show what source 001 shows in its figures 3 and 5 to 8.
 """

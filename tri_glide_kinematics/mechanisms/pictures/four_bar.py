@@ -1,4 +1,4 @@
-"""Pictures of a four-bar linkage: its coupler curve, its angles and its transmission angle."""
+"""Pictures of a four-bar linkage."""
 
 from __future__ import annotations
 

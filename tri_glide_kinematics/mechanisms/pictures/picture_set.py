@@ -1,4 +1,4 @@
-"""Which pictures belong to a mechanism, and the words that go with them."""
+"""All pictures that belong to a mechanism."""
 
 from __future__ import annotations
 
