@@ -22,7 +22,7 @@ from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, polylines_of
 from tri_glide_kinematics.motion.trajectory import SliderLimits
-from tri_glide_kinematics.ros.clients import GoalSender
+from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 TOLERANCE = 1e-4  # m between a target and the pose measured back

@@ -13,7 +13,7 @@ from rclpy.qos import qos_profile_sensor_data
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.demo.client import START_TIMEOUT, DemoError
-from tri_glide_kinematics.ros.clients import GoalSender
+from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.vectors import Vector3
 

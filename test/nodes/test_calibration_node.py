@@ -7,7 +7,8 @@ import math
 import pytest
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.parameters import CALIBRATION_NODE, probe_settings_of
+from tri_glide_kinematics.nodes.calibration_node import probe_settings_of
+from tri_glide_kinematics.ros.parameters import CALIBRATION_NODE
 
 VALUES = {entry.name: entry.default for entry in CALIBRATION_NODE}
 
