@@ -8,19 +8,22 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.calibration.fit import plane_basis
-from tri_glide_kinematics.demo.calibration.command import NOMINAL, wrong_machine
-from tri_glide_kinematics.demo.calibration.course import (
+from tri_glide_kinematics.demo.calibration import (
     FIRST_START,
     NEAR,
+    NOMINAL,
     PLATE,
     RADIUS,
     Judged,
+    Verdict,
     probe_start,
     ring,
+    table,
     touch_places,
+    without_plane_motion,
+    wrong_machine,
 )
-from tri_glide_kinematics.demo.calibration.picture import verdict_figure
-from tri_glide_kinematics.demo.calibration.verdict import Verdict, table, without_plane_motion
+from tri_glide_kinematics.demo.pictures import verdict_figure
 from tri_glide_kinematics.tri_glide import TriGlide
 
 TARGETS = np.array([(x, y, PLATE) for x, y in [(0.0, 0.0), *ring(RADIUS, 6)]])
