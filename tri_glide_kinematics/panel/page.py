@@ -1,6 +1,6 @@
 """The page: viser's server on this machine alone, with a strip and Stop above all else.
 
-This module, ``guard`` and ``placing`` use what viser does not offer to its users: to refuse
+This module, ``guard`` and ``scene`` use what viser does not offer to its users: to refuse
 connections, to have something above its page, to switch off its share link, and to move parts
 cheaply. viser is pinned, and tests in a browser show that each of these works.
 """
@@ -18,8 +18,9 @@ from typing import Any, Protocol
 import viser
 from viser import _messages as messages
 
-from tri_glide_kinematics.panel.door import QUERY, Admission, guarded_server
-from tri_glide_kinematics.panel.errors import PortTakenError
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.panel.admission import QUERY, Admission
+from tri_glide_kinematics.panel.guard import guarded_server
 from tri_glide_kinematics.panel.hold import RENEWALS
 from tri_glide_kinematics.panel.scene import light_plainly
 
@@ -99,6 +100,15 @@ class Strip:
     refusal: str = ""
     pages: str = ""
     stop: str = ""
+
+
+class PortTakenError(KinematicsError):
+    """Somebody else listens where the page should be."""
+
+    def __init__(self, host: str, port: int) -> None:
+        """Keep the address."""
+        self.host, self.port = host, port
+        super().__init__(f"port {port} of {host} is in use: choose another one with -p port:=...")
 
 
 class Page:

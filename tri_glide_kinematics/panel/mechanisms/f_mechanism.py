@@ -11,7 +11,6 @@ from tri_glide_interfaces.msg import CrankSweep, FMechanismPose, Point2, TraceEv
 from tri_glide_interfaces.msg import FMechanism as FMechanismMessage
 from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.panel.mechanisms.dimensions import Dimension, length, phase
 from tri_glide_kinematics.panel.mechanisms.picture import (
     Branch,
     Mark,
@@ -20,6 +19,7 @@ from tri_glide_kinematics.panel.mechanisms.picture import (
     chain,
     degrees_text,
 )
+from tri_glide_kinematics.panel.mechanisms.questions import Dimension, length, phase
 from tri_glide_kinematics.panel.mechanisms.track import Track
 from tri_glide_kinematics.rounding import first_largest
 from tri_glide_kinematics.vectors import FloatArray

@@ -12,7 +12,6 @@ from tri_glide_interfaces.msg import FourBar as FourBarMessage
 from tri_glide_interfaces.srv import SolveFourBar, TraceFourBar
 from tri_glide_kinematics.mechanisms.files import MechanismFile
 from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
-from tri_glide_kinematics.panel.mechanisms.dimensions import Dimension, coordinate, length
 from tri_glide_kinematics.panel.mechanisms.picture import Branch as FollowedBranch
 from tri_glide_kinematics.panel.mechanisms.picture import (
     Mark,
@@ -21,6 +20,7 @@ from tri_glide_kinematics.panel.mechanisms.picture import (
     chain,
     degrees_text,
 )
+from tri_glide_kinematics.panel.mechanisms.questions import Dimension, coordinate, length
 from tri_glide_kinematics.panel.mechanisms.track import Track
 from tri_glide_kinematics.vectors import FloatArray, Point
 

@@ -10,11 +10,16 @@ from typing import Any
 
 from viser import ClientHandle, GuiApi, GuiEvent, GuiSliderHandle, SceneApi
 
-from tri_glide_kinematics.panel.mechanisms.dimensions import Dimension
+from tri_glide_kinematics.mechanisms import load_mechanism
+from tri_glide_kinematics.mechanisms.errors import MechanismFileError
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.files import MechanismFile
+from tri_glide_kinematics.mechanisms.four_bar import FourBar
 from tri_glide_kinematics.panel.mechanisms.drawing import SIZE, Drawing
-from tri_glide_kinematics.panel.mechanisms.questions import example_files, questions_about
-from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests
-from tri_glide_kinematics.panel.mechanisms.show import Show
+from tri_glide_kinematics.panel.mechanisms.f_mechanism import FMechanismQuestions
+from tri_glide_kinematics.panel.mechanisms.four_bar import FourBarQuestions
+from tri_glide_kinematics.panel.mechanisms.questions import Dimension, Questions
+from tri_glide_kinematics.panel.mechanisms.show import MechanismRequests, Show
 from tri_glide_kinematics.vectors import Vector3
 
 NONE = "none"
@@ -196,6 +201,29 @@ class MechanismsTab:
             return
         self._views.setdefault(client.client_id, (camera.position, camera.look_at))
         _move(client, *_view_of(self._centre, camera.fov, camera.aspect))
+
+
+def questions_about(file: MechanismFile) -> Questions | None:
+    """Return the questions about the mechanism of a file, or none if it is not a planar one."""
+    if isinstance(file.mechanism, FourBar):
+        return FourBarQuestions(file, file.mechanism)
+    if isinstance(file.mechanism, FMechanism):
+        return FMechanismQuestions(file.mechanism)
+    return None
+
+
+def example_files(folder: Path) -> dict[str, MechanismFile]:
+    """Return the planar mechanisms of a folder by the names of their files."""
+    files = {}
+    for path in sorted(folder.glob("*.yaml")):
+        try:
+            file = load_mechanism(path)
+        except MechanismFileError:
+            # A file of something else: parameters of nodes, or a drive.
+            continue
+        if isinstance(file.mechanism, FourBar | FMechanism):
+            files[path.stem] = file
+    return files
 
 
 def _view_of(centre: Vector3, fov: float, aspect: float) -> tuple[Vector3, Vector3]:

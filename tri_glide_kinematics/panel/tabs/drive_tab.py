@@ -10,8 +10,7 @@ import viser
 from tri_glide_kinematics.panel.hold import RENEWALS
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import note
-from tri_glide_kinematics.panel.tabs.operator_inputs import OperatorsInput
-from tri_glide_kinematics.panel.tabs.operator_requests import Desk, Event
+from tri_glide_kinematics.panel.tabs.operator_requests import Desk, Event, OperatorsInput
 from tri_glide_kinematics.vectors import Vector3
 
 HOLD = "hold"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.panel.door import Admission, Request, is_loopback, shown
+from tri_glide_kinematics.panel.admission import Admission, Request, is_loopback, shown
 
 TOKEN = "Ab_" * 14
 ADMISSION = Admission("127.0.0.1", TOKEN)

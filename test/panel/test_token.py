@@ -9,8 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from tri_glide_kinematics.panel.door import TOKEN, default_token_file, kept_token
-from tri_glide_kinematics.panel.errors import TokenFileError
+from tri_glide_kinematics.panel.admission import (
+    TOKEN,
+    TokenFileError,
+    default_token_file,
+    kept_token,
+)
 
 
 def test_it_is_made_once_for_its_user_alone(tmp_path: Path) -> None:

@@ -24,8 +24,8 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request as HttpRequest
 from websockets.http11 import Response
 
-from tri_glide_kinematics.panel.door.admission import Admission, Request, shown
-from tri_glide_kinematics.panel.errors import UnguardedPageError
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.panel.admission import Admission, Request, shown
 from tri_glide_kinematics.reason_log import ReasonLog
 
 FORBIDDEN, OK = 403, 200
@@ -57,6 +57,17 @@ Tell = Callable[[str], object]
 Answer = Callable[[ServerConnection, HttpRequest], Response | None]
 # viser is started with another ``serve`` in its sight: one at a time.
 _starting = Lock()
+
+
+class UnguardedPageError(KinematicsError):
+    """The page would be open to everybody, as viser does not serve it the way it did."""
+
+    def __init__(self, version: str) -> None:
+        """Keep the ``version`` of viser."""
+        self.version = version
+        super().__init__(
+            f"viser {version} does not let this panel refuse connections: install viser==1.1.1"
+        )
 
 
 class PageConnection(ServerConnection):

@@ -15,7 +15,7 @@ from tri_glide_kinematics.ros.mechanisms import check_numbers
 from tri_glide_kinematics.ros.mechanisms import f_mechanism as f_mechanism_messages
 from tri_glide_kinematics.ros.mechanisms import four_bar as four_bar_messages
 
-CONFIG = Path(__file__).parents[2] / "config"
+CONFIG = Path(__file__).parents[3] / "config"
 FILES = example_files(CONFIG)
 FILL = {
     SolveFourBar: four_bar_messages.solve,
