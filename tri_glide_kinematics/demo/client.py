@@ -280,9 +280,7 @@ class DemoClient(Node):
 def _largest_distance(places: FloatArray, path: PlatformPath) -> float:
     """Return how far the farthest of some places is from a path as programmed [m].
 
-    Args:
-        places: Shape (n, 3) [m].
-        path: whose arcs count as their chords, which are some hundredths of a millimetre away.
+    Arcs count as their chords, which are some hundredths of a millimetre away.
     """
     corners = at_once(polylines_of(path.driven)).programmed
     steps = np.diff(corners, axis=0)

@@ -29,14 +29,9 @@ def save_picture(
     stream: CommandStream,
     settings: MachineSettings,
 ) -> Path:
-    """Draw the motion and return the path of the picture.
+    """Draw the motion and return the path of the picture; its ``folder`` is made if there is none.
 
-    Args:
-        folder: is made if there is none.
-        legs: in their order.
-        path: measured positions of the platform. Shape (m, 3) [m].
-        stream: all commands.
-        settings: of the machine.
+    The ``path`` has the measured positions of the platform. Shape (m, 3) [m].
     """
     marks, spans = [], []
     for before, leg in zip((None, *legs), legs):
@@ -97,14 +92,9 @@ def save_verdict(folder: Path, targets: FloatArray, verdict: Verdict) -> Path:
 def _draw_arrows(
     axes: Axes, targets: FloatArray, errors: FloatArray, largest: float, name: str
 ) -> None:
-    """Draw errors in x and y as arrows, and write those in z beside them.
+    """Draw errors in x and y as arrows, and write those in z beside them. Shapes (n, 3) [m].
 
-    Args:
-        axes: to draw in.
-        targets: where the platform was sent. Shape (n, 3) [m].
-        errors: of its position. Shape (n, 3) [m].
-        largest: error in x and y of all maps, which have one scale [m].
-        name: of the map.
+    The ``largest`` error in x and y of all maps gives them one scale [m].
     """
     x, y = 1e3 * targets[:, 0], 1e3 * targets[:, 1]
     length = 1e3 * RADIUS * ARROW / largest

@@ -70,14 +70,10 @@ class StepDriver:
         progress: ProgressLine,
         interruptions: Callable[[], int],
     ) -> None:
-        """Prepare to drive.
+        """Prepare to drive: ``listen`` takes in what comes back, for so long at most [s].
 
-        Args:
-            goals: takes them to the machine.
-            listen: takes in what comes back, for so long at most [s].
-            progress: of what is done.
-            interruptions: returns how often somebody has interrupted. The first time the platform
-                comes to rest; the second time that is not waited for.
+        ``interruptions`` returns how often somebody has interrupted. The first time the platform
+        comes to rest; the second time that is not waited for.
         """
         self._goals = goals
         self._listen = listen

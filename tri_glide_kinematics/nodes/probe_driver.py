@@ -105,7 +105,7 @@ class ProbeDriver:
         place_of: Callable[[Vector3], Vector3],
         contact_delay: float,
     ) -> None:
-        """Be ready.
+        """Be ready to send twists in ``base_frame`` as a part of ``node``.
 
         Args:
             node: that talks with ik_node.
@@ -144,9 +144,7 @@ class ProbeDriver:
     def begin(self, settings: ProbeSettings, heights: Vector3) -> Future:
         """Begin to move down, and return what will hold the ``ProbeResult``.
 
-        Args:
-            settings: how to probe.
-            heights: at which the sliders rest, as reported. Shape (3,) [m].
+        The sliders rest at ``heights``, as reported. Shape (3,) [m].
 
         Raises:
             ProbingError: if that is not possible now.

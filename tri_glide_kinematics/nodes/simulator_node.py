@@ -49,14 +49,7 @@ class TruthOutputs:
     """
 
     def __init__(self, node: Node, base_frame: str, period: float, plate: SimulatedPlate) -> None:
-        """Create the publishers.
-
-        Args:
-            node: that publishes.
-            base_frame: frame of the poses.
-            period: from one call of ``publish`` to the next [s].
-            plate: that can be touched.
-        """
+        """Publish as a part of ``node``, once each ``period`` [s]."""
         self.plate = plate
         pose = PoseStamped()
         pose.header.frame_id = base_frame

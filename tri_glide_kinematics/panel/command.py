@@ -66,10 +66,7 @@ class ShownNode:
 def serve(port: int, points_file: str, endings: list[str]) -> None:
     """Start the nodes and the page, and go on until the page has ended.
 
-    Args:
-        port: of the page on this computer.
-        points_file: in which taught points are saved.
-        endings: gets a line for each node that has ended by itself.
+    ``endings`` gets a line for each node that has ended by itself.
     """
     # A namespace of its own keeps it away from a machine on this computer.
     namespace = f"/tri_glide_panel_{os.getpid()}"

@@ -147,12 +147,9 @@ class Feeds:
     def __init__(
         self, node: Node, server: str, on_lines: Callable[[str, FloatArray], None]
     ) -> None:
-        """Listen as a part of ``node``.
+        """Listen as a part of ``node`` to the ``ik_node`` with the full name ``server``.
 
-        Args:
-            node: of the panel.
-            server: full name of ``ik_node``.
-            on_lines: gets a line that has changed, by name. Shape (n, 3) [m].
+        ``on_lines`` gets a line that has changed, by name. Shape (n, 3) [m].
         """
         self.motion = MotionFeed(node)
         self.status = MachineStatus()

@@ -106,13 +106,9 @@ def fault_of(data: str | bytes) -> str | None:
 
 
 def guarded_server(host: str, port: int, admission: Admission, write: Tell) -> viser.ViserServer:
-    """Start viser's server behind an ``admission``.
+    """Start viser's server behind an ``admission``; port 0 is any.
 
-    Args:
-        host: on which it listens.
-        port: of it; 0 for any.
-        admission: of whoever connects.
-        write: gets one line a second, at most two, on what was refused and what went wrong.
+    ``write`` gets one line a second, at most two, on what was refused and what went wrong.
 
     Raises:
         UnguardedPageError: if viser cannot be started in this way.

@@ -43,10 +43,7 @@ class HeldJog:
     def renew(self, page: int, direction: Vector3, now: float) -> bool:
         """Take a message of a held button; return whether the machine may move by it.
 
-        Args:
-            page: that sends it.
-            direction: of the button.
-            now: time.monotonic() [s].
+        ``now`` is time.monotonic() [s].
         """
         gap = now - self._time
         is_same = self.held == (page, direction)

@@ -46,10 +46,6 @@ async def watch(socket: Socket, tell: Callable[[bool], None]) -> None:
     sends wait until all that was sent before is on its way, which it never is where nobody reads.
     Periods are counted, not time: if it was us who were held up, the answers have come meanwhile.
     The connection stays: to a browser that is busy beyond measure, another one is more to do.
-
-    Args:
-        socket: of a page.
-        tell: gets whether it is there, when that changes.
     """
     closed = asyncio.ensure_future(socket.wait_closed())
     answer = asyncio.ensure_future(_answer(socket))
@@ -120,13 +116,9 @@ class Page:
     """
 
     def __init__(self, host: str, port: int, token: str, log: Log) -> None:
-        """Listen on ``host`` and ``port``; ``log`` gets what somebody should know.
+        """Listen on ``host`` and ``port``, 0 for any; who connects has to know the ``token``.
 
-        Args:
-            host: on which it listens.
-            port: of it; 0 for any.
-            token: that whoever connects has to know.
-            log: gets one line a second, at most two.
+        ``log`` gets one line a second, at most two, with what somebody should know.
 
         Raises:
             PortTakenError: if the port is in use.
@@ -163,9 +155,7 @@ class Page:
     def put_above(self, stop: viser.GuiButtonHandle, release: viser.GuiButtonHandle) -> None:
         """Put the strip and Stop above the page of all that connect from now on.
 
-        Args:
-            stop: is pressed by Stop.
-            release: is pressed when a held button is let go.
+        Stop presses ``stop``; a held button that is let go presses ``release``.
         """
         room = files(__package__)
         settings = {

@@ -51,13 +51,7 @@ class Parts:
         return cls(_three(towers), _three(joints), geometry.arm_lengths, _three(across))
 
     def arm_turn(self, index: int, height: float, position: Vector3) -> Quaternion:
-        """Return how an arm is turned that hangs down along -z from its carriage.
-
-        Args:
-            index: of the arm.
-            height: of its carriage [m].
-            position: of the platform. Shape (3,) [m].
-        """
+        """Return how an arm is turned that hangs along -z from its carriage, at a height [m]."""
         (tx, ty), (px, py) = self.towers[index], self.platform_joints[index]
         x, y, z = tx - position[0] - px, ty - position[1] - py, height - position[2]
         length = sqrt(x * x + y * y + z * z) or 1.0
@@ -91,13 +85,8 @@ def turned(x_axis: Vector3, z_axis: Vector3) -> Quaternion:
 def rod_pair(length: float, radius: float, apart: float) -> tuple[FloatArray, NDArray[np.uint32]]:
     """Return the mesh of two rods that hang down along -z from the origin, side by side along x.
 
-    Args:
-        length: Of each [m].
-        radius: Of each [m].
-        apart: Distance between them [m].
-
-    Returns:
-        Vertices, shape (n, 3) [m], and faces, shape (m, 3).
+    Their lengths, radii and distance are in [m]. Returns vertices, shape (n, 3) [m], and faces,
+    shape (m, 3).
     """
     corners = 8
     angles = np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)
@@ -115,13 +104,9 @@ def rod_pair(length: float, radius: float, apart: float) -> tuple[FloatArray, ND
 
 
 def skin(rings: FloatArray) -> tuple[FloatArray, NDArray[np.uint32]]:
-    """Return the mesh of a body between rings of points, closed at both ends.
+    """Return the mesh of a body between rings of points, shape (levels, n, 3), closed at both ends.
 
-    Args:
-        rings: Shape (levels, n, 3) [m].
-
-    Returns:
-        Vertices, shape (levels n + 2, 3) [m], and faces, shape (m, 3).
+    Returns vertices, shape (levels n + 2, 3) [m], and faces, shape (m, 3).
     """
     levels, count, _ = rings.shape
     ends = rings[[0, -1]].mean(axis=1)
@@ -202,12 +187,8 @@ class DrawnMachine:
     ) -> None:
         """Put it into the ``scene``, not to be seen before it is moved.
 
-        Args:
-            scene: of the page.
-            name: of its node.
-            parts: of the machine.
-            size: of the platform's edge beyond its joints, and of all else in proportion [m].
-            is_ghost: whether it is what is commanded, and lets other things be seen through it.
+        ``size`` is that of the platform's edge beyond its joints, and of all else in proportion
+        [m]. A ghost is what is commanded, and lets other things be seen through it.
         """
         self._parts = parts
         self._shown: Pose | None = None

@@ -195,10 +195,7 @@ def moving_target(message: Odometry, base_frame: str) -> tuple[Vector3, Vector3]
 def age_of_target(stamp: Time, clock: Clock, timeout: float) -> float:
     """Return how long ago a moving target was where its state says [s].
 
-    Args:
-        stamp: of the state.
-        clock: of the node.
-        timeout: age that makes a state useless [s].
+    A state that is older than ``timeout`` [s] is of no use.
 
     Raises:
         RefusedMessageError: if there is no stamp, or one of another clock.
@@ -219,15 +216,10 @@ def age_of_target(stamp: Time, clock: Clock, timeout: float) -> float:
 
 
 def check_frame(what: str, frame: str, allowed: Sequence[str]) -> None:
-    """Check the frame of a message.
-
-    Args:
-        what: it is, in words.
-        frame: of the message; empty is any.
-        allowed: frames.
+    """Check the ``frame`` of a message; ``what`` names that in words. An empty frame is any.
 
     Raises:
-        RefusedMessageError: if it is another one.
+        RefusedMessageError: if it is none of those ``allowed``.
     """
     if frame and frame not in allowed:
         names = " or ".join(repr(name) for name in allowed)

@@ -95,13 +95,9 @@ class FMechanismQuestions:
         key: float,
         answer: SolveFMechanism.Response,
     ) -> TraceFMechanism.Request:
-        """Ask for the branch that passes a position, through its turning points.
+        """Ask for the branch that passes the position ``key``, through its turning points.
 
-        Args:
-            values: of the dimensions.
-            crank_angle: of the position [rad].
-            key: of the position [rad].
-            answer: to the request for the positions there.
+        The position was answered at this crank angle [rad].
         """
         del answer
         return TraceFMechanism.Request(

@@ -93,13 +93,9 @@ class FourBarQuestions:
         key: float,
         answer: SolveFourBar.Response,
     ) -> TraceFourBar.Request:
-        """Ask for the branch that passes a position, from limit to limit or once around.
+        """Ask for the branch that passes the position ``key``, from limit to limit or once around.
 
-        Args:
-            values: of the dimensions.
-            crank_angle: of the position [rad].
-            key: of the position.
-            answer: to the request for the positions there.
+        The position was answered at this crank angle [rad].
         """
         low, high = _range_around(crank_angle, answer)
         return TraceFourBar.Request(

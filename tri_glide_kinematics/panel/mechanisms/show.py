@@ -58,8 +58,7 @@ class NewestRequest:
     def take(self, time: float) -> tuple[Wish, Any] | None:
         """Return what was asked with the answer that has come, if one has; send what waits.
 
-        Args:
-            time: of a steady clock [s].
+        ``time`` is of a steady clock [s].
         """
         answered = None
         if self._sent is not None:
@@ -205,13 +204,9 @@ class Show:
             self._ask_branch()
 
     def step(self, time: float) -> bool:
-        """Take in what has been answered, and send what waits.
+        """Take in what has been answered, send what waits, and return whether something is new.
 
-        Args:
-            time: of a steady clock [s].
-
-        Returns:
-            Whether there is something new to be seen.
+        ``time`` is of a steady clock [s].
         """
         problem = self.problem
         solved, traced = self._solve.take(time), self._trace.take(time)

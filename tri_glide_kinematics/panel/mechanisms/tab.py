@@ -58,12 +58,7 @@ class MechanismsTab:
     ) -> None:
         """Add the controls to the container of ``gui`` that is open.
 
-        Args:
-            gui: of the page.
-            scene: of the page.
-            requests: to mechanism_node.
-            folder: with the files of mechanisms.
-            centre: of the drawing [m].
+        The ``folder`` has the files of mechanisms; ``centre`` is that of the drawing [m].
         """
         self._gui = gui
         self._requests = requests
@@ -100,8 +95,7 @@ class MechanismsTab:
     def step(self, time: float) -> None:
         """Do what the controls ask for, and draw what has been answered.
 
-        Args:
-            time: of a steady clock [s].
+        ``time`` is of a steady clock [s].
         """
         if self.choice.value != self._chosen:
             self._choose(self.choice.value)
@@ -229,10 +223,7 @@ def example_files(folder: Path) -> dict[str, MechanismFile]:
 def _view_of(centre: Vector3, fov: float, aspect: float) -> tuple[Vector3, Vector3]:
     """Return from where and whither a camera looks that sees the whole drawing.
 
-    Args:
-        centre: of the drawing [m].
-        fov: of the camera, from top to bottom [rad].
-        aspect: width of its picture by its height.
+    ``fov`` is the camera's angle from top to bottom [rad], ``aspect`` width by height.
     """
     x, y, z = centre
     height = VIEW_MARGIN * SIZE / min(1.0, aspect)

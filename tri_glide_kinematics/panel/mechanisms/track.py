@@ -55,14 +55,9 @@ class Track:
         return row + float(abs(before[row]) / way if way > 0.0 else 0.0)
 
     def turned(self, place: float, by: float) -> float | None:
-        """Return the place where the crank is turned further, not past a point where it turns back.
+        """Return the place where the crank is turned ``by`` an angle further, either way [rad].
 
-        Args:
-            place: to turn from.
-            by: angle, either way [rad].
-
-        Returns:
-            None if the crank does not come there.
+        It is not past a point where the crank turns back: None if the crank does not come there.
         """
         for forward in (True, False):
             places, ways = self._until_turning(place, forward)
@@ -72,15 +67,10 @@ class Track:
         return None
 
     def advanced(self, place: float, way: float, forward: bool) -> tuple[float, bool]:
-        """Go on along the track: round and round, or back where it ends.
+        """Go on along the track by a ``way`` of the crank, at least 0 [rad].
 
-        Args:
-            place: to go on from.
-            way: of the crank, at least 0 [rad].
-            forward: whether along the rows.
-
-        Returns:
-            The new place, and whether it goes on forward.
+        It goes round and round, or back where it ends. Returns the new place, and whether it goes
+        on forward, which is along the rows.
         """
         step = float(np.abs(np.diff(self.crank_angles)).max())
         rows = way / step if step > 0.0 else 0.0

@@ -64,14 +64,7 @@ class GoToHandle:
     def __init__(
         self, server: viser.ViserServer, desk: Desk, size: float, move_to: Callable[[Vector3], None]
     ) -> None:
-        """Put it into the scene, not to be seen before it has a place.
-
-        Args:
-            server: of the page.
-            desk: of the operator.
-            size: of its arrows [m].
-            move_to: goes to a position [m].
-        """
+        """Put it into the scene, hidden before it has a place; its arrows have a ``size`` [m]."""
         self._server = server
         self._desk = desk
         self._move_to = move_to
@@ -183,12 +176,8 @@ def numbers_table(
 ) -> str:
     """Return the numbers as a table for the page.
 
-    Args:
-        facts: of the machine.
-        pose: as it is measured.
-        edge: the row that tells how far it is to the edge.
-        velocities: of the sliders, as they are commanded; None if they are not known [m/s].
-        late_cycles: of ``ik_node``, as it tells them.
+    The ``pose`` is measured; the ``velocities`` are commanded, None if not known [m/s]. The row
+    ``edge`` tells how far it is to the edge.
     """
     rows = [(axis, f"{1000.0 * part:.2f} mm", "") for axis, part in zip("xyz", pose.position)]
     lower, upper = facts.travel
@@ -247,14 +236,7 @@ class LiveView:
         desk: Desk,
         move_to: Callable[[Vector3], None],
     ) -> None:
-        """Add the tabs with numbers and curves.
-
-        Args:
-            server: of the page.
-            tabs: of the page.
-            desk: of the operator.
-            move_to: goes to a position [m].
-        """
+        """Add the tabs with numbers and curves; ``move_to`` goes to a position [m]."""
         self._server = server
         self._desk = desk
         self._move_to = move_to

@@ -166,13 +166,7 @@ class Desk:
         self._end_hold(event.client_id)
 
     def hold(self, event: Event, direction: Vector3, speed: float) -> None:
-        """Jog while a button is held: called again and again.
-
-        Args:
-            event: of the button.
-            direction: unit vector.
-            speed: of the platform [m/s].
-        """
+        """Jog at a ``speed`` [m/s] while a button is held: called again and again."""
         page = event.client_id
         if not self.may(page):
             # Should it get the controls now, it has to press again.
@@ -238,13 +232,7 @@ class OperatorsInput:
     def __init__(
         self, desk: Desk, handle: Any, on_change: Callable[[Any], None] | None = None
     ) -> None:
-        """Take over an input.
-
-        Args:
-            desk: of the operator.
-            handle: of viser's input.
-            on_change: gets what the operator has set, where the node spins.
-        """
+        """Take over an input of viser; ``on_change`` gets where the node spins what is set."""
         self.value = handle.value
         self._desk = desk
         self._handle = handle

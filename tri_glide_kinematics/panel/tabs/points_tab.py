@@ -29,10 +29,8 @@ class PointsFileError(KinematicsError):
 def points_text(points: Sequence[Vector3], tolerance: float, speed: float) -> str:
     """Return a drive file with one path through the points, from where the platform is.
 
-    Args:
-        points: Shape (n, 3) [m].
-        tolerance: at its corners [m].
-        speed: of the platform, 0 for what the sliders can do [m/s].
+    Points and the ``tolerance`` at corners are in [m]; the ``speed`` is 0 for what the sliders can
+    do [m/s].
     """
     bounds = f"{{tolerance: {_number(1000.0 * tolerance)}, speed: {_number(1000.0 * speed)}}}"
     rows = ",\n".join(f"  {{line: {{to: [{_in_millimetres(point)}]}}}}" for point in points)
@@ -97,12 +95,9 @@ class PointsTab:
     ) -> None:
         """Add all to the open container of ``gui``.
 
-        Args:
-            gui: of the page.
-            desk: of the operator.
-            file: that the points are saved to, and loaded from.
-            present: returns where the platform is [m].
-            follow: drives through points [m], within a tolerance [m], at a speed [m/s].
+        The points are saved to a ``file`` and loaded from it; ``present`` returns where the
+        platform is [m]; ``follow`` drives through points [m], within a tolerance [m], at a speed
+        [m/s].
         """
         self.points: list[Vector3] = []
         self._desk = desk

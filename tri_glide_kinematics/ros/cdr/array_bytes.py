@@ -87,14 +87,7 @@ class MarkerShape(NamedTuple):
 
 
 def marker_array(shapes: Sequence[MarkerShape], frame: str) -> bytes:
-    """Return a serialized MarkerArray.
-
-    The stamp of all markers is 0: they hold at any time.
-
-    Args:
-        shapes: of the markers.
-        frame: of all places.
-    """
+    """Return a serialized MarkerArray with all places in ``frame``; its stamp 0 is any time."""
     written = begun()
     write_count(written, len(shapes))
     for shape in shapes:
@@ -139,10 +132,7 @@ POINT = np.dtype(
 def joint_trajectory(names: Sequence[str], frame: str, plan: SampledPlan) -> bytes:
     """Return a serialized JointTrajectory with the stamp 0.
 
-    Args:
-        names: of the sliders. Shape (3,).
-        frame: of its header.
-        plan: setpoints at one time at least, and all derivatives that they have.
+    The ``plan`` has setpoints at one time at least, and all derivatives.
     """
     written = begun()
     write_header(written, frame)

@@ -63,17 +63,9 @@ class MotionActions:
         patient: PatientServices,
         path_tolerance: float,
     ) -> None:
-        """Serve the actions.
+        """Offer the actions as a part of ``node``; the ``controller`` carries them out.
 
-        Args:
-            node: that offers them.
-            controller: carries them out.
-            machine: that is controlled.
-            base_frame: of positions.
-            kind: of moves that ask for none.
-            refused: gets the reasons why goals are refused.
-            patient: sends answers.
-            path_tolerance: of paths that give none [m].
+        ``kind`` and ``path_tolerance`` [m] are those of goals that ask for none.
         """
         self.path_tolerance = path_tolerance
         self._controller = controller
@@ -116,10 +108,8 @@ class MotionActions:
     def answer(self, until: float) -> None:
         """Give the answers and results that are known; to be called after the setpoint.
 
-        Of what was asked for at once, more is taken here, so that the last is answered sooner.
-
-        Args:
-            until: time.monotonic() from which on what is left waits for the next cycle [s].
+        Of what was asked for at once, more is taken here, so that the last is answered sooner. What
+        is left at the time.monotonic() ``until`` waits for the next cycle.
         """
         self._answer()
         while self._has_found and time.monotonic() < until:

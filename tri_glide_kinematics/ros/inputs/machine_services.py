@@ -30,14 +30,10 @@ class MachineServices:
         refused: RefusalLog,
         look_for_others: Callable[[], None],
     ) -> None:
-        """Serve them.
+        """Offer them as a part of ``node``.
 
-        Args:
-            node: that offers them.
-            controller: is asked.
-            reports: tell of new states before an answer is given.
-            refused: gets the reasons why the machine is not enabled or disabled.
-            look_for_others: looks who else moves the machine, before it is enabled.
+        ``reports`` tell of new states before an answer is given; ``look_for_others`` looks who else
+        moves the machine, before it is enabled.
         """
         self._controller = controller
         self._reports = reports

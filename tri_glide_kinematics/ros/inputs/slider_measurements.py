@@ -116,12 +116,7 @@ class SliderMeasurements:
     """
 
     def __init__(self, joint_names: Sequence[str], offsets: Vector3 = (0.0, 0.0, 0.0)) -> None:
-        """Look for three names.
-
-        Args:
-            joint_names: of the sliders.
-            offsets: what is added to the heights in messages. Shape (3,) [m].
-        """
+        """Look for three names; ``offsets`` [m] are added to the heights in messages."""
         self._offsets = offsets
         self._names = tuple(joint_names)
         self._reader = SliderReader(joint_names)

@@ -64,10 +64,7 @@ class CycleLoop:
     def __init__(self, node: Node, cycle: Cycle, survive: Survive) -> None:
         """Prepare to run the ``cycle`` of ``node``.
 
-        Args:
-            node: whose subscriptions, services and timers are served.
-            cycle: what is done.
-            survive: gets what a callback raises, and raises what ends the node.
+        ``survive`` gets what a callback raises, and raises what ends the node.
         """
         # Kept, so that to ask it takes no more than a call.
         context: Any = node.context.handle
@@ -208,10 +205,7 @@ class UrgentInputs:
     def __init__(self, inputs: Iterable[Input], context: Context, survive: Survive) -> None:
         """Look at ``inputs`` in this order, and keep them until ``close``.
 
-        Args:
-            inputs: subscriptions and services, whose callbacks are no coroutines.
-            context: of their node.
-            survive: gets what a callback raises, and raises what ends the node.
+        Their callbacks are no coroutines. ``survive`` gets what they raise.
         """
         inputs = tuple(inputs)
         self._kept = ExitStack()
@@ -238,10 +232,8 @@ class UrgentInputs:
     def handle(self, until: float) -> None:
         """Handle what has come in, the oldest of each input first.
 
-        Each input gets at least one turn, however slow the others are.
-
-        Args:
-            until: time.monotonic() from which on all else waits for the next cycle [s].
+        Each input gets at least one turn, however slow the others are. All else waits at the
+        time.monotonic() ``until`` for the next cycle.
         """
         queues = self._queues
         for _ in range(self._rounds):

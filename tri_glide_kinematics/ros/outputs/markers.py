@@ -54,14 +54,7 @@ class Markers:
         base_frame: str,
         engine: MotionEngine,
     ) -> None:
-        """Publish on ``node``.
-
-        Args:
-            node: has the timers and the publisher.
-            workspace: whose outline is shown.
-            base_frame: of all places.
-            engine: whose path and target are shown.
-        """
+        """Publish the outline of the ``workspace``, and path and target of the ``engine``."""
         self._base_frame = base_frame
         self._engine = engine
         self._publisher = node.create_publisher(MarkerArray, "markers", LATCHED)

@@ -66,13 +66,7 @@ def help_wanted(arguments: Sequence[str]) -> bool:
 
 
 def help_text(node: str, purpose: str, table: Sequence[Parameter]) -> str:
-    """Return what ``--help`` prints.
-
-    Args:
-        node: its name.
-        purpose: what it does, in a sentence.
-        table: its parameters.
-    """
+    """Return what ``--help`` prints about a node; its ``purpose`` is a sentence."""
     parameters = f"parameters:\n{plain_list(table)}\n" if table else "It has no parameters.\n"
     return (
         f"usage: ros2 run tri_glide_kinematics {node} [--ros-args ...]\n\n"
@@ -232,11 +226,7 @@ def sections_of(path: str) -> tuple[str, ...]:
 
 
 def check_sources(sources: Iterable[ParameterSource], node: str) -> list[str]:
-    """Check that each source has a section for a node.
-
-    Args:
-        sources: of parameters.
-        node: full name of the node.
+    """Check that each source has a section for a node of this full name.
 
     Returns:
         Warnings: sections that look as if they were for this node, and are not.
@@ -268,12 +258,7 @@ def is_for(section: str, node: str) -> bool:
 
 
 def check_names(names: Iterable[str], own: Collection[str], known: Collection[str]) -> None:
-    """Check that parameters exist.
-
-    Args:
-        names: of the parameters that were set.
-        own: names of the node's parameters.
-        known: names of the parameters of all nodes that share their files.
+    """Check that parameters are the node's ``own``, or ``known`` from others that share its files.
 
     Raises:
         ParameterError: if one is not known; the nearest name is told.

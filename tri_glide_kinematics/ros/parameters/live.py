@@ -55,10 +55,7 @@ class LiveParameters:
     ) -> None:
         """Declare the parameters of ``table``, check the values they start with, and log these.
 
-        Args:
-            node: whose parameters they are.
-            table: the parameters.
-            check: raises a KinematicsError if values do not fit together.
+        ``check`` raises a KinematicsError if values do not fit together.
 
         Raises:
             KinematicsError: if the values that the node is started with are not valid, or if

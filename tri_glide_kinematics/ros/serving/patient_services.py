@@ -129,10 +129,8 @@ class PatientServices:
     def __init__(self, node: Node, may_wait: Callable[[], bool] = lambda: True) -> None:
         """Take over the answers of all services that ``node`` has; rclpy's own are among them.
 
-        Args:
-            node: that offers the services.
-            may_wait: whether 100 ms may pass now without anything else being done. Only then an
-                answer is tried, once, that has waited for ``PATIENCE`` seconds.
+        ``may_wait`` tells whether 100 ms may pass now without anything else being done. Only then
+        an answer is tried, once, that has waited for ``PATIENCE`` seconds.
         """
         self._node = node
         self._may_wait = may_wait

@@ -65,12 +65,8 @@ class FatalError(Exception):
 def run(module: str, class_name: str) -> int:
     """Run a node until SIGINT or SIGTERM.
 
-    Args:
-        module: full name of the module that holds the node; the node has its last part for a name.
-        class_name: of the node, called without arguments.
-
-    Returns:
-        Exit code: 0 after a signal, 1 if the node could not start or go on.
+    The node has the last part of the name of its ``module`` for a name, and is made without
+    arguments. The exit code is 0 after a signal, 1 if the node could not start or go on.
     """
     # Until they are handled below, both signals just end the process.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
