@@ -441,8 +441,7 @@ class PlanningTime:
     def until(self, end: float) -> Callable[[], bool]:
         """Return what is asked after each piece, from now on, whether there is time for another.
 
-        Args:
-            end: by the clock [s].
+        There is none once the clock shows ``end`` [s].
         """
         begin = self._clock()
 
