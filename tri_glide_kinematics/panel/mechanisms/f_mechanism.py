@@ -15,12 +15,12 @@ from tri_glide_kinematics.panel.mechanisms.picture import (
     Branch,
     Mark,
     Position,
+    Track,
     box_around,
     chain,
     degrees_text,
 )
 from tri_glide_kinematics.panel.mechanisms.questions import Dimension, length, phase
-from tri_glide_kinematics.panel.mechanisms.track import Track
 from tri_glide_kinematics.rounding import first_largest
 from tri_glide_kinematics.vectors import FloatArray
 

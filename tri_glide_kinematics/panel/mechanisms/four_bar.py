@@ -16,12 +16,12 @@ from tri_glide_kinematics.panel.mechanisms.picture import Branch as FollowedBran
 from tri_glide_kinematics.panel.mechanisms.picture import (
     Mark,
     Position,
+    Track,
     box_around,
     chain,
     degrees_text,
 )
 from tri_glide_kinematics.panel.mechanisms.questions import Dimension, coordinate, length
-from tri_glide_kinematics.panel.mechanisms.track import Track
 from tri_glide_kinematics.vectors import FloatArray, Point
 
 STEP = math.radians(0.5)  # of the crank, between two rows of a trace
