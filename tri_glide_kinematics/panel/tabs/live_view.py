@@ -126,45 +126,34 @@ MUCH = 0.9
 # How far the edge is looked for [m].
 FARTHEST = 10.0
 
-AXES: tuple[Vector3, ...] = (
-    (1.0, 0.0, 0.0),
-    (-1.0, 0.0, 0.0),
-    (0.0, 1.0, 0.0),
-    (0.0, -1.0, 0.0),
-    (0.0, 0.0, 1.0),
-    (0.0, 0.0, -1.0),
-)
-AXIS_NAMES = ("+x", "-x", "+y", "-y", "+z", "-z")
+DIRECTIONS: dict[str, Vector3] = {
+    "+x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "+y": (0.0, 1.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "+z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+}
 
 # What it is, how much, and a bar or a word beside it.
 Row = tuple[str, str, str]
 
 
-@dataclass(frozen=True)
-class EdgeDistance:
-    """How far the platform may go along the axes.
+def edge_distance(facts: MachineFacts, position: Vector3) -> tuple[float, str]:
+    """Return how far the nearest edge of the workspace is along the axes, and in which direction.
 
-    Attributes:
-        distance: in the direction in which the edge is nearest [m].
-        direction: which that is.
+    The distance is in [m], and 0 outside. This takes milliseconds.
     """
-
-    distance: float
-    direction: str
-
-
-def edge_distance(facts: MachineFacts, position: Vector3) -> EdgeDistance:
-    """Return how far the edge of the workspace is along the nearest of the six directions."""
-    workspace = facts.workspace
-    distances = [workspace.exit_distance(position, axis, FARTHEST) for axis in AXES]
-    nearest = min(range(len(AXES)), key=distances.__getitem__)
-    return EdgeDistance(distances[nearest], AXIS_NAMES[nearest])
+    exit_distance = facts.workspace.exit_distance
+    distances = [exit_distance(position, axis, FARTHEST) for axis in DIRECTIONS.values()]
+    nearest = min(range(len(DIRECTIONS)), key=distances.__getitem__)
+    return distances[nearest], tuple(DIRECTIONS)[nearest]
 
 
 def edge_row(facts: MachineFacts, position: Vector3) -> Row:
-    """Return how far the edge is, as a row of the table; 0 mm outside. It takes milliseconds."""
-    edge = edge_distance(facts, position)
-    return "edge", f"{1000.0 * edge.distance:.1f} mm", edge.direction
+    """Return how far the edge is, as a row of the table."""
+    distance, direction = edge_distance(facts, position)
+    return "edge", f"{1000.0 * distance:.1f} mm", direction
 
 
 def numbers_table(
