@@ -67,7 +67,7 @@ def test_the_table_shows_the_largest_errors():
 
 
 def test_the_picture_has_three_maps_and_three_rows_of_bars():
-    figure = verdict_figure(TARGETS, verdict())
+    figure = verdict_figure(TARGETS, verdict(), RADIUS)
     assert [axes.get_title().split("\n")[0] for axes in figure.axes] == [
         "before",
         "after",

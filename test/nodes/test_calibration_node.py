@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from tri_glide_interfaces.srv import ProbePlate
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.nodes.calibration_node import probe_settings_of
 from tri_glide_kinematics.ros.parameters import CALIBRATION_NODE
@@ -14,9 +15,9 @@ VALUES = {entry.name: entry.default for entry in CALIBRATION_NODE}
 
 
 def test_zero_stands_for_the_parameter():
-    settings = probe_settings_of(VALUES)
+    settings = probe_settings_of(VALUES, ProbePlate.Request())
     assert (settings.speed, settings.depth) == (0.002, 0.01)
-    settings = probe_settings_of(VALUES, depth=1.0, speed=0.1)
+    settings = probe_settings_of(VALUES, ProbePlate.Request(depth=1.0, speed=0.1))
     assert (settings.speed, settings.depth) == (0.1, 1.0)
 
 
@@ -32,4 +33,4 @@ def test_zero_stands_for_the_parameter():
 )
 def test_a_request_outside_the_bounds_is_refused(request_, words):
     with pytest.raises(KinematicsError, match=words):
-        probe_settings_of(VALUES, **request_)
+        probe_settings_of(VALUES, ProbePlate.Request(**request_))

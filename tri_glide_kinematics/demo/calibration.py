@@ -40,14 +40,17 @@ from tri_glide_kinematics.calibration.fit import (
 from tri_glide_kinematics.calibration.session import save_parameters, solved
 from tri_glide_kinematics.calibration.session.report import report
 from tri_glide_kinematics.demo.client import START_TIMEOUT, DemoError
-from tri_glide_kinematics.demo.command import PATIENCE, in_millimetres, ros_that_ctrl_c_ends, say
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.demo.command import (
+    PATIENCE,
+    in_millimetres,
+    ros_that_ctrl_c_ends,
+    run_command,
+    say,
+)
 from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.ros.starting import (
-    COMPUTER,
     NodeProcesses,
-    choose_transport,
     default_parameter_file,
 )
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
@@ -391,7 +394,7 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
     # Drawing is imported late: it takes as long as starting the nodes.
     from tri_glide_kinematics.demo.pictures import save_verdict
 
-    say(f"picture: {save_verdict(folder, after.targets, verdict)}")
+    say(f"picture: {save_verdict(folder, after.targets, verdict, RADIUS)}")
     say(f"measurements: {measurements}; to look at them: calibrate {measurements}")
     say("as right as predicted" if verdict.is_good else "FAILED: not as right as predicted")
     return 0 if verdict.is_good else 1
@@ -426,18 +429,9 @@ def main() -> int:
         help=f"how many places are probed, {FEWEST} to {MOST} (default: {MOST})",
     )
     options = parser.parse_args()
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
-    try:
-        # For this process and the nodes that it starts.
-        say(choose_transport(COMPUTER).text)
-        return demonstrate(options.output, options.seed, options.touches)
-    except KeyboardInterrupt:
-        say("interrupted; all nodes are stopped")
-        return 128 + signal.SIGINT
-    except (KinematicsError, OSError) as error:
-        print(f"calibration_demo: error: {error}", file=sys.stderr)
-        return 1
+    return run_command(
+        "calibration_demo", lambda: demonstrate(options.output, options.seed, options.touches)
+    )
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ import argparse
 import os
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -169,23 +169,28 @@ def demonstrate(folder: Path) -> int:
     return 0 if good else 1
 
 
-def main() -> int:
-    """Run the demonstration from the command line."""
-    parser = argparse.ArgumentParser(prog="demo", description=__doc__)
-    parser.add_argument("--output", type=Path, default=Path("out"), help="folder of the picture")
-    folder = parser.parse_args().output
+def run_command(name: str, demonstrate: Callable[[], int]) -> int:
+    """Run a demonstration on this computer alone, and return the exit code of its command."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
         # For this process and the nodes that it starts.
         say(choose_transport(COMPUTER).text)
-        return demonstrate(folder)
+        return demonstrate()
     except KeyboardInterrupt:
         say("interrupted; all nodes are stopped")
         return 128 + signal.SIGINT
     except (KinematicsError, OSError) as error:
-        print(f"demo: error: {error}", file=sys.stderr)
+        print(f"{name}: error: {error}", file=sys.stderr)
         return 1
+
+
+def main() -> int:
+    """Run the demonstration from the command line."""
+    parser = argparse.ArgumentParser(prog="demo", description=__doc__)
+    parser.add_argument("--output", type=Path, default=Path("out"), help="folder of the picture")
+    folder = parser.parse_args().output
+    return run_command("demo", lambda: demonstrate(folder))
 
 
 if __name__ == "__main__":

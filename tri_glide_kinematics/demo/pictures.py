@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tri_glide_kinematics.demo.calibration import RADIUS, Verdict
-from tri_glide_kinematics.demo.client import Leg, MachineSettings
 from tri_glide_kinematics.drawing import save_figure
 from tri_glide_kinematics.figures import Mark, Span, motion_figure
 from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.vectors import FloatArray
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.demo.calibration import Verdict
+    from tri_glide_kinematics.demo.client import Leg, MachineSettings
 
 TARGET_STYLE = {"marker": "o", "color": "tab:red", "markersize": 4}
 START_STYLE = {"marker": "^", "color": "tab:green", "markersize": 7, "markerfacecolor": "none"}
@@ -59,8 +61,8 @@ def _span(leg: Leg, stream: CommandStream) -> Span:
 ARROW = 0.35
 
 
-def verdict_figure(targets: FloatArray, verdict: Verdict) -> Figure:
-    """Return a page with the errors at the ``targets``, shape (n, 3) [m]."""
+def verdict_figure(targets: FloatArray, verdict: Verdict, radius: float) -> Figure:
+    """Return a page with the errors at the ``targets``, shape (n, 3), within a ``radius`` [m]."""
     figure = Figure(figsize=(13.0, 8.5), layout="constrained")
     grid = figure.add_gridspec(2, 3, height_ratios=(1.5, 1.0))
     maps = (
@@ -70,7 +72,7 @@ def verdict_figure(targets: FloatArray, verdict: Verdict) -> Figure:
     )
     largest = max(float(np.linalg.norm(errors[:, :2], axis=1).max()) for _, errors in maps)
     for column, (name, errors) in enumerate(maps):
-        _draw_arrows(figure.add_subplot(grid[0, column]), targets, errors, largest, name)
+        _draw_arrows(figure.add_subplot(grid[0, column]), targets, errors, radius, largest, name)
     bars = None
     for axis, letter in enumerate("xyz"):
         bars = figure.add_subplot(grid[1, axis], sharey=bars)
@@ -82,22 +84,22 @@ def verdict_figure(targets: FloatArray, verdict: Verdict) -> Figure:
     return figure
 
 
-def save_verdict(folder: Path, targets: FloatArray, verdict: Verdict) -> Path:
+def save_verdict(folder: Path, targets: FloatArray, verdict: Verdict, radius: float) -> Path:
     """Save the page, and return the path of the picture."""
     picture = folder / "calibration_demo.png"
-    save_figure(verdict_figure(targets, verdict), picture, 110)
+    save_figure(verdict_figure(targets, verdict, radius), picture, 110)
     return picture
 
 
 def _draw_arrows(
-    axes: Axes, targets: FloatArray, errors: FloatArray, largest: float, name: str
+    axes: Axes, targets: FloatArray, errors: FloatArray, radius: float, largest: float, name: str
 ) -> None:
     """Draw errors in x and y as arrows, and write those in z beside them. Shapes (n, 3) [m].
 
     The ``largest`` error in x and y of all maps gives them one scale [m].
     """
     x, y = 1e3 * targets[:, 0], 1e3 * targets[:, 1]
-    length = 1e3 * RADIUS * ARROW / largest
+    length = 1e3 * radius * ARROW / largest
     style: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "width": 0.008}
     arrows = axes.quiver(
         x, y, length * errors[:, 0], length * errors[:, 1], color="tab:red", **style
@@ -110,7 +112,7 @@ def _draw_arrows(
         axes.annotate(
             text, (place_x, place_y), (0, -12), textcoords="offset points", ha="center", fontsize=8
         )
-    reach = 1e3 * RADIUS * 1.35
+    reach = 1e3 * radius * 1.35
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="x [mm]", ylabel="y [mm]")
     axes.set_aspect("equal")
     longest = 1e6 * float(np.linalg.norm(errors[:, :2], axis=1).max())

@@ -62,7 +62,6 @@ from tri_glide_kinematics.ros.parameters import (
 )
 from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.workspace import WorkspaceLimits
 
 Answer = Callable[[Any, Any], Awaitable[None]]
 
@@ -90,14 +89,18 @@ class CalibrationNode(Node):
         """
         super().__init__("calibration_node")
         self._values = values = LiveParameters(self, CALIBRATION_NODE, check_joint_names).values
-        self._nominal = nominal_of(values)
-        self._workspace = reported_workspace_of(values)
+        self._nominal = MachineParameters(machine_of(values).geometry, values["height_offsets"])
+        # With the travel of the sliders as the drives report it.
+        self._workspace = workspace_limits_of({**values, "height_offsets": (0.0, 0.0, 0.0)})
         self._reader = SliderMeasurements(values["joint_names"])
         self._record = HeightRecord()
         self._folder = folder_of(values)
         # Of the present session; none until it has a measurement.
         self._session_file: Path | None = None
-        self._session = Session(plate_of(values), deviations_of(values), self._keep)
+        deviations = Deviations(
+            values["touch_deviation"], values["position_deviation"], values["distance_deviation"]
+        )
+        self._session = Session(plate_of(values), deviations, self._keep)
         believed = TrueMachine(TriGlide(self._nominal.geometry), self._nominal.height_offsets)
         self._resting = Resting(self._record)
         self._probes = ProbeDriver(
@@ -163,28 +166,28 @@ class CalibrationNode(Node):
         return response
 
     async def _record_touch(self, request: Any, response: Any) -> None:
-        deviation = _deviation(request, "touch_deviation")
+        deviation = requested(request, "standard_deviation", "touch_deviation")
         heights = await self._resting.heights()
         response.number = self._session.touch(heights, request.plate, deviation)
         response.message = self._session.lines()[-1]
 
     async def _record_position(self, request: Any, response: Any) -> None:
-        deviation = _deviation(request, "position_deviation")
+        deviation = requested(request, "standard_deviation", "position_deviation")
         place = (request.position.x, request.position.y, request.position.z)
         heights = await self._resting.heights()
         response.number = self._session.position(heights, place, request.frame, deviation)
         response.message = self._session.lines()[-1]
 
     async def _record_distance_end(self, request: Any, response: Any) -> None:
-        deviation = _deviation(request, "distance_deviation")
+        deviation = requested(request, "standard_deviation", "distance_deviation")
         distance = non_negative("distance", request.distance, "m")
         heights = await self._resting.heights()
         response.number = self._session.distance_end(heights, distance, deviation)
         response.message = self._session.lines()[-1] if response.number else "first end noted"
 
     async def _probe(self, request: Any, response: Any) -> None:
-        deviation = _deviation(request, "touch_deviation")
-        settings = probe_settings_of(self._values, request.depth, request.speed)
+        deviation = requested(request, "standard_deviation", "touch_deviation")
+        settings = probe_settings_of(self._values, request)
         heights = await self._resting.heights()
         result = await self._probes.begin(settings, heights)
         if result.heights is None:
@@ -255,20 +258,6 @@ class CalibrationNode(Node):
         return self._session.content(self._nominal, priors, self._workspace)
 
 
-def _deviation(request: Any, parameter: str) -> float:
-    """Return the standard deviation of a request [m]; 0 stands for what the node has been told."""
-    return requested("standard_deviation", request.standard_deviation, parameter)
-
-
-def nominal_of(values: Values) -> MachineParameters:
-    """Return the machine as it is believed to be.
-
-    Raises:
-        KinematicsError: if no working machine has this geometry.
-    """
-    return MachineParameters(machine_of(values).geometry, values["height_offsets"])
-
-
 def folder_of(values: Values) -> Path:
     """Return the folder of all files that services name.
 
@@ -298,41 +287,26 @@ def priors_of(values: Values) -> Priors | None:
     )
 
 
-def reported_workspace_of(values: Values) -> WorkspaceLimits:
-    """Return where the platform may be, with the travel of the sliders as the drives report it.
-
-    Raises:
-        KinematicsError: if two bounds are not in order.
-    """
-    return workspace_limits_of({**values, "height_offsets": (0.0, 0.0, 0.0)})
-
-
-def deviations_of(values: Values) -> Deviations:
-    """Return the standard deviations of measurements that come without one."""
-    return Deviations(
-        values["touch_deviation"], values["position_deviation"], values["distance_deviation"]
-    )
-
-
-def probe_settings_of(values: Values, depth: float = 0.0, speed: float = 0.0) -> ProbeSettings:
-    """Return how to probe; a ``depth`` [m] or ``speed`` [m/s] of zero is that of the values.
+def probe_settings_of(values: Values, request: ProbePlate.Request) -> ProbeSettings:
+    """Return how to probe; a depth [m] or speed [m/s] of zero is that of the ``values``.
 
     Raises:
         KinematicsError: if one is outside the bounds of its parameter.
     """
     return ProbeSettings(
-        requested("speed", speed, "probe_speed") or values["probe_speed"],
-        requested("depth", depth, "probe_depth") or values["probe_depth"],
+        requested(request, "speed", "probe_speed") or values["probe_speed"],
+        requested(request, "depth", "probe_depth") or values["probe_depth"],
         values["contact_timeout"],
     )
 
 
-def requested(name: str, value: float, parameter: str) -> float:
-    """Return the ``value`` of a request; 0 stands for what the node has been told.
+def requested(request: Any, name: str, parameter: str) -> float:
+    """Return a number of a ``request``; 0 stands for what the node has been told.
 
     Raises:
         KinematicsError: if it is outside the bounds of the ``parameter`` that it takes the place
             of; the text gives it the ``name`` that it has in the request.
     """
+    value: float = getattr(request, name)
     entry = next(one for one in CALIBRATION_NODE if one.name == parameter)
     return value if value == 0.0 else float(replace(entry, name=name).checked(value))
