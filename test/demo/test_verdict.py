@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.calibration.fit import plane_basis
-from tri_glide_kinematics.demo.calibration import (
+from tri_glide_kinematics.demo.calibration_demo import (
     FIRST_START,
     NEAR,
     NOMINAL,

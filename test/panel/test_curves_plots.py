@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.errors import NotFiniteError, WrongShapeError
-from tri_glide_kinematics.panel.curves import CurveLimits, Curves
+from tri_glide_kinematics.panel.slider_curves import CurveLimits, Curves
 
 viser = pytest.importorskip("viser")
 

@@ -16,7 +16,7 @@ from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.vectors import FloatArray
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.demo.calibration import Verdict
+    from tri_glide_kinematics.demo.calibration_demo import Verdict
     from tri_glide_kinematics.demo.client import Leg, MachineSettings
 
 TARGET_STYLE = {"marker": "o", "color": "tab:red", "markersize": 4}

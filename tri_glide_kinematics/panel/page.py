@@ -1,6 +1,6 @@
 """The page: viser's server on this machine alone, with a strip and Stop above all else.
 
-This module, ``guard`` and ``scene`` use what viser does not offer to its users: to refuse
+This module, ``guard`` and ``machine_scene`` use what viser does not offer to its users: to refuse
 connections, to have something above its page, to switch off its share link, and to move parts
 cheaply. viser is pinned, and tests in a browser show that each of these works.
 """
@@ -22,7 +22,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.admission import QUERY, Admission
 from tri_glide_kinematics.panel.guard import guarded_server
 from tri_glide_kinematics.panel.hold import RENEWALS
-from tri_glide_kinematics.panel.scene import light_plainly
+from tri_glide_kinematics.panel.machine_scene import light_plainly
 
 PING_PERIOD = 0.5  # s
 # After so many periods without an answer, nobody is there.

@@ -6,8 +6,8 @@ import pytest
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
+from tri_glide_kinematics.panel.machine_scene import Pose
 from tri_glide_kinematics.panel.markup import bar, note, table
-from tri_glide_kinematics.panel.scene import Pose
 from tri_glide_kinematics.panel.tabs import edge_distance, edge_row, numbers_table
 from tri_glide_kinematics.ros.parameters import IK_NODE
 

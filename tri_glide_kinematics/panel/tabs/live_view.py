@@ -14,11 +14,11 @@ import viser
 
 from tri_glide_kinematics.control import IDLE
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.feeds import Feeds, MotionFeed
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
+from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
 from tri_glide_kinematics.panel.markup import bar, note, table
-from tri_glide_kinematics.panel.scene import Pose, Scene, view_of
+from tri_glide_kinematics.panel.slider_curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.tabs.operator_requests import Desk
 from tri_glide_kinematics.ros.outputs import Motion
 from tri_glide_kinematics.vectors import FloatArray, Vector3

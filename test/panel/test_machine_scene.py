@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.panel.scene import Parts, Quaternion, rod_pair, skin, turned
+from tri_glide_kinematics.panel.machine_scene import Parts, Quaternion, rod_pair, skin, turned
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits, edge_rings
