@@ -1,4 +1,4 @@
-"""The pictures of the demonstrations: a motion beside its limits, errors of a machine as arrows."""
+"""The pictures of the demonstrations."""
 
 from __future__ import annotations
 

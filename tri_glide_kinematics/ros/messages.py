@@ -1,4 +1,4 @@
-"""Turns messages into plain numbers and refuses, with a reason, those that have no meaning here."""
+"""Turns messages into plain numbers, or refuses them with a reason."""
 
 from __future__ import annotations
 

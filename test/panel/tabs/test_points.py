@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from full_disk import full_disk
 
-from tri_glide_kinematics.panel.tabs.points_tab import PointsFileError, load_points, save_points
+from tri_glide_kinematics.panel.tabs import PointsFileError, load_points, save_points
 from tri_glide_kinematics.programs import DriveFileError, PathStep, load_drive
 
 POINTS = [(0.01, -0.0, 0.25), (-0.0312345678, 0.02, 0.3), (1e-9, 0.0, 0.2999)]

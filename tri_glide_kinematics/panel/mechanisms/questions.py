@@ -1,4 +1,4 @@
-"""Questions about a mechanism: the numbers that a person may change, what is asked with them."""
+"""Questions about a mechanism, asked with numbers that a person may change."""
 
 from __future__ import annotations
 

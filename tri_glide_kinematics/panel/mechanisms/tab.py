@@ -1,4 +1,4 @@
-"""The controls of the mechanisms tab, and what they do."""
+"""The controls of the mechanisms tab."""
 
 from __future__ import annotations
 

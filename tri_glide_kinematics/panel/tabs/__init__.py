@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.tabs.operator_requests import OperatorsInput as OperatorsInput
     from tri_glide_kinematics.panel.tabs.operator_requests import PagesBar as PagesBar
     from tri_glide_kinematics.panel.tabs.operator_requests import pages_text as pages_text
+    from tri_glide_kinematics.panel.tabs.points_tab import PointsFileError as PointsFileError
     from tri_glide_kinematics.panel.tabs.points_tab import PointsTab as PointsTab
+    from tri_glide_kinematics.panel.tabs.points_tab import load_points as load_points
+    from tri_glide_kinematics.panel.tabs.points_tab import save_points as save_points
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -1,4 +1,4 @@
-"""Requests of the operator: who may act, and how a wish gets to the node's own thread."""
+"""Requests of the operator: the node fulfils those of the page that has the controls."""
 
 from __future__ import annotations
 

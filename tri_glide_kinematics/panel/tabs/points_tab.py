@@ -1,4 +1,4 @@
-"""Points that the operator has taught: the tab, and the file that keeps them as a path."""
+"""The tab with the points that the operator has taught, which a file keeps as a path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The actions of a node that moves a machine: goals out of messages, and messages about goals."""
+"""The actions of a node that moves a machine, as goals of its controller."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The loop of a node that has a cycle: it sleeps until an absolute time, and never waits else."""
+"""The loop of a node that has a cycle: it sleeps until an absolute time, else it never waits."""
 
 from __future__ import annotations
 

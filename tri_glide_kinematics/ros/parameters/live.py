@@ -1,4 +1,4 @@
-"""Declares the parameters of a node, and validates, applies and logs changes to them as a set."""
+"""The parameters of a running node: changes are checked as a set before they take effect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Entry points: start a node, keep it spinning, and end it without a traceback.
+"""Runs a node, from its entry point to an end without a traceback.
 
 Nothing of ROS is imported before the first line of an entry point has run, so that Ctrl-C ends the
 process at once while modules are still being loaded, and a missing module gets one clear line.
