@@ -171,12 +171,7 @@ CALLIPER = 5e-5  # m, standard deviation
 
 @dataclass(frozen=True)
 class Judged:
-    """The commanded and the true position of the platform.
-
-    Attributes:
-        targets: Shape (n, 3) [m].
-        places: Shape (n, 3) [m].
-    """
+    """The positions to which the platform was sent, and where it truly was. Shapes (n, 3) [m]."""
 
     targets: FloatArray
     places: FloatArray

@@ -76,9 +76,6 @@ class CalibrationNode(Node):
     """Answers to services; while it probes, it leads ik_node by twists.
 
     Heights are noted as they are reported: the offsets are part of what is to be found out.
-
-    Attributes:
-        cycle: what it does again and again.
     """
 
     def __init__(self) -> None:

@@ -73,11 +73,7 @@ class TruthOutputs:
 
 
 class SimulatorNode(Node):
-    """Three simulated sliders on topics.
-
-    Attributes:
-        cycle: what it does again and again.
-    """
+    """Three simulated sliders on topics."""
 
     def __init__(self) -> None:
         """Declare the parameters and start to measure.

@@ -93,12 +93,7 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Admission:
-    """The conditions for admission.
-
-    Attributes:
-        host: on which the page is served, by name or address.
-        token: that has to be known.
-    """
+    """The conditions for admission to the page of a ``host``, by name or address."""
 
     host: str
     token: str

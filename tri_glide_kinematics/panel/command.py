@@ -29,13 +29,7 @@ LAST_LINES = 5  # of a node that has ended are repeated
 
 
 class ShownNode:
-    """A node as a process, whose output is shown here, too.
-
-    Attributes:
-        name: of the node.
-        process: of the node.
-        is_told: whether somebody was told that it has ended.
-    """
+    """A node as a process, whose output is shown here, too."""
 
     def __init__(self, name: str, process: Process, log: Path) -> None:
         """Show what a ``process`` writes into its ``log``."""

@@ -168,12 +168,7 @@ NO_LINES: NDArray[np.float32] = np.zeros((0, 2, 3), dtype=np.float32)
 
 @dataclass(frozen=True)
 class Pose:
-    """The pose of a machine.
-
-    Attributes:
-        heights: of its carriages. Shape (3,) [m].
-        position: of its platform. Shape (3,) [m].
-    """
+    """The heights of a machine's carriages and the position of its platform. Shapes (3,) [m]."""
 
     heights: Vector3
     position: Vector3
@@ -255,12 +250,7 @@ class DrawnMachine:
 
 
 class Scene:
-    """All that is drawn of one machine.
-
-    Attributes:
-        measured: where it is.
-        commanded: where it is told to be.
-    """
+    """All that is drawn of one machine: as it is measured, and as it is commanded."""
 
     def __init__(self, scene: viser.SceneApi, facts: MachineFacts) -> None:
         """Put a machine into an empty ``scene``."""

@@ -102,11 +102,7 @@ STRIP_PERIOD = 0.5  # s after which a page is told again what it knows
 
 
 class PanelNode(Node):
-    """Draws what it hears 30 times a second, and passes on what the operator wants.
-
-    Attributes:
-        cycle: what it does again and again.
-    """
+    """Draws what it hears 30 times a second, and passes on what the operator wants."""
 
     def __init__(self) -> None:
         """Open the page.

@@ -5,39 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from viser import GuiApi, GuiUplotHandle
 from viser.uplot import Axis, Series
 
-from tri_glide_kinematics.checks import finite_vector
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 
-@dataclass(frozen=True)
-class CurveLimits:
-    """Limits of the three sliders.
-
-    Attributes:
-        lower_heights: [m].
-        upper_heights: [m].
-        velocities: largest ones, either way [m/s].
-        accelerations: largest ones, either way [m/s^2].
-
-    Raises:
-        WrongShapeError: if there are not three of each.
-        NotFiniteError: if one is NaN or infinite.
-    """
+class CurveLimits(NamedTuple):
+    """Limits of the three sliders: heights [m], velocities [m/s] and accelerations [m/s^2]."""
 
     lower_heights: Vector3
     upper_heights: Vector3
     velocities: Vector3
     accelerations: Vector3
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        for name, values in vars(self).items():
-            object.__setattr__(self, name, finite_vector(name, values, 3))
 
 
 SPAN = 10.0  # s

@@ -43,13 +43,7 @@ TURNS_FULLY = {
 
 
 class FMechanismQuestions:
-    """Turns numbers of sliders into requests, and answers into what is drawn.
-
-    Attributes:
-        dimensions: what a person may change.
-        crank_angle: to start from, one with the most positions [rad].
-        key: of the position to start from: the angle of the platform [rad].
-    """
+    """The ``Questions`` about an F-mechanism; the key of a position is its angle [rad]."""
 
     solve_service = SolveFMechanism
     trace_service = TraceFMechanism

@@ -32,13 +32,7 @@ ROCKER_ENDS = (FourBarDeadCentre.CRANK_COUPLER_STRETCHED, FourBarDeadCentre.CRAN
 
 
 class FourBarQuestions:
-    """Turns numbers of sliders into requests, and answers into what is drawn.
-
-    Attributes:
-        dimensions: what a person may change.
-        crank_angle: to start from [rad].
-        key: of the position to start from: the branch.
-    """
+    """The ``Questions`` about a four-bar linkage; the key of a position is its branch."""
 
     solve_service = SolveFourBar
     trace_service = TraceFourBar
