@@ -100,7 +100,7 @@ class SimulatorNode(Node):
             JointState(name=values["joint_names"], position=FIRST, velocity=SECOND), 2
         )
         self._now = self.get_clock().now
-        self._publisher = self.create_publisher(JointState, "joint_states", QoSProfile(depth=10))
+        self._publisher = self.create_publisher(JointState, "joint_states", RELIABLE)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._reasons.end_of_second, clock=steady)
         # Best effort, so that no old command is sent again after the connection was lost.

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tri_glide_interfaces.msg import MachineState, MotionState
@@ -19,6 +19,7 @@ from tri_glide_kinematics.control import Cause, OperatingState
 from tri_glide_kinematics.motion.trajectory import SliderState
 from tri_glide_kinematics.ros.outputs import (
     DRIVEN,
+    LATCHED,
     PROGRAMMED,
     TARGET,
     Motion,
@@ -85,7 +86,6 @@ class MachineStatus:
 
 # As many as come in some frames at the usual rate: the curves show every one.
 SOME = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 # What is older than this is no longer where the machine is [s].
 SILENCE = 0.5

@@ -86,10 +86,11 @@ class MechanismRequests:
     The first answer to a new client takes longer than those after it.
     """
 
-    def __init__(self, node: Node, server: str = "mechanism_node") -> None:
-        """Make clients on ``node`` of the node ``server``, by its name in the same namespace."""
+    def __init__(self, node: Node) -> None:
+        """Make clients on ``node`` of ``mechanism_node`` in the same namespace."""
         self._clients = {
-            kind: node.create_client(kind, f"{server}/{name}") for kind, name in _NAMES.items()
+            kind: node.create_client(kind, f"mechanism_node/{name}")
+            for kind, name in _NAMES.items()
         }
 
     def newest_of(self, kind: type) -> NewestRequest:

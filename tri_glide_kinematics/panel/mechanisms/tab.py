@@ -49,22 +49,13 @@ class MechanismsTab:
     """
 
     def __init__(
-        self,
-        gui: GuiApi,
-        scene: SceneApi,
-        requests: MechanismRequests,
-        folder: Path,
-        centre: Vector3 = CENTRE,
+        self, gui: GuiApi, scene: SceneApi, requests: MechanismRequests, folder: Path
     ) -> None:
-        """Add the controls to the container of ``gui`` that is open.
-
-        The ``folder`` has the files of mechanisms; ``centre`` is that of the drawing [m].
-        """
+        """Add the controls to the open container of ``gui``; the files are those of ``folder``."""
         self._gui = gui
         self._requests = requests
         self._files = example_files(folder)
-        self._centre = centre
-        self.drawing = Drawing(scene, "/mechanism", centre)
+        self.drawing = Drawing(scene, "/mechanism", CENTRE)
         self._show: Show | None = None
         self._chosen = NONE
         self._dimensions: tuple[Dimension, ...] = ()
@@ -194,7 +185,7 @@ class MechanismsTab:
                 _move(client, *self._views.pop(client.client_id))
             return
         self._views.setdefault(client.client_id, (camera.position, camera.look_at))
-        _move(client, *_view_of(self._centre, camera.fov, camera.aspect))
+        _move(client, *_view_of(camera.fov, camera.aspect))
 
 
 def questions_about(file: MechanismFile) -> Questions | None:
@@ -220,12 +211,12 @@ def example_files(folder: Path) -> dict[str, MechanismFile]:
     return files
 
 
-def _view_of(centre: Vector3, fov: float, aspect: float) -> tuple[Vector3, Vector3]:
+def _view_of(fov: float, aspect: float) -> tuple[Vector3, Vector3]:
     """Return from where and whither a camera looks that sees the whole drawing.
 
     ``fov`` is the camera's angle from top to bottom [rad], ``aspect`` width by height.
     """
-    x, y, z = centre
+    x, y, z = CENTRE
     height = VIEW_MARGIN * SIZE / min(1.0, aspect)
     # Where the page is narrow, the controls cover its lower half, and Stop what is above.
     down = 0.15 * height if aspect < NARROW else 0.0
