@@ -20,8 +20,8 @@ from viser import _messages as messages
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.admission import QUERY, Admission
+from tri_glide_kinematics.panel.button_jogs import RENEWALS
 from tri_glide_kinematics.panel.guard import guarded_server
-from tri_glide_kinematics.panel.hold import RENEWALS
 from tri_glide_kinematics.panel.machine_scene import light_plainly
 
 PING_PERIOD = 0.5  # s

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 import viser
@@ -15,10 +14,9 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
-from tri_glide_kinematics.control import IDLE, MOVING, OperatingState
 from tri_glide_kinematics.panel.admission import default_token_file, is_loopback, kept_token
+from tri_glide_kinematics.panel.button_jogs import JogWatch, Steps
 from tri_glide_kinematics.panel.feeds import FAULT, WARNING, Feeds
-from tri_glide_kinematics.panel.hold import JogWatch
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
 from tri_glide_kinematics.panel.machine_link import NOBODY, Identity, MachineLink
 from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
@@ -37,61 +35,6 @@ from tri_glide_kinematics.ros.parameters import PANEL_NODE, LiveParameters
 from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.ros.starting import default_parameter_file
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-
-# Until a step that was sent is seen as a motion [s].
-STEP_PATIENCE = 0.5
-
-
-@dataclass
-class Steps:
-    """Remembers where the last step leads to.
-
-    The next one goes on from there if nothing has come in between. If something has, it begins
-    where the platform is: it must not lead to where nobody wants it to go any more.
-
-    Attributes:
-        target: of the last step, None if it counts no more [m].
-    """
-
-    target: Vector3 | None = None
-    _sent_at: float = -math.inf
-
-    def drop(self) -> None:
-        """Let the next step begin where the platform is."""
-        self.target = None
-
-    def look(self, state: OperatingState | None) -> None:
-        """Drop the last step if the machine does something else by now."""
-        if state not in (IDLE, MOVING):
-            self.drop()
-
-    def go_on(
-        self,
-        step: Vector3,
-        place: Vector3 | None,
-        state: OperatingState | None,
-        *,
-        is_on_way: bool,
-        now: float,
-    ) -> Vector3 | None:
-        """Return the target of another step, None if it is not known where that begins [m].
-
-        Args:
-            step: by how much to go on [m].
-            place: where the platform is commanded to be, None if that is not known [m].
-            state: of the machine.
-            is_on_way: whether the goal of the last step has not ended.
-            now: time.monotonic() [s].
-        """
-        if not (is_on_way and (state is MOVING or now - self._sent_at < STEP_PATIENCE)):
-            self.drop()
-        start = self.target or place
-        if start is not None:
-            x, y, z = start
-            self.target = (x + step[0], y + step[1], z + step[2])
-            self._sent_at = now
-        return self.target
-
 
 POINTS_FILE = "taught_points.yaml"
 FRAMES = 30.0  # 1/s

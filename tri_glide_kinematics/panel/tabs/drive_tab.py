@@ -7,7 +7,7 @@ from typing import Any
 
 import viser
 
-from tri_glide_kinematics.panel.hold import RENEWALS
+from tri_glide_kinematics.panel.button_jogs import RENEWALS
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import note
 from tri_glide_kinematics.panel.tabs.operator_requests import Desk, Event, OperatorsInput

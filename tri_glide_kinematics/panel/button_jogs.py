@@ -1,10 +1,11 @@
-"""A jog that lasts for as long as somebody holds a button."""
+"""Jogs by buttons: held, or step by step."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
-from tri_glide_kinematics.control import JOGGING, Cause, OperatingState
+from tri_glide_kinematics.control import IDLE, JOGGING, MOVING, Cause, OperatingState
 from tri_glide_kinematics.vectors import Vector3
 
 # How often the page says that the button is held [1/s].
@@ -92,3 +93,58 @@ class JogWatch:
             self._has_jogged = False
             return True
         return False
+
+
+# Until a step that was sent is seen as a motion [s].
+STEP_PATIENCE = 0.5
+
+
+@dataclass
+class Steps:
+    """Remembers where the last step leads to.
+
+    The next one goes on from there if nothing has come in between. If something has, it begins
+    where the platform is: it must not lead to where nobody wants it to go any more.
+
+    Attributes:
+        target: of the last step, None if it counts no more [m].
+    """
+
+    target: Vector3 | None = None
+    _sent_at: float = -math.inf
+
+    def drop(self) -> None:
+        """Let the next step begin where the platform is."""
+        self.target = None
+
+    def look(self, state: OperatingState | None) -> None:
+        """Drop the last step if the machine does something else by now."""
+        if state not in (IDLE, MOVING):
+            self.drop()
+
+    def go_on(
+        self,
+        step: Vector3,
+        place: Vector3 | None,
+        state: OperatingState | None,
+        *,
+        is_on_way: bool,
+        now: float,
+    ) -> Vector3 | None:
+        """Return the target of another step, None if it is not known where that begins [m].
+
+        Args:
+            step: by how much to go on [m].
+            place: where the platform is commanded to be, None if that is not known [m].
+            state: of the machine.
+            is_on_way: whether the goal of the last step has not ended.
+            now: time.monotonic() [s].
+        """
+        if not (is_on_way and (state is MOVING or now - self._sent_at < STEP_PATIENCE)):
+            self.drop()
+        start = self.target or place
+        if start is not None:
+            x, y, z = start
+            self.target = (x + step[0], y + step[1], z + step[2])
+            self._sent_at = now
+        return self.target
