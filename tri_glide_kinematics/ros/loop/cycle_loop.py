@@ -10,6 +10,7 @@ from functools import partial
 from time import monotonic, sleep
 from typing import Any, Protocol, TypeAlias
 
+from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -19,6 +20,8 @@ from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from rclpy.waitable import NumberOfEntities
+
+from tri_glide_kinematics.reason_log import ReasonLog
 
 # After this part of a period, what has come in and is not handled yet waits for the next cycle.
 INPUT_PART = 0.25
@@ -457,3 +460,24 @@ class PlanningTime:
     def is_short(self, end: float) -> bool:
         """Return whether a piece that begins now is likely to end before ``end`` [s]."""
         return self._clock() + self._expected < end
+
+
+LINES_PER_SECOND = 1
+
+
+class ErrorLog:
+    """Logs what was dropped because of an error that whoever sent it has made."""
+
+    def __init__(self, node: Node) -> None:
+        """Log as ``node``."""
+        self._node = node
+        logger = node.get_logger()
+        # Each place that logs has one severity, as rclpy refuses another one: this one is its own.
+        self._reasons = ReasonLog(lambda text: logger.error(text), LINES_PER_SECOND)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        node.create_timer(1.0, self._reasons.end_of_second, clock=steady)
+
+    def add(self, error: Exception) -> None:
+        """Tell of an ``error``, unless the node is being shut down."""
+        if self._node.context.ok():
+            self._reasons.add(f"dropped a request: {type(error).__name__}: {error}")
