@@ -18,7 +18,7 @@ from geometry_msgs.msg import PoseStamped
 from benchmarks.soak_nodes import context_in_own_domain, say, session
 from testing.page_attack import PageFuzz, controls
 from testing.panel import Panel
-from tri_glide_kinematics.panel.door import kept_token
+from tri_glide_kinematics.panel.admission import kept_token
 
 ROUND = 1000  # connections between two looks at the machine
 FRAMES = 50  # of a connection that is let in

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.demo.leg import Leg
-from tri_glide_kinematics.demo.report import is_good, table
+from tri_glide_kinematics.demo.client import Leg
+from tri_glide_kinematics.demo.command import is_good, table
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 

@@ -8,19 +8,22 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.calibration.fit import plane_basis
-from tri_glide_kinematics.demo.calibration.command import NOMINAL, wrong_machine
-from tri_glide_kinematics.demo.calibration.course import (
+from tri_glide_kinematics.demo.calibration_demo import (
     FIRST_START,
     NEAR,
+    NOMINAL,
     PLATE,
     RADIUS,
     Judged,
+    Verdict,
     probe_start,
     ring,
+    table,
     touch_places,
+    without_plane_motion,
+    wrong_machine,
 )
-from tri_glide_kinematics.demo.calibration.picture import verdict_figure
-from tri_glide_kinematics.demo.calibration.verdict import Verdict, table, without_plane_motion
+from tri_glide_kinematics.demo.pictures import verdict_figure
 from tri_glide_kinematics.tri_glide import TriGlide
 
 TARGETS = np.array([(x, y, PLATE) for x, y in [(0.0, 0.0), *ring(RADIUS, 6)]])
@@ -64,7 +67,7 @@ def test_the_table_shows_the_largest_errors():
 
 
 def test_the_picture_has_three_maps_and_three_rows_of_bars():
-    figure = verdict_figure(TARGETS, verdict())
+    figure = verdict_figure(TARGETS, verdict(), RADIUS)
     assert [axes.get_title().split("\n")[0] for axes in figure.axes] == [
         "before",
         "after",

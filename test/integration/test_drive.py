@@ -11,8 +11,10 @@ import pytest
 import yaml
 
 from testing.commands import KINEMATICS
+from tri_glide_kinematics.nodes import drive as drive_command
+from tri_glide_kinematics.nodes.drive import NoMachineError, StepDriver
 from tri_glide_kinematics.programs import DriveFile, ProgressLine, WaitStep
-from tri_glide_kinematics.ros.clients import GoalSender, NoMachineError, StepDriver, step_driver
+from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.ros.starting import executable
 
 TIMEOUT = 60.0  # s
@@ -143,7 +145,7 @@ def test_a_file_with_a_mistake_moves_nothing(drive):
 
 
 def test_without_a_machine_it_says_what_is_missing(client, monkeypatch):
-    monkeypatch.setattr(step_driver, "START_TIMEOUT", 0.3)
+    monkeypatch.setattr(drive_command, "START_TIMEOUT", 0.3)
     waiting = StepDriver(GoalSender(client.node), client.spin_once, ProgressLine(), lambda: 0)
     with pytest.raises(NoMachineError, match=f"actions of {client.namespace}/ik_node after 0.3 s"):
         waiting.drive(DriveFile("", (WaitStep(1.0),)))

@@ -7,7 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.panel.curves import ACCELERATIONS, BIN, HEIGHTS, SPAN, VELOCITIES, History
+from tri_glide_kinematics.panel.slider_curves import (
+    ACCELERATIONS,
+    BIN,
+    HEIGHTS,
+    SPAN,
+    VELOCITIES,
+    History,
+)
 
 AT_REST = (0.0, 0.0, 0.0)
 SOMEWHERE = (0.4, 0.5, 0.6)

@@ -19,9 +19,8 @@ from websockets.typing import Origin, Subprotocol
 
 from testing.page_attack import message as packed
 from testing.page_reader import CAMERA
-from tri_glide_kinematics.panel.door import fault_of
-from tri_glide_kinematics.panel.errors import PortTakenError, UnguardedPageError
-from tri_glide_kinematics.panel.page import Page
+from tri_glide_kinematics.panel.guard import UnguardedPageError, fault_of
+from tri_glide_kinematics.panel.page import Page, PortTakenError
 
 PROTOCOL = f"viser-v{viser.__version__}"
 TOKEN = "Ab_" * 14

@@ -6,7 +6,7 @@ import pytest
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.control import PAUSED, Cause, OperatingState
-from tri_glide_kinematics.panel.status_words import COLORS, FAULT, READY, WARNING, MachineStatus
+from tri_glide_kinematics.panel.feeds import COLORS, FAULT, READY, WARNING, MachineStatus
 
 
 def test_each_state_of_the_controller_has_a_colour() -> None:

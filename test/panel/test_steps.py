@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_kinematics.control import IDLE, MOVING, OperatingState
-from tri_glide_kinematics.panel.steps import PATIENCE, Steps
+from tri_glide_kinematics.panel.button_jogs import STEP_PATIENCE, Steps
 
 UP = (0.0, 0.0, 0.01)
 OWN = (IDLE, MOVING)
@@ -39,11 +39,11 @@ def test_steps_add_up_while_the_machine_moves(steps: Steps) -> None:
 
 
 def test_they_add_up_before_the_first_one_is_seen(steps: Steps) -> None:
-    assert second(steps, IDLE, now=10.0 + 0.9 * PATIENCE) == pytest.approx(0.27)
+    assert second(steps, IDLE, now=10.0 + 0.9 * STEP_PATIENCE) == pytest.approx(0.27)
 
 
 def test_what_is_on_its_way_for_too_long_counts_no_more(steps: Steps) -> None:
-    assert second(steps, IDLE, now=10.0 + 1.1 * PATIENCE) == pytest.approx(0.263)
+    assert second(steps, IDLE, now=10.0 + 1.1 * STEP_PATIENCE) == pytest.approx(0.263)
 
 
 @pytest.mark.parametrize(

@@ -6,24 +6,16 @@ import pytest
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError
 from tri_glide_kinematics.ros.messages import (
     RefusedMessageError,
-    SliderReader,
     target_position,
     target_velocity,
 )
 
 NAMES = ["slider_1", "slider_2", "slider_3"]
 BASE, PLATFORM = "base", "platform"
-
-
-def test_a_slider_that_is_named_twice_has_no_height():
-    message = JointState(name=[*NAMES, NAMES[1]], position=[0.6, 0.6, 0.6, 0.9])
-    with pytest.raises(RefusedMessageError, match=f"names {NAMES[1]} 2 times"):
-        SliderReader(NAMES).read(message)
 
 
 def pose(position=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0), frame=BASE):
@@ -42,69 +34,6 @@ def twist(linear=(0.0, 0.0, 0.0), angular=(0.0, 0.0, 0.0), frame=BASE):
     v.x, v.y, v.z = linear
     w.x, w.y, w.z = angular
     return message
-
-
-@settings(derandomize=True, database=None)
-@given(st.permutations([*NAMES, "gripper", "slider_10"]))
-def test_sliders_are_found_by_name_in_any_order(names):
-    heights = dict(zip([*NAMES, "gripper", "slider_10"], (1.0, 2.0, 3.0, 4.0, 5.0)))
-    message = JointState(
-        name=names,
-        position=[heights[name] for name in names],
-        velocity=[-heights[name] for name in names],
-    )
-    assert SliderReader(NAMES).read(message) == ((1.0, 2.0, 3.0), (-1.0, -2.0, -3.0))
-
-
-def test_order_may_change_between_messages():
-    reader = SliderReader(NAMES)
-    for names in (NAMES, NAMES[::-1], ["other", *NAMES], NAMES):
-        message = JointState(name=names, position=[float(name[-1] != "r") for name in names])
-        message.position[names.index("slider_2")] = 2.0
-        assert reader.read(message) == ((1.0, 2.0, 1.0), None)
-
-
-def test_joints_of_others_are_not_ours():
-    reader = SliderReader(NAMES)
-    assert reader.read(JointState(name=["a", "b"], position=[1.0, 2.0])) is None
-    assert reader.read(JointState()) is None
-
-
-@pytest.mark.parametrize("velocities", [[], [0.1, math.nan, 0.1]])
-def test_velocities_may_be_missing(velocities):
-    message = JointState(name=NAMES, position=[1.0, 2.0, 3.0], velocity=velocities)
-    assert SliderReader(NAMES).read(message) == ((1.0, 2.0, 3.0), None)
-
-
-@pytest.mark.parametrize(
-    ("message", "text"),
-    [
-        (JointState(name=NAMES[:2], position=[1.0, 2.0]), "lacks slider_3"),
-        (JointState(name=NAMES, position=[1.0, 2.0]), "3 names, but 2 positions"),
-        (JointState(name=NAMES), "3 names, but 0 positions"),
-        (JointState(name=NAMES, position=[1.0] * 3, velocity=[1.0]), "3 names, but 1 velocities"),
-    ],
-)
-def test_incomplete_joint_states_are_refused_each_time(message, text):
-    reader = SliderReader(NAMES)
-    for _ in range(2):
-        with pytest.raises(RefusedMessageError, match=text):
-            reader.read(message)
-
-
-@settings(derandomize=True, database=None)
-@given(
-    st.lists(st.sampled_from([*NAMES, "", "x"]), max_size=6),
-    st.lists(st.floats(), max_size=6),
-    st.lists(st.floats(), max_size=6),
-)
-def test_any_joint_state_is_read_or_refused(names, positions, velocities):
-    message = JointState(name=names, position=positions, velocity=velocities)
-    try:
-        reading = SliderReader(NAMES).read(message)
-    except RefusedMessageError:
-        return
-    assert reading is None or len(reading.heights) == 3
 
 
 @pytest.mark.parametrize("frame", [BASE, ""])

@@ -16,14 +16,46 @@ from rclpy.qos import QoSProfile
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.demo.leg import Leg
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, polylines_of
 from tri_glide_kinematics.motion.trajectory import SliderLimits
-from tri_glide_kinematics.ros.clients import GoalSender
+from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One target and what became of it.
+
+    Attributes:
+        name: of the target.
+        target: position to be reached [m]; None for a jog, which has none.
+        reached: measured position at the end [m].
+        duration: from the command to the end [s].
+        first: its first row in the stream of commands.
+        end: the row after its last.
+        deviation: largest measured distance from its path; 0 for a leg without one [m].
+        tolerance: of that path [m].
+    """
+
+    name: str
+    target: Vector3 | None
+    reached: Vector3
+    duration: float
+    first: int
+    end: int
+    deviation: float = 0.0
+    tolerance: float = 0.0
+
+    @property
+    def error(self) -> float:
+        """Distance between target and measured position [m]; zero for a jog."""
+        if self.target is None:
+            return 0.0
+        return float(np.linalg.norm(np.subtract(self.target, self.reached)))
+
 
 TOLERANCE = 1e-4  # m between a target and the pose measured back
 SETTLED_POSES = 10  # measured poses that have to agree
@@ -248,9 +280,7 @@ class DemoClient(Node):
 def _largest_distance(places: FloatArray, path: PlatformPath) -> float:
     """Return how far the farthest of some places is from a path as programmed [m].
 
-    Args:
-        places: Shape (n, 3) [m].
-        path: whose arcs count as their chords, which are some hundredths of a millimetre away.
+    Arcs count as their chords, which are some hundredths of a millimetre away.
     """
     corners = at_once(polylines_of(path.driven)).programmed
     steps = np.diff(corners, axis=0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Awaitable, Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -25,12 +26,17 @@ from tri_glide_interfaces.srv import (
     SolveCalibration,
 )
 from tri_glide_kinematics.calibration.fit import (
+    MachineParameters,
     MeasurementFile,
+    Plate,
+    Priors,
     load_measurements,
     save_measurements,
 )
 from tri_glide_kinematics.calibration.session import (
+    Deviations,
     HeightRecord,
+    ProbeSettings,
     ProbingError,
     SavingError,
     Session,
@@ -42,22 +48,17 @@ from tri_glide_kinematics.checks import non_negative
 from tri_glide_kinematics.control import TrueMachine
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import file_in
+from tri_glide_kinematics.nodes.probe_driver import ProbeDriver, Resting
 from tri_glide_kinematics.reason_log import ReasonLog
-from tri_glide_kinematics.ros.clients import ProbeDriver, Resting
 from tri_glide_kinematics.ros.inputs import SliderMeasurements
 from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.parameters import (
     CALIBRATION_NODE,
     LiveParameters,
+    Values,
     check_joint_names,
-    deviations_of,
-    folder_of,
-    nominal_of,
-    plate_of,
-    priors_of,
-    probe_settings_of,
-    reported_workspace_of,
-    requested,
+    machine_of,
+    workspace_limits_of,
 )
 from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
 from tri_glide_kinematics.tri_glide import TriGlide
@@ -75,9 +76,6 @@ class CalibrationNode(Node):
     """Answers to services; while it probes, it leads ik_node by twists.
 
     Heights are noted as they are reported: the offsets are part of what is to be found out.
-
-    Attributes:
-        cycle: what it does again and again.
     """
 
     def __init__(self) -> None:
@@ -88,14 +86,18 @@ class CalibrationNode(Node):
         """
         super().__init__("calibration_node")
         self._values = values = LiveParameters(self, CALIBRATION_NODE, check_joint_names).values
-        self._nominal = nominal_of(values)
-        self._workspace = reported_workspace_of(values)
+        self._nominal = MachineParameters(machine_of(values).geometry, values["height_offsets"])
+        # With the travel of the sliders as the drives report it.
+        self._workspace = workspace_limits_of({**values, "height_offsets": (0.0, 0.0, 0.0)})
         self._reader = SliderMeasurements(values["joint_names"])
         self._record = HeightRecord()
         self._folder = folder_of(values)
         # Of the present session; none until it has a measurement.
         self._session_file: Path | None = None
-        self._session = Session(plate_of(values), deviations_of(values), self._keep)
+        deviations = Deviations(
+            values["touch_deviation"], values["position_deviation"], values["distance_deviation"]
+        )
+        self._session = Session(plate_of(values), deviations, self._keep)
         believed = TrueMachine(TriGlide(self._nominal.geometry), self._nominal.height_offsets)
         self._resting = Resting(self._record)
         self._probes = ProbeDriver(
@@ -161,28 +163,28 @@ class CalibrationNode(Node):
         return response
 
     async def _record_touch(self, request: Any, response: Any) -> None:
-        deviation = _deviation(request, "touch_deviation")
+        deviation = requested(request, "standard_deviation", "touch_deviation")
         heights = await self._resting.heights()
         response.number = self._session.touch(heights, request.plate, deviation)
         response.message = self._session.lines()[-1]
 
     async def _record_position(self, request: Any, response: Any) -> None:
-        deviation = _deviation(request, "position_deviation")
+        deviation = requested(request, "standard_deviation", "position_deviation")
         place = (request.position.x, request.position.y, request.position.z)
         heights = await self._resting.heights()
         response.number = self._session.position(heights, place, request.frame, deviation)
         response.message = self._session.lines()[-1]
 
     async def _record_distance_end(self, request: Any, response: Any) -> None:
-        deviation = _deviation(request, "distance_deviation")
+        deviation = requested(request, "standard_deviation", "distance_deviation")
         distance = non_negative("distance", request.distance, "m")
         heights = await self._resting.heights()
         response.number = self._session.distance_end(heights, distance, deviation)
         response.message = self._session.lines()[-1] if response.number else "first end noted"
 
     async def _probe(self, request: Any, response: Any) -> None:
-        deviation = _deviation(request, "touch_deviation")
-        settings = probe_settings_of(self._values, request.depth, request.speed)
+        deviation = requested(request, "standard_deviation", "touch_deviation")
+        settings = probe_settings_of(self._values, request)
         heights = await self._resting.heights()
         result = await self._probes.begin(settings, heights)
         if result.heights is None:
@@ -252,6 +254,55 @@ class CalibrationNode(Node):
         return self._session.content(self._nominal, priors, self._workspace)
 
 
-def _deviation(request: Any, parameter: str) -> float:
-    """Return the standard deviation of a request [m]; 0 stands for what the node has been told."""
-    return requested("standard_deviation", request.standard_deviation, parameter)
+def folder_of(values: Values) -> Path:
+    """Return the folder of all files that services name.
+
+    Raises:
+        SavingError: if there is no such folder.
+    """
+    folder = Path(values["folder"]).expanduser().resolve()
+    if not folder.is_dir():
+        raise SavingError(f"folder = {values['folder']!r}: {folder} is no folder")
+    return folder
+
+
+def plate_of(values: Values) -> Plate:
+    """Return the plate that is touched, with what is known of it."""
+    known = values["plate_known"]
+    height = values["plate_height"] if known == "height_and_tilt" else None
+    tilt = None if known == "nothing" else values["plate_tilt"]
+    return Plate(values["plate_name"], height, tilt)
+
+
+def priors_of(values: Values) -> Priors | None:
+    """Return how far a machine may be from its parameters; None if that is not known."""
+    if not values["use_priors"]:
+        return None
+    return Priors(
+        values["prior_anchors"], values["prior_arm_lengths"], values["prior_height_offsets"]
+    )
+
+
+def probe_settings_of(values: Values, request: ProbePlate.Request) -> ProbeSettings:
+    """Return how to probe; a depth [m] or speed [m/s] of zero is that of the ``values``.
+
+    Raises:
+        KinematicsError: if one is outside the bounds of its parameter.
+    """
+    return ProbeSettings(
+        requested(request, "speed", "probe_speed") or values["probe_speed"],
+        requested(request, "depth", "probe_depth") or values["probe_depth"],
+        values["contact_timeout"],
+    )
+
+
+def requested(request: Any, name: str, parameter: str) -> float:
+    """Return a number of a ``request``; 0 stands for what the node has been told.
+
+    Raises:
+        KinematicsError: if it is outside the bounds of the ``parameter`` that it takes the place
+            of; the text gives it the ``name`` that it has in the request.
+    """
+    value: float = getattr(request, name)
+    entry = next(one for one in CALIBRATION_NODE if one.name == parameter)
+    return value if value == 0.0 else float(replace(entry, name=name).checked(value))

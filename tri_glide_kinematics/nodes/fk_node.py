@@ -27,9 +27,6 @@ class FkNode(Node):
     """Answers each measurement with a pose and, if it holds velocities, a twist of the same time.
 
     The platform does not rotate, so the twist holds for every point of it.
-
-    Attributes:
-        cycle: what it does again and again.
     """
 
     def __init__(self) -> None:

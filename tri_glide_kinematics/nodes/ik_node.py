@@ -84,11 +84,7 @@ REQUESTS_PART = 0.5
 
 
 class IkNode(Node):
-    """Turns messages into calls of the controller, and its setpoints into messages.
-
-    Attributes:
-        cycle: what it does again and again.
-    """
+    """Turns messages into calls of the controller, and its setpoints into messages."""
 
     def __init__(self) -> None:
         """Declare the parameters and wait for the machine.

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import math
 
+from geometry_msgs.msg import PoseStamped
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool
 
 from tri_glide_kinematics.control import SimulatedPlate, SimulatedSliders, SliderFaults, TrueMachine
 from tri_glide_kinematics.errors import KinematicsError
@@ -19,7 +21,6 @@ from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.cdr import FIRST, SECOND, StampedTriples
 from tri_glide_kinematics.ros.inputs import SliderMeasurements
 from tri_glide_kinematics.ros.loop import Cycle
-from tri_glide_kinematics.ros.outputs import TruthOutputs
 from tri_glide_kinematics.ros.parameters import (
     SIMULATOR_NODE,
     LiveParameters,
@@ -30,15 +31,49 @@ from tri_glide_kinematics.ros.parameters import (
     machine_of,
 )
 from tri_glide_kinematics.ros.serving import PatientServices
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
+
+RELIABLE = QoSProfile(depth=10)
+
+# A contact is told when it begins and when it ends, and again and again, so that who listens knows
+# that the switch is there [s].
+CONTACT_PERIOD = 0.02
+
+
+class TruthOutputs:
+    """The topics ``true_pose`` and ``contact`` of a simulated machine.
+
+    Attributes:
+        plate: that can be touched; another one counts from the next cycle on.
+    """
+
+    def __init__(self, node: Node, base_frame: str, period: float, plate: SimulatedPlate) -> None:
+        """Publish as a part of ``node``, once each ``period`` [s]."""
+        self.plate = plate
+        pose = PoseStamped()
+        pose.header.frame_id = base_frame
+        point = pose.pose.position
+        point.x, point.y, point.z = FIRST
+        self._pose = StampedTriples(pose, 1)
+        self._contact = Bool()
+        self._poses = node.create_publisher(PoseStamped, "true_pose", RELIABLE)
+        self._contacts = node.create_publisher(Bool, "contact", RELIABLE)
+        self._quiet_cycles = max(1, round(CONTACT_PERIOD / period))
+        self._quiet = self._quiet_cycles
+
+    def publish(self, position: Vector3, seconds: int, nanoseconds: int) -> None:
+        """Publish where the platform is [m], at this time, and whether it touches the plate."""
+        is_touched = self.plate.is_touched(position)
+        self._quiet += 1
+        if is_touched != self._contact.data or self._quiet >= self._quiet_cycles:
+            self._contact.data, self._quiet = is_touched, 0
+            self._contacts.publish(self._contact)
+        self._poses.publish(self._pose.at(seconds, nanoseconds, position))
 
 
 class SimulatorNode(Node):
-    """Three simulated sliders on topics.
-
-    Attributes:
-        cycle: what it does again and again.
-    """
+    """Three simulated sliders on topics."""
 
     def __init__(self) -> None:
         """Declare the parameters and start to measure.
@@ -65,7 +100,7 @@ class SimulatorNode(Node):
             JointState(name=values["joint_names"], position=FIRST, velocity=SECOND), 2
         )
         self._now = self.get_clock().now
-        self._publisher = self.create_publisher(JointState, "joint_states", QoSProfile(depth=10))
+        self._publisher = self.create_publisher(JointState, "joint_states", RELIABLE)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._reasons.end_of_second, clock=steady)
         # Best effort, so that no old command is sent again after the connection was lost.

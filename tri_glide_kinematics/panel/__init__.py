@@ -1,6 +1,6 @@
 """The page in the browser that shows a machine live and drives it.
 
-``panel_node`` is the node, ``command`` starts it with a simulated machine. What the operator may do
-is decided without ROS and without the page (``controls``, ``hold``, ``points``); ``machine_link``
-is the way to the machine, ``page`` and what draws on it the way to the browser.
+``panel_node`` is the node, ``command`` starts it with a simulated machine. ``machine_link`` leads
+to the machine and ``feeds`` from it, ``page`` to the browser, where ``guard`` lets in those that
+``admission`` admits. ``tabs`` hold what the operator sees and does.
 """

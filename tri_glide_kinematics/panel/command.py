@@ -29,13 +29,7 @@ LAST_LINES = 5  # of a node that has ended are repeated
 
 
 class ShownNode:
-    """A node as a process, whose output is shown here, too.
-
-    Attributes:
-        name: of the node.
-        process: of the node.
-        is_told: whether somebody was told that it has ended.
-    """
+    """A node as a process, whose output is shown here, too."""
 
     def __init__(self, name: str, process: Process, log: Path) -> None:
         """Show what a ``process`` writes into its ``log``."""
@@ -66,10 +60,7 @@ class ShownNode:
 def serve(port: int, points_file: str, endings: list[str]) -> None:
     """Start the nodes and the page, and go on until the page has ended.
 
-    Args:
-        port: of the page on this computer.
-        points_file: in which taught points are saved.
-        endings: gets a line for each node that has ended by itself.
+    ``endings`` gets a line for each node that has ended by itself.
     """
     # A namespace of its own keeps it away from a machine on this computer.
     namespace = f"/tri_glide_panel_{os.getpid()}"

@@ -5,23 +5,87 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tri_glide_interfaces.msg import MachineState, MotionState
+from tri_glide_kinematics.control import Cause, OperatingState
 from tri_glide_kinematics.motion.trajectory import SliderState
-from tri_glide_kinematics.panel.status_words import MachineStatus
-from tri_glide_kinematics.ros.outputs import DRIVEN, PROGRAMMED, TARGET, Motion, read_motion
+from tri_glide_kinematics.ros.outputs import (
+    DRIVEN,
+    LATCHED,
+    PROGRAMMED,
+    TARGET,
+    Motion,
+    cause_of,
+    read_motion,
+    state_of,
+)
 from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+READY, MOTION, WARNING, FAULT = "ready", "motion", "warning", "fault"
+
+COLORS = {
+    OperatingState.IDLE: READY,
+    OperatingState.MOVING: MOTION,
+    OperatingState.JOGGING: MOTION,
+    OperatingState.TRACKING: MOTION,
+    OperatingState.STOPPING: WARNING,
+    OperatingState.WAITING: WARNING,
+    OperatingState.DISABLED: WARNING,
+    OperatingState.PAUSED: WARNING,
+    OperatingState.FAULT: FAULT,
+}
+
+
+@dataclass(frozen=True)
+class MachineStatus:
+    """What ``ik_node`` says about itself.
+
+    Attributes:
+        state: None before it has said anything, or if it is none that is known here.
+        cause: of the state; None likewise.
+        reason: of the state in words, with a remark if there is one.
+        refused: number of commands that were refused.
+        last_refusal: what was refused last, and why, in words.
+    """
+
+    state: OperatingState | None = None
+    cause: Cause | None = None
+    reason: str = ""
+    refused: int = 0
+    last_refusal: str = ""
+
+    @classmethod
+    def of(cls, message: MachineState) -> MachineStatus:
+        """Read a message of ``~/machine_state``."""
+        return cls(
+            state_of(message),
+            cause_of(message),
+            "; ".join(filter(None, (message.reason, message.remark))),
+            message.refused,
+            message.refusal_text,
+        )
+
+    @property
+    def word(self) -> str:
+        """The state in a word; empty if it is not known."""
+        return "" if self.state is None else self.state.name.lower()
+
+    @property
+    def color(self) -> str:
+        """The colour of the state."""
+        return WARNING if self.state is None else COLORS[self.state]
+
 
 # As many as come in some frames at the usual rate: the curves show every one.
 SOME = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 # What is older than this is no longer where the machine is [s].
 SILENCE = 0.5
@@ -83,12 +147,9 @@ class Feeds:
     def __init__(
         self, node: Node, server: str, on_lines: Callable[[str, FloatArray], None]
     ) -> None:
-        """Listen as a part of ``node``.
+        """Listen as a part of ``node`` to the ``ik_node`` with the full name ``server``.
 
-        Args:
-            node: of the panel.
-            server: full name of ``ik_node``.
-            on_lines: gets a line that has changed, by name. Shape (n, 3) [m].
+        ``on_lines`` gets a line that has changed, by name. Shape (n, 3) [m].
         """
         self.motion = MotionFeed(node)
         self.status = MachineStatus()

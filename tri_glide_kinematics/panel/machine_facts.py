@@ -24,11 +24,7 @@ NAMES = tuple(parameter.name for parameter in IK_NODE)
 
 @dataclass(frozen=True, eq=False)
 class MachineFacts:
-    """A machine as its ``ik_node`` knows it.
-
-    Attributes:
-        values: of the parameters of ``ik_node``.
-    """
+    """A machine as its ``ik_node`` knows it, by the values of its parameters."""
 
     values: Values
 

@@ -19,7 +19,7 @@ from std_srvs.srv import SetBool, Trigger
 from tri_glide_kinematics.control.commands import GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
-from tri_glide_kinematics.ros.clients import GoalSender, SentGoal
+from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.ros.parameters import IK_NODE
 from tri_glide_kinematics.vectors import Vector3
 

@@ -1,6 +1,6 @@
 """The page: viser's server on this machine alone, with a strip and Stop above all else.
 
-This module, ``guard`` and ``placing`` use what viser does not offer to its users: to refuse
+This module, ``guard`` and ``machine_scene`` use what viser does not offer to its users: to refuse
 connections, to have something above its page, to switch off its share link, and to move parts
 cheaply. viser is pinned, and tests in a browser show that each of these works.
 """
@@ -18,10 +18,11 @@ from typing import Any, Protocol
 import viser
 from viser import _messages as messages
 
-from tri_glide_kinematics.panel.door import QUERY, Admission, guarded_server
-from tri_glide_kinematics.panel.errors import PortTakenError
-from tri_glide_kinematics.panel.hold import RENEWALS
-from tri_glide_kinematics.panel.scene import light_plainly
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.panel.admission import QUERY, Admission
+from tri_glide_kinematics.panel.button_jogs import RENEWALS
+from tri_glide_kinematics.panel.guard import guarded_server
+from tri_glide_kinematics.panel.machine_scene import light_plainly
 
 PING_PERIOD = 0.5  # s
 # After so many periods without an answer, nobody is there.
@@ -45,10 +46,6 @@ async def watch(socket: Socket, tell: Callable[[bool], None]) -> None:
     sends wait until all that was sent before is on its way, which it never is where nobody reads.
     Periods are counted, not time: if it was us who were held up, the answers have come meanwhile.
     The connection stays: to a browser that is busy beyond measure, another one is more to do.
-
-    Args:
-        socket: of a page.
-        tell: gets whether it is there, when that changes.
     """
     closed = asyncio.ensure_future(socket.wait_closed())
     answer = asyncio.ensure_future(_answer(socket))
@@ -101,6 +98,15 @@ class Strip:
     stop: str = ""
 
 
+class PortTakenError(KinematicsError):
+    """Somebody else listens where the page should be."""
+
+    def __init__(self, host: str, port: int) -> None:
+        """Keep the address."""
+        self.host, self.port = host, port
+        super().__init__(f"port {port} of {host} is in use: choose another one with -p port:=...")
+
+
 class Page:
     """viser's server, and what lies above its page.
 
@@ -110,13 +116,9 @@ class Page:
     """
 
     def __init__(self, host: str, port: int, token: str, log: Log) -> None:
-        """Listen on ``host`` and ``port``; ``log`` gets what somebody should know.
+        """Listen on ``host`` and ``port``, 0 for any; who connects has to know the ``token``.
 
-        Args:
-            host: on which it listens.
-            port: of it; 0 for any.
-            token: that whoever connects has to know.
-            log: gets one line a second, at most two.
+        ``log`` gets one line a second, at most two, with what somebody should know.
 
         Raises:
             PortTakenError: if the port is in use.
@@ -153,9 +155,7 @@ class Page:
     def put_above(self, stop: viser.GuiButtonHandle, release: viser.GuiButtonHandle) -> None:
         """Put the strip and Stop above the page of all that connect from now on.
 
-        Args:
-            stop: is pressed by Stop.
-            release: is pressed when a held button is let go.
+        Stop presses ``stop``; a held button that is let go presses ``release``.
         """
         room = files(__package__)
         settings = {

@@ -14,15 +14,13 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
-from tri_glide_kinematics.panel.door import default_token_file, is_loopback, kept_token
-from tri_glide_kinematics.panel.feeds import Feeds
-from tri_glide_kinematics.panel.hold import JogWatch
+from tri_glide_kinematics.panel.admission import default_token_file, is_loopback, kept_token
+from tri_glide_kinematics.panel.button_jogs import JogWatch, Steps
+from tri_glide_kinematics.panel.feeds import FAULT, WARNING, Feeds
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
 from tri_glide_kinematics.panel.machine_link import NOBODY, Identity, MachineLink
 from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
-from tri_glide_kinematics.panel.status_words import FAULT, WARNING
-from tri_glide_kinematics.panel.steps import Steps
 from tri_glide_kinematics.panel.tabs import (
     Desk,
     DriveTab,
@@ -47,11 +45,7 @@ STRIP_PERIOD = 0.5  # s after which a page is told again what it knows
 
 
 class PanelNode(Node):
-    """Draws what it hears 30 times a second, and passes on what the operator wants.
-
-    Attributes:
-        cycle: what it does again and again.
-    """
+    """Draws what it hears 30 times a second, and passes on what the operator wants."""
 
     def __init__(self) -> None:
         """Open the page.

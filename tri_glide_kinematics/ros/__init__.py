@@ -1,7 +1,6 @@
 """ROS: what the nodes share.
 
-Starting and spinning (``run``, ``cycle_loop``, ``transport``, ``command_line``, ``processes``),
-parameters (``parameters`` holds the tables), messages (``messages``, ``*_messages``,
-``command_outputs``), services and diagnostics, and goals as a client sends them
-(``goal_sender``, ``step_driver``).
+``starting`` starts and ends them, ``loop`` and ``serving`` let them work, ``parameters`` configure
+them. What comes in is read by ``inputs``, with the checks of ``messages``; what goes out is written
+by ``outputs``, as bytes by ``cdr`` where messages of Python would take too long.
 """

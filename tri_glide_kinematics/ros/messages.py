@@ -1,17 +1,16 @@
-"""Turns messages into plain numbers and refuses, with a reason, those that have no meaning here."""
+"""Turns messages into plain numbers, or refuses them with a reason."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, Quaternion, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, Refusal
 from tri_glide_kinematics.vectors import Vector3
@@ -34,76 +33,6 @@ class RefusedMessageError(KinematicsError):
         """Store why, in words and for programs."""
         super().__init__(text)
         self.refusal = refusal
-
-
-class SliderReading(NamedTuple):
-    """The slider data of a JointState; heights may still be NaN.
-
-    Attributes:
-        heights: Shape (3,) [m].
-        velocities: Shape (3,) [m/s], or None if they are not given.
-    """
-
-    heights: Vector3
-    velocities: Vector3 | None
-
-
-class SliderReader:
-    """Finds the sliders in JointState messages by name, in any order, beside any other joints."""
-
-    def __init__(self, joint_names: Sequence[str]) -> None:
-        """Look for these three names."""
-        self._wanted = tuple(joint_names)
-        self._last_names: Sequence[str] = ()
-        self._indices: tuple[int, int, int] | None = None
-
-    def read(self, message: JointState) -> SliderReading | None:
-        """Return the state of the sliders, or None if the message is about other joints only.
-
-        Velocities of which one is NaN count as not given: a broadcaster fills in NaN for what the
-        hardware does not measure.
-
-        Raises:
-            RefusedMessageError: if a slider or a number is missing.
-        """
-        names = message.name
-        if names != self._last_names:
-            self._indices = self._find(names)
-            self._last_names = names
-        if self._indices is None:
-            return None
-        i, j, k = self._indices
-        position = message.position
-        velocity = message.velocity
-        count = len(names)
-        if len(position) != count:
-            raise RefusedMessageError(
-                f"joint state has {count} names, but {len(position)} positions"
-            )
-        heights = (position[i], position[j], position[k])
-        if not velocity:
-            return SliderReading(heights, None)
-        if len(velocity) != count:
-            raise RefusedMessageError(
-                f"joint state has {count} names, but {len(velocity)} velocities"
-            )
-        velocities = (velocity[i], velocity[j], velocity[k])
-        if any(map(math.isnan, velocities)):
-            return SliderReading(heights, None)
-        return SliderReading(heights, velocities)
-
-    def _find(self, names: Sequence[str]) -> tuple[int, int, int] | None:
-        self._last_names = ()
-        missing = [name for name in self._wanted if name not in names]
-        if len(missing) == len(self._wanted):
-            return None
-        if missing:
-            raise RefusedMessageError(f"joint state lacks {', '.join(missing)}")
-        for name in self._wanted:
-            if names.count(name) > 1:
-                raise RefusedMessageError(f"joint state names {name} {names.count(name)} times")
-        i, j, k = (names.index(name) for name in self._wanted)
-        return i, j, k
 
 
 def decoded(data: bytes, kind: Any) -> Any:
@@ -195,10 +124,7 @@ def moving_target(message: Odometry, base_frame: str) -> tuple[Vector3, Vector3]
 def age_of_target(stamp: Time, clock: Clock, timeout: float) -> float:
     """Return how long ago a moving target was where its state says [s].
 
-    Args:
-        stamp: of the state.
-        clock: of the node.
-        timeout: age that makes a state useless [s].
+    A state that is older than ``timeout`` [s] is of no use.
 
     Raises:
         RefusedMessageError: if there is no stamp, or one of another clock.
@@ -219,15 +145,10 @@ def age_of_target(stamp: Time, clock: Clock, timeout: float) -> float:
 
 
 def check_frame(what: str, frame: str, allowed: Sequence[str]) -> None:
-    """Check the frame of a message.
-
-    Args:
-        what: it is, in words.
-        frame: of the message; empty is any.
-        allowed: frames.
+    """Check the ``frame`` of a message; ``what`` names that in words. An empty frame is any.
 
     Raises:
-        RefusedMessageError: if it is another one.
+        RefusedMessageError: if it is none of those ``allowed``.
     """
     if frame and frame not in allowed:
         names = " or ".join(repr(name) for name in allowed)

@@ -36,12 +36,10 @@ class OtherPublishers:
     def __init__(
         self, node: Node, publishers: Iterable[Publisher], tell: Callable[[Reason | None], None]
     ) -> None:
-        """Look from now on, and tell at once that nothing is known yet.
+        """Look from now on for publishers that ``node`` should have alone.
 
-        Args:
-            node: whose publishers they are.
-            publishers: that nobody else should have beside it.
-            tell: gets what ``look`` returns, now and each ``PERIOD`` seconds.
+        ``tell`` gets what ``look`` returns, now and each ``PERIOD`` seconds: first, that nothing is
+        known yet.
         """
         self._node = node
         self._own = Counter(publisher.topic_name for publisher in publishers)
@@ -86,17 +84,15 @@ class OtherPublishers:
 def other_publishers(
     node: str, own: Mapping[str, int], found: Mapping[str, Iterable[str]]
 ) -> str | None:
-    """Name those who publish on the topics of ``node`` beside it.
+    """Name those who publish on the topics of ``node`` beside it, None if nobody does.
 
     Publishers are counted, as another node may have the same full name.
 
     Args:
         node: full name of the node that asks.
         own: how many publishers it has on each of its topics.
-        found: full names of the nodes behind all publishers of each of these topics, its own too.
-
-    Returns:
-        Who they are and what can be done, or None if there are none.
+        found: full names of the nodes behind all publishers of each of these topics, its own
+            too.
     """
     others = []
     for topic, names in found.items():

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from tri_glide_kinematics.mechanisms import load_mechanism
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.files import load_mechanism
 from tri_glide_kinematics.mechanisms.pictures import (
     Choice,
     DrawingError,

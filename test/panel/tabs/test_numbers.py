@@ -6,8 +6,8 @@ import pytest
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
+from tri_glide_kinematics.panel.machine_scene import Pose
 from tri_glide_kinematics.panel.markup import bar, note, table
-from tri_glide_kinematics.panel.scene import Pose
 from tri_glide_kinematics.panel.tabs import edge_distance, edge_row, numbers_table
 from tri_glide_kinematics.ros.parameters import IK_NODE
 
@@ -16,13 +16,13 @@ POSITION = (0.02, -0.01, 0.25)
 
 
 def test_the_nearest_edge_is_an_edge() -> None:
-    edge = edge_distance(FACTS, POSITION)
+    distance, direction = edge_distance(FACTS, POSITION)
     signs = {"+": 1.0, "-": -1.0}
-    step = signs[edge.direction[0]]
-    axis = "xyz".index(edge.direction[1])
+    step = signs[direction[0]]
+    axis = "xyz".index(direction[1])
     for factor, is_inside in ((0.999, True), (1.001, False)):
         place = list(POSITION)
-        place[axis] += factor * step * edge.distance
+        place[axis] += factor * step * distance
         if is_inside:
             FACTS.workspace.check_position(place)
         else:

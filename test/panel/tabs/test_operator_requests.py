@@ -16,7 +16,7 @@ from viser import GuiEvent, ViserServer
 
 from testing.client import Probe
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.panel.hold import RENEWALS
+from tri_glide_kinematics.panel.button_jogs import RENEWALS
 from tri_glide_kinematics.panel.machine_link import LATEST_ONLY, NOBODY, MachineLink
 from tri_glide_kinematics.panel.tabs import Desk, OperatorsInput
 

@@ -7,12 +7,14 @@ import random
 from contextlib import suppress
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.inputs import MOST_LAYOUTS, SliderMeasurements, slider_measurements
-from tri_glide_kinematics.ros.messages import RefusedMessageError, SliderReader
+from tri_glide_kinematics.ros.messages import RefusedMessageError
 
 NAMES = ["slider_1", "slider_2", "slider_3"]
 TEXTS = ("", "a", "ab", "abc", "frame", "tri_glide_base", "größe")
@@ -69,10 +71,7 @@ def written(message, source):
 
 
 def expected(message):
-    reading = SliderReader(NAMES).read(message)
-    if reading is None:
-        return None
-    return (*reading, message.header.stamp.sec, message.header.stamp.nanosec)
+    return slider_measurements.reading_of(message, NAMES)
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -159,3 +158,75 @@ def test_bytes_of_any_kind_are_read_or_refused_and_never_fail_otherwise(capfd):
                 reader.read(bytes(data))
     # Nothing but our own log may tell of them, as that is bounded.
     assert capfd.readouterr().err == ""
+
+
+def read(message):
+    """Return heights and velocities of the sliders."""
+    reading = slider_measurements.reading_of(message, NAMES)
+    return None if reading is None else reading[:2]
+
+
+def test_a_slider_that_is_named_twice_has_no_height():
+    message = JointState(name=[*NAMES, NAMES[1]], position=[0.6, 0.6, 0.6, 0.9])
+    with pytest.raises(RefusedMessageError, match=f"names {NAMES[1]} 2 times"):
+        read(message)
+
+
+@settings(derandomize=True, database=None)
+@given(st.permutations([*NAMES, "gripper", "slider_10"]))
+def test_sliders_are_found_by_name_in_any_order(names):
+    heights = dict(zip([*NAMES, "gripper", "slider_10"], (1.0, 2.0, 3.0, 4.0, 5.0)))
+    message = JointState(
+        name=names,
+        position=[heights[name] for name in names],
+        velocity=[-heights[name] for name in names],
+    )
+    assert read(message) == ((1.0, 2.0, 3.0), (-1.0, -2.0, -3.0))
+
+
+def test_order_may_change_between_messages():
+    for names in (NAMES, NAMES[::-1], ["other", *NAMES], NAMES):
+        message = JointState(name=names, position=[float(name[-1] != "r") for name in names])
+        message.position[names.index("slider_2")] = 2.0
+        assert read(message) == ((1.0, 2.0, 1.0), None)
+
+
+def test_joints_of_others_are_not_ours():
+    assert read(JointState(name=["a", "b"], position=[1.0, 2.0])) is None
+    assert read(JointState()) is None
+
+
+@pytest.mark.parametrize("velocities", [[], [0.1, math.nan, 0.1]])
+def test_velocities_may_be_missing(velocities):
+    message = JointState(name=NAMES, position=[1.0, 2.0, 3.0], velocity=velocities)
+    assert read(message) == ((1.0, 2.0, 3.0), None)
+
+
+@pytest.mark.parametrize(
+    ("message", "text"),
+    [
+        (JointState(name=NAMES[:2], position=[1.0, 2.0]), "lacks slider_3"),
+        (JointState(name=NAMES, position=[1.0, 2.0]), "3 names, but 2 positions"),
+        (JointState(name=NAMES), "3 names, but 0 positions"),
+        (JointState(name=NAMES, position=[1.0] * 3, velocity=[1.0]), "3 names, but 1 velocities"),
+    ],
+)
+def test_incomplete_joint_states_are_refused_each_time(message, text):
+    for _ in range(2):
+        with pytest.raises(RefusedMessageError, match=text):
+            read(message)
+
+
+@settings(derandomize=True, database=None)
+@given(
+    st.lists(st.sampled_from([*NAMES, "", "x"]), max_size=6),
+    st.lists(st.floats(), max_size=6),
+    st.lists(st.floats(), max_size=6),
+)
+def test_any_joint_state_is_read_or_refused(names, positions, velocities):
+    message = JointState(name=names, position=positions, velocity=velocities)
+    try:
+        reading = read(message)
+    except RefusedMessageError:
+        return
+    assert reading is None or len(reading[0]) == 3

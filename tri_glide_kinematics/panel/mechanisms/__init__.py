@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.mechanisms.drawing import ORANGE as ORANGE
     from tri_glide_kinematics.panel.mechanisms.drawing import PALE as PALE
     from tri_glide_kinematics.panel.mechanisms.drawing import fitted as fitted
-    from tri_glide_kinematics.panel.mechanisms.questions import example_files as example_files
-    from tri_glide_kinematics.panel.mechanisms.questions import questions_about as questions_about
-    from tri_glide_kinematics.panel.mechanisms.requests import (
+    from tri_glide_kinematics.panel.mechanisms.picture import Track as Track
+    from tri_glide_kinematics.panel.mechanisms.show import (
         MechanismRequests as MechanismRequests,
     )
     from tri_glide_kinematics.panel.mechanisms.tab import NONE as NONE
     from tri_glide_kinematics.panel.mechanisms.tab import MechanismsTab as MechanismsTab
-    from tri_glide_kinematics.panel.mechanisms.track import Track as Track
+    from tri_glide_kinematics.panel.mechanisms.tab import example_files as example_files
+    from tri_glide_kinematics.panel.mechanisms.tab import questions_about as questions_about
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

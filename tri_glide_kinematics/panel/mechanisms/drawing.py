@@ -43,13 +43,9 @@ class Fit:
 def fitted(box: FloatArray, size: float, before: Fit | None) -> Fit:
     """Return a fit that brings the larger side of a box to ``size`` [m].
 
-    While a length is being changed the drawing keeps its scale, so that the change can be seen:
-    the fit ``before`` is kept as long as it is good enough.
-
-    Args:
-        box: lowest and highest corner. Shape (2, 2) [m].
-        size: of the drawing [m].
-        before: of the same mechanism; None for another mechanism.
+    While a length is being changed the drawing keeps its scale, so that the change can be seen: the
+    fit ``before``, of the same mechanism, is kept as long as it is good enough. The ``box`` has the
+    lowest and the highest corner. Shape (2, 2) [m].
     """
     if before is not None:
         low, high = (box - before.centre) * before.scale

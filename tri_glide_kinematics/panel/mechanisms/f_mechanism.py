@@ -12,16 +12,16 @@ from tri_glide_interfaces.msg import FMechanism as FMechanismMessage
 from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
 from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.panel.mechanisms.dimensions import Dimension, length, phase
 from tri_glide_kinematics.panel.mechanisms.picture import (
     Branch,
     Mark,
     Position,
+    Track,
     box_around,
     chain,
     degrees_text,
 )
-from tri_glide_kinematics.panel.mechanisms.track import Track
+from tri_glide_kinematics.panel.mechanisms.questions import Dimension, length, phase
 from tri_glide_kinematics.vectors import FloatArray
 
 STEPS = 720  # of the crank in a full turn, between the rows of a trace
@@ -43,13 +43,7 @@ TURNS_FULLY = {
 
 
 class FMechanismQuestions:
-    """Turns numbers of sliders into requests, and answers into what is drawn.
-
-    Attributes:
-        dimensions: what a person may change.
-        crank_angle: to start from, one with the most positions [rad].
-        key: of the position to start from: the angle of the platform [rad].
-    """
+    """The ``Questions`` about an F-mechanism; the key of a position is its angle [rad]."""
 
     solve_service = SolveFMechanism
     trace_service = TraceFMechanism
@@ -95,13 +89,9 @@ class FMechanismQuestions:
         key: float,
         answer: SolveFMechanism.Response,
     ) -> TraceFMechanism.Request:
-        """Ask for the branch that passes a position, through its turning points.
+        """Ask for the branch that passes the position ``key``, through its turning points.
 
-        Args:
-            values: of the dimensions.
-            crank_angle: of the position [rad].
-            key: of the position [rad].
-            answer: to the request for the positions there.
+        The position was answered at this crank angle [rad].
         """
         del answer
         return TraceFMechanism.Request(

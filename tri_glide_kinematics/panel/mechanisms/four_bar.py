@@ -12,16 +12,16 @@ from tri_glide_interfaces.msg import FourBar as FourBarMessage
 from tri_glide_interfaces.srv import SolveFourBar, TraceFourBar
 from tri_glide_kinematics.mechanisms import MechanismFile
 from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
-from tri_glide_kinematics.panel.mechanisms.dimensions import Dimension, coordinate, length
 from tri_glide_kinematics.panel.mechanisms.picture import Branch as FollowedBranch
 from tri_glide_kinematics.panel.mechanisms.picture import (
     Mark,
     Position,
+    Track,
     box_around,
     chain,
     degrees_text,
 )
-from tri_glide_kinematics.panel.mechanisms.track import Track
+from tri_glide_kinematics.panel.mechanisms.questions import Dimension, coordinate, length
 from tri_glide_kinematics.vectors import FloatArray, Point
 
 STEP = math.radians(0.5)  # of the crank, between two rows of a trace
@@ -32,13 +32,7 @@ ROCKER_ENDS = (FourBarDeadCentre.CRANK_COUPLER_STRETCHED, FourBarDeadCentre.CRAN
 
 
 class FourBarQuestions:
-    """Turns numbers of sliders into requests, and answers into what is drawn.
-
-    Attributes:
-        dimensions: what a person may change.
-        crank_angle: to start from [rad].
-        key: of the position to start from: the branch.
-    """
+    """The ``Questions`` about a four-bar linkage; the key of a position is its branch."""
 
     solve_service = SolveFourBar
     trace_service = TraceFourBar
@@ -93,13 +87,9 @@ class FourBarQuestions:
         key: float,
         answer: SolveFourBar.Response,
     ) -> TraceFourBar.Request:
-        """Ask for the branch that passes a position, from limit to limit or once around.
+        """Ask for the branch that passes the position ``key``, from limit to limit or once around.
 
-        Args:
-            values: of the dimensions.
-            crank_angle: of the position [rad].
-            key: of the position.
-            answer: to the request for the positions there.
+        The position was answered at this crank angle [rad].
         """
         low, high = _range_around(crank_angle, answer)
         return TraceFourBar.Request(

@@ -1,19 +1,63 @@
-"""The questions of the tab for each kind of mechanism, and the kind of each file."""
+"""Questions about a mechanism, asked with numbers that a person may change."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any, Protocol
 
-from tri_glide_kinematics.mechanisms import MechanismFile, MechanismFileError, load_mechanism
-from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.four_bar import FourBar
-from tri_glide_kinematics.panel.mechanisms.dimensions import Dimension
-from tri_glide_kinematics.panel.mechanisms.f_mechanism import FMechanismQuestions
-from tri_glide_kinematics.panel.mechanisms.four_bar import FourBarQuestions
 from tri_glide_kinematics.panel.mechanisms.picture import Branch, Position
 from tri_glide_kinematics.vectors import FloatArray
+
+SHORTEST, LONGEST = 0.2, 2.5  # part of a length in the file
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """One number.
+
+    Attributes:
+        label: of its slider, without the unit.
+        value: in the file [m] or [rad].
+        lowest: [m] or [rad].
+        highest: [m] or [rad].
+        is_angle: whether it is an angle.
+    """
+
+    label: str
+    value: float
+    lowest: float
+    highest: float
+    is_angle: bool = False
+
+    @property
+    def unit(self) -> str:
+        """In which a person sees it."""
+        return "deg" if self.is_angle else "mm"
+
+    def shown(self, value: float) -> float:
+        """Return what a person sees [deg] or [mm]."""
+        return math.degrees(value) if self.is_angle else 1000.0 * value
+
+    def read(self, shown: float) -> float:
+        """Return what a person has chosen [rad] or [m]."""
+        return math.radians(shown) if self.is_angle else shown / 1000.0
+
+
+def length(label: str, value: float) -> Dimension:
+    """Return a length that may shrink and grow [m]."""
+    return Dimension(label, value, SHORTEST * value, LONGEST * value)
+
+
+def coordinate(label: str, value: float, size: float) -> Dimension:
+    """Return a coordinate in [m] that may change by ``size`` either way."""
+    return Dimension(label, value, value - size, value + size)
+
+
+def phase(label: str, value: float) -> Dimension:
+    """Return a phase shift that may change by half a turn either way [rad]."""
+    return Dimension(label, value, value - math.pi, value + math.pi, is_angle=True)
 
 
 class Questions(Protocol):
@@ -56,26 +100,3 @@ class Questions(Protocol):
 
     def branch(self, request: Any, answer: Any) -> Branch | None:
         """Return the branch of an answer, or none if it is a single position."""
-
-
-def questions_about(file: MechanismFile) -> Questions | None:
-    """Return the questions about the mechanism of a file, or none if it is not a planar one."""
-    if isinstance(file.mechanism, FourBar):
-        return FourBarQuestions(file, file.mechanism)
-    if isinstance(file.mechanism, FMechanism):
-        return FMechanismQuestions(file.mechanism)
-    return None
-
-
-def example_files(folder: Path) -> dict[str, MechanismFile]:
-    """Return the planar mechanisms of a folder by the names of their files."""
-    files = {}
-    for path in sorted(folder.glob("*.yaml")):
-        try:
-            file = load_mechanism(path)
-        except MechanismFileError:
-            # A file of something else: parameters of nodes, or a drive.
-            continue
-        if isinstance(file.mechanism, FourBar | FMechanism):
-            files[path.stem] = file
-    return files

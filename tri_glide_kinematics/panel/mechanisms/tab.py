@@ -1,4 +1,4 @@
-"""The controls of the mechanisms tab, and what they do."""
+"""The controls of the mechanisms tab."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ from typing import Any
 
 from viser import ClientHandle, GuiApi, GuiEvent, GuiSliderHandle, SceneApi
 
-from tri_glide_kinematics.panel.mechanisms.dimensions import Dimension
+from tri_glide_kinematics.mechanisms import MechanismFile, MechanismFileError, load_mechanism
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.four_bar import FourBar
 from tri_glide_kinematics.panel.mechanisms.drawing import SIZE, Drawing
-from tri_glide_kinematics.panel.mechanisms.questions import example_files, questions_about
-from tri_glide_kinematics.panel.mechanisms.requests import MechanismRequests
-from tri_glide_kinematics.panel.mechanisms.show import Show
+from tri_glide_kinematics.panel.mechanisms.f_mechanism import FMechanismQuestions
+from tri_glide_kinematics.panel.mechanisms.four_bar import FourBarQuestions
+from tri_glide_kinematics.panel.mechanisms.questions import Dimension, Questions
+from tri_glide_kinematics.panel.mechanisms.show import MechanismRequests, Show
 from tri_glide_kinematics.vectors import Vector3
 
 NONE = "none"
@@ -44,27 +47,13 @@ class MechanismsTab:
     """
 
     def __init__(
-        self,
-        gui: GuiApi,
-        scene: SceneApi,
-        requests: MechanismRequests,
-        folder: Path,
-        centre: Vector3 = CENTRE,
+        self, gui: GuiApi, scene: SceneApi, requests: MechanismRequests, folder: Path
     ) -> None:
-        """Add the controls to the container of ``gui`` that is open.
-
-        Args:
-            gui: of the page.
-            scene: of the page.
-            requests: to mechanism_node.
-            folder: with the files of mechanisms.
-            centre: of the drawing [m].
-        """
+        """Add the controls to the open container of ``gui``; the files are those of ``folder``."""
         self._gui = gui
         self._requests = requests
         self._files = example_files(folder)
-        self._centre = centre
-        self.drawing = Drawing(scene, "/mechanism", centre)
+        self.drawing = Drawing(scene, "/mechanism", CENTRE)
         self._show: Show | None = None
         self._chosen = NONE
         self._dimensions: tuple[Dimension, ...] = ()
@@ -95,8 +84,7 @@ class MechanismsTab:
     def step(self, time: float) -> None:
         """Do what the controls ask for, and draw what has been answered.
 
-        Args:
-            time: of a steady clock [s].
+        ``time`` is of a steady clock [s].
         """
         if self.choice.value != self._chosen:
             self._choose(self.choice.value)
@@ -195,18 +183,38 @@ class MechanismsTab:
                 _move(client, *self._views.pop(client.client_id))
             return
         self._views.setdefault(client.client_id, (camera.position, camera.look_at))
-        _move(client, *_view_of(self._centre, camera.fov, camera.aspect))
+        _move(client, *_view_of(camera.fov, camera.aspect))
 
 
-def _view_of(centre: Vector3, fov: float, aspect: float) -> tuple[Vector3, Vector3]:
+def questions_about(file: MechanismFile) -> Questions | None:
+    """Return the questions about the mechanism of a file, or none if it is not a planar one."""
+    if isinstance(file.mechanism, FourBar):
+        return FourBarQuestions(file, file.mechanism)
+    if isinstance(file.mechanism, FMechanism):
+        return FMechanismQuestions(file.mechanism)
+    return None
+
+
+def example_files(folder: Path) -> dict[str, MechanismFile]:
+    """Return the planar mechanisms of a folder by the names of their files."""
+    files = {}
+    for path in sorted(folder.glob("*.yaml")):
+        try:
+            file = load_mechanism(path)
+        except MechanismFileError:
+            # A file of something else: parameters of nodes, or a drive.
+            continue
+        if isinstance(file.mechanism, FourBar | FMechanism):
+            files[path.stem] = file
+    return files
+
+
+def _view_of(fov: float, aspect: float) -> tuple[Vector3, Vector3]:
     """Return from where and whither a camera looks that sees the whole drawing.
 
-    Args:
-        centre: of the drawing [m].
-        fov: of the camera, from top to bottom [rad].
-        aspect: width of its picture by its height.
+    ``fov`` is the camera's angle from top to bottom [rad], ``aspect`` width by height.
     """
-    x, y, z = centre
+    x, y, z = CENTRE
     height = VIEW_MARGIN * SIZE / min(1.0, aspect)
     # Where the page is narrow, the controls cover its lower half, and Stop what is above.
     down = 0.15 * height if aspect < NARROW else 0.0

@@ -5,18 +5,21 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.panel.tabs.controls import Controls as Controls
     from tri_glide_kinematics.panel.tabs.drive_tab import DriveTab as DriveTab
-    from tri_glide_kinematics.panel.tabs.go_to_handle import Drag as Drag
+    from tri_glide_kinematics.panel.tabs.live_view import Drag as Drag
     from tri_glide_kinematics.panel.tabs.live_view import LiveView as LiveView
+    from tri_glide_kinematics.panel.tabs.live_view import edge_distance as edge_distance
+    from tri_glide_kinematics.panel.tabs.live_view import edge_row as edge_row
+    from tri_glide_kinematics.panel.tabs.live_view import numbers_table as numbers_table
     from tri_glide_kinematics.panel.tabs.live_view import pose_of as pose_of
-    from tri_glide_kinematics.panel.tabs.numbers import edge_distance as edge_distance
-    from tri_glide_kinematics.panel.tabs.numbers import edge_row as edge_row
-    from tri_glide_kinematics.panel.tabs.numbers import numbers_table as numbers_table
-    from tri_glide_kinematics.panel.tabs.operator_inputs import OperatorsInput as OperatorsInput
+    from tri_glide_kinematics.panel.tabs.operator_requests import Controls as Controls
     from tri_glide_kinematics.panel.tabs.operator_requests import Desk as Desk
-    from tri_glide_kinematics.panel.tabs.pages_bar import PagesBar as PagesBar
-    from tri_glide_kinematics.panel.tabs.pages_bar import pages_text as pages_text
+    from tri_glide_kinematics.panel.tabs.operator_requests import OperatorsInput as OperatorsInput
+    from tri_glide_kinematics.panel.tabs.operator_requests import PagesBar as PagesBar
+    from tri_glide_kinematics.panel.tabs.operator_requests import pages_text as pages_text
+    from tri_glide_kinematics.panel.tabs.points_tab import PointsFileError as PointsFileError
     from tri_glide_kinematics.panel.tabs.points_tab import PointsTab as PointsTab
+    from tri_glide_kinematics.panel.tabs.points_tab import load_points as load_points
+    from tri_glide_kinematics.panel.tabs.points_tab import save_points as save_points
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

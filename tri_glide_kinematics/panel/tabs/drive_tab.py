@@ -7,11 +7,10 @@ from typing import Any
 
 import viser
 
-from tri_glide_kinematics.panel.hold import RENEWALS
+from tri_glide_kinematics.panel.button_jogs import RENEWALS
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import note
-from tri_glide_kinematics.panel.tabs.operator_inputs import OperatorsInput
-from tri_glide_kinematics.panel.tabs.operator_requests import Desk, Event
+from tri_glide_kinematics.panel.tabs.operator_requests import Desk, Event, OperatorsInput
 from tri_glide_kinematics.vectors import Vector3
 
 HOLD = "hold"
@@ -40,14 +39,7 @@ class DriveTab:
     """Enabling, speed, jogs, steps, and a position to go to."""
 
     def __init__(self, gui: viser.GuiApi, desk: Desk, move_to: Move, move_by: Move) -> None:
-        """Add all to the open container of ``gui``.
-
-        Args:
-            gui: of the page.
-            desk: of the operator.
-            move_to: goes to a position [m].
-            move_by: goes on by a vector [m].
-        """
+        """Add all to the open container of ``gui``; moves are to a position or by a vector [m]."""
         self._gui = gui
         self._desk = desk
         self._move_by = move_by

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,17 +14,188 @@ import viser
 
 from tri_glide_kinematics.control import IDLE
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.feeds import Feeds, MotionFeed
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
-from tri_glide_kinematics.panel.markup import note
-from tri_glide_kinematics.panel.scene import Pose, Scene, view_of
-from tri_glide_kinematics.panel.tabs.go_to_handle import GoToHandle
-from tri_glide_kinematics.panel.tabs.numbers import Row, edge_row, numbers_table
+from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
+from tri_glide_kinematics.panel.markup import bar, note, table
+from tri_glide_kinematics.panel.slider_curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.tabs.operator_requests import Desk
 from tri_glide_kinematics.ros.outputs import Motion
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import edge_rings
+
+
+@dataclass
+class Drag:
+    """A drag by the page with the controls; what others do to the handle does not count.
+
+    Attributes:
+        place: where the handle belongs [m].
+        page: that drags it, None if it is let go.
+    """
+
+    place: Vector3 = (0.0, 0.0, 0.0)
+    page: int | None = None
+
+    def begin(self, page: int) -> None:
+        """Note that the page with the controls has taken it."""
+        self.page = page
+
+    def move(self, page: int, place: Vector3) -> None:
+        """Note where a ``page`` has moved it [m]."""
+        if self.page == page:
+            self.place = place
+
+    def end(self, page: int) -> Vector3 | None:
+        """Return where a ``page`` has let it go [m], None if it was not the one that dragged it."""
+        if self.page != page:
+            return None
+        self.page = None
+        return self.place
+
+
+# A handle that is nobody's follows the machine in steps of this [m].
+HANDLE_STEP = 0.001
+
+
+class GoToHandle:
+    """The handle: it sends a target when it is released, and says beside it if that is refused."""
+
+    def __init__(
+        self, server: viser.ViserServer, desk: Desk, size: float, move_to: Callable[[Vector3], None]
+    ) -> None:
+        """Put it into the scene, hidden before it has a place; its arrows have a ``size`` [m]."""
+        self._server = server
+        self._desk = desk
+        self._move_to = move_to
+        self._drag = Drag()
+        self._asked: Vector3 | None = None
+        self._handle = server.scene.add_transform_controls(
+            "/go_to", scale=size, disable_rotations=True, depth_test=False, visible=False
+        )
+        self._handle.on_update(self._on_update)
+        self._label = server.scene.add_label("/refusal", "", visible=False)
+
+    def remove(self) -> None:
+        """Remove it."""
+        self._handle.remove()
+        self._label.remove()
+
+    def follow(self, position: Vector3 | None) -> None:
+        """Follow the machine at rest, and show why the last target was refused [m]."""
+        refusal = self._desk.refusal if self._asked is not None else ""
+        if self._label.visible != bool(refusal) or (refusal and self._label.text != refusal):
+            self._label.text = refusal
+            self._label.position = self._asked or (0.0, 0.0, 0.0)
+            self._label.visible = bool(refusal)
+        if position is None or self._drag.page is not None or refusal:
+            return
+        if math.dist(self._handle.position, position) > HANDLE_STEP:
+            self._drag.place = position
+            self._handle.position = position
+        if not self._handle.visible:
+            self._handle.visible = True
+
+    async def _on_update(self, event: Any) -> None:
+        # viser tells of the end of a drag when a page vanishes, too: that is no wish to move.
+        page, drag = event.client_id, self._drag
+        is_there = page in self._server.get_clients()
+        if event.phase == "end" or not is_there:
+            place = drag.end(page)
+            if is_there and self._desk.may(page) and place is not None:
+                target = place
+                self._desk.wish(lambda: self._go(target))
+        elif self._desk.controls.holder != page:
+            self._handle.position = drag.place
+        elif event.phase == "start":
+            drag.begin(page)
+            self._asked = None
+        else:
+            x, y, z = map(float, self._handle.position)
+            drag.move(page, (x, y, z))
+
+    def _go(self, position: Vector3) -> None:
+        self._asked = position
+        self._desk.refusal = ""
+        self._move_to(position)
+
+
+# A bar is coloured from this part of its limit on.
+MUCH = 0.9
+
+# How far the edge is looked for [m].
+FARTHEST = 10.0
+
+DIRECTIONS: dict[str, Vector3] = {
+    "+x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "+y": (0.0, 1.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "+z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+}
+
+# What it is, how much, and a bar or a word beside it.
+Row = tuple[str, str, str]
+
+
+def edge_distance(facts: MachineFacts, position: Vector3) -> tuple[float, str]:
+    """Return how far the nearest edge of the workspace is along the axes, and in which direction.
+
+    The distance is in [m], and 0 outside. This takes milliseconds.
+    """
+    exit_distance = facts.workspace.exit_distance
+    distances = [exit_distance(position, axis, FARTHEST) for axis in DIRECTIONS.values()]
+    nearest = min(range(len(DIRECTIONS)), key=distances.__getitem__)
+    return distances[nearest], tuple(DIRECTIONS)[nearest]
+
+
+def edge_row(facts: MachineFacts, position: Vector3) -> Row:
+    """Return how far the edge is, as a row of the table."""
+    distance, direction = edge_distance(facts, position)
+    return "edge", f"{1000.0 * distance:.1f} mm", direction
+
+
+def numbers_table(
+    facts: MachineFacts,
+    pose: Pose,
+    edge: Row,
+    velocities: Sequence[float] | None,
+    late_cycles: str,
+) -> str:
+    """Return the numbers as a table for the page.
+
+    The ``pose`` is measured; the ``velocities`` are commanded, None if not known [m/s]. The row
+    ``edge`` tells how far it is to the edge.
+    """
+    rows = [(axis, f"{1000.0 * part:.2f} mm", "") for axis, part in zip("xyz", pose.position)]
+    lower, upper = facts.travel
+    scaled = [facts.speed_scale * limit for limit in facts.limits.velocity]
+    for index, name in enumerate(facts.joints):
+        height = pose.heights[index]
+        part = (height - lower[index]) / (upper[index] - lower[index])
+        rows.append((f"{name} height", f"{1000.0 * height:.2f} mm", bar(part)))
+        if velocities is not None:
+            part = abs(velocities[index]) / scaled[index]
+            rows.append(
+                (
+                    f"{name} velocity",
+                    f"{1000.0 * velocities[index]:.1f} mm/s",
+                    bar(part, is_much=part > MUCH),
+                )
+            )
+    try:
+        condition = facts.machine.condition_number(pose.position)
+        limit = facts.values["max_condition_number"]
+        used = bar(condition / limit, is_much=condition > MUCH * limit)
+        rows.append(("condition number", f"{condition:.2f}", used))
+    except KinematicsError as error:
+        rows.append(("condition number", "", str(error)))
+    rows.append(edge)
+    rows.append(("speed scale", f"{100.0 * facts.speed_scale:.0f} %", ""))
+    rows.append(("late cycles", late_cycles, ""))
+    return table(rows)
+
 
 NUMBERS_PERIOD = 0.5  # s
 # The edge is looked for in six directions, which takes some milliseconds [s].
@@ -53,14 +225,7 @@ class LiveView:
         desk: Desk,
         move_to: Callable[[Vector3], None],
     ) -> None:
-        """Add the tabs with numbers and curves.
-
-        Args:
-            server: of the page.
-            tabs: of the page.
-            desk: of the operator.
-            move_to: goes to a position [m].
-        """
+        """Add the tabs with numbers and curves; ``move_to`` goes to a position [m]."""
         self._server = server
         self._desk = desk
         self._move_to = move_to

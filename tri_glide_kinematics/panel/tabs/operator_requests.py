@@ -1,20 +1,81 @@
-"""Requests of the operator: who may act, and how a wish gets to the node's own thread."""
+"""Requests of the operator: the node fulfils those of the page that has the controls."""
 
 from __future__ import annotations
 
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 import viser
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.hold import LONGEST_GAP, HeldJog
+from tri_glide_kinematics.panel.button_jogs import LONGEST_GAP, HeldJog
 from tri_glide_kinematics.panel.machine_link import MachineLink
-from tri_glide_kinematics.panel.status_words import REFUSAL_SHOWN
-from tri_glide_kinematics.panel.tabs.controls import Controls, name_of
 from tri_glide_kinematics.vectors import Vector3
+
+
+@dataclass
+class Controls:
+    """The page that has the controls, and the one that asks for them.
+
+    The first page has them until it gives them up or vanishes. Then the page that asks gets them.
+    If none does, a page has to take them: nobody who only looks on is made the operator.
+
+    Attributes:
+        holder: number of the page that has them, None if nobody does.
+        asking: pages that ask the holder for them, the first one first.
+        pages: all that are open, the oldest first.
+    """
+
+    holder: int | None = None
+    asking: list[int] = field(default_factory=list)
+    pages: list[int] = field(default_factory=list)
+
+    def opened(self, page: int) -> None:
+        """Note that a ``page`` is there; alone, it gets the controls."""
+        if page in self.pages:
+            return
+        self.pages.append(page)
+        if len(self.pages) == 1:
+            self.holder = page
+
+    def closed(self, page: int) -> None:
+        """Note that a ``page`` has vanished: if it had the controls, whoever asks gets them."""
+        self._forget(page)
+        if page in self.pages:
+            self.pages.remove(page)
+        self.give(page)
+
+    def ask(self, page: int) -> bool:
+        """Take the controls if nobody has them, or ask for them; return whether they are taken."""
+        if page not in self.pages:
+            return False
+        if self.holder is None:
+            self.holder = page
+            self._forget(page)
+        elif self.holder != page and page not in self.asking:
+            self.asking.append(page)
+        return self.holder == page
+
+    def give(self, page: int) -> None:
+        """Give the controls of a ``page`` to the first that asks, or to nobody."""
+        if self.holder == page:
+            self.holder = self.asking.pop(0) if self.asking else None
+
+    def _forget(self, page: int) -> None:
+        if page in self.asking:
+            self.asking.remove(page)
+
+
+def name_of(page: int) -> str:
+    """Return what a page is called on all of them."""
+    return f"page {page + 1}"
+
+
+# A refusal is shown for so long [s].
+REFUSAL_SHOWN = 12.0
 
 Wish = Callable[[], None]
 Event = Any
@@ -105,13 +166,7 @@ class Desk:
         self._end_hold(event.client_id)
 
     def hold(self, event: Event, direction: Vector3, speed: float) -> None:
-        """Jog while a button is held: called again and again.
-
-        Args:
-            event: of the button.
-            direction: unit vector.
-            speed: of the platform [m/s].
-        """
+        """Jog at a ``speed`` [m/s] while a button is held: called again and again."""
         page = event.client_id
         if not self.may(page):
             # Should it get the controls now, it has to press again.
@@ -165,3 +220,72 @@ class Desk:
         if is_jog:
             self.link.jog()
         return is_jog
+
+
+class OperatorsInput:
+    """An input that only the page with the controls changes; on the others it goes back.
+
+    Attributes:
+        value: that the operator, or the program, has set last.
+    """
+
+    def __init__(
+        self, desk: Desk, handle: Any, on_change: Callable[[Any], None] | None = None
+    ) -> None:
+        """Take over an input of viser; ``on_change`` gets where the node spins what is set."""
+        self.value = handle.value
+        self._desk = desk
+        self._handle = handle
+        self._on_change = on_change
+        handle.on_update(self._take)
+
+    def set(self, value: Any) -> None:
+        """Set it by the program."""
+        self.value = value
+        self._handle.value = value
+
+    async def _take(self, event: Event) -> None:
+        if event.client_id is None:
+            return
+        if not self._desk.may(event.client_id):
+            self._handle.value = self.value
+            return
+        self.value = value = event.target.value
+        on_change = self._on_change
+        if on_change is not None:
+            self._desk.wish(lambda: on_change(value))
+
+
+class PagesBar:
+    """Buttons with which a page takes, asks for, and gives up the controls."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        """Add them to the open container of ``gui``."""
+        group = gui.add_button_group("Controls", ("take", "give up"))
+
+        async def on_click(event: Event) -> None:
+            page = event.client_id
+            if event.target.value == "give up":
+                desk.give(page)
+            else:
+                desk.controls.ask(page)
+
+        group.on_click(on_click)
+
+
+def pages_text(controls: Controls, page: int) -> str:
+    """Return what a ``page`` is told about the others; empty if it is alone and in control."""
+    holder, others = controls.holder, len(controls.pages) - 1
+    if holder is None:
+        return "nobody has the controls: take them here (Stop always works)"
+    if holder == page:
+        asking = ", ".join(name_of(each) for each in controls.asking)
+        if asking:
+            return f"{asking} asks for the controls: give them up for that"
+        return f"you have the controls; {_pages(others)} looking on" if others else ""
+    asked = " (asked for)" if page in controls.asking else ""
+    return f"you are {name_of(page)}; {name_of(holder)} has the controls{asked} (Stop always works)"
+
+
+def _pages(count: int) -> str:
+    return "1 other page is" if count == 1 else f"{count} other pages are"

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.ros.cdr.marker_bytes import MarkerShape as MarkerShape
-    from tri_glide_kinematics.ros.cdr.marker_bytes import marker_array as marker_array
+    from tri_glide_kinematics.ros.cdr.array_bytes import MarkerShape as MarkerShape
+    from tri_glide_kinematics.ros.cdr.array_bytes import joint_trajectory as joint_trajectory
+    from tri_glide_kinematics.ros.cdr.array_bytes import marker_array as marker_array
     from tri_glide_kinematics.ros.cdr.request_bytes import (
         read_kinds_within_bytes as read_kinds_within_bytes,
     )
@@ -24,6 +25,5 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.cdr.stamped_triples import StampedTriples as StampedTriples
     from tri_glide_kinematics.ros.cdr.stamped_triples import byte_order as byte_order
     from tri_glide_kinematics.ros.cdr.stamped_triples import offset_of as offset_of
-    from tri_glide_kinematics.ros.cdr.trajectory_bytes import joint_trajectory as joint_trajectory
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -122,9 +122,7 @@ def _is_as_expected() -> bool:
 def _replace(kind: Any, look: Callable[[int, int], object]) -> tuple[Any, ...]:
     """Replace what reads a ``kind``; return its table and what was in it, and what is to be kept.
 
-    Args:
-        kind: of message.
-        look: gets the address of the bytes and their number.
+    ``look`` gets the address of the bytes and their number.
     """
     check_for_type_support(kind)
     support = _support(kind)

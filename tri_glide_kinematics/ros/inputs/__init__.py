@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.ros.inputs.action_motions import NODE_ENDS as NODE_ENDS
-    from tri_glide_kinematics.ros.inputs.action_motions import MotionActions as MotionActions
-    from tri_glide_kinematics.ros.inputs.machine_services import MachineServices as MachineServices
+    from tri_glide_kinematics.ros.inputs.machine_requests import NODE_ENDS as NODE_ENDS
+    from tri_glide_kinematics.ros.inputs.machine_requests import MachineServices as MachineServices
+    from tri_glide_kinematics.ros.inputs.machine_requests import MotionActions as MotionActions
     from tri_glide_kinematics.ros.inputs.path_messages import AT_A_TIME as AT_A_TIME
     from tri_glide_kinematics.ros.inputs.path_messages import flat_path as flat_path
     from tri_glide_kinematics.ros.inputs.path_messages import path_points as path_points

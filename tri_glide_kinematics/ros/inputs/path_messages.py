@@ -45,12 +45,7 @@ class _Pose(NamedTuple):
 
 
 def flat_path(request: Any, base_frame: str, tolerance: float) -> FlatPath:
-    """Return the segments of a goal of the action FollowPath.
-
-    Args:
-        request: the goal.
-        base_frame: in which its numbers have to be.
-        tolerance: where it gives none [m].
+    """Return the segments of a goal of FollowPath, with ``tolerance`` where it gives none [m].
 
     Raises:
         RefusedMessageError: if they are in another frame.
@@ -63,15 +58,11 @@ def flat_path(request: Any, base_frame: str, tolerance: float) -> FlatPath:
 
 
 def path_points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
-    """Return the positions of a serialized nav_msgs/Path. Shape (n, 3) [m].
-
-    Args:
-        data: the bytes of the message.
-        base_frame: in which its poses have to be; stamps have no meaning.
+    """Return the positions of a serialized nav_msgs/Path, whatever its stamps. Shape (n, 3) [m].
 
     Raises:
-        RefusedMessageError: if a frame is neither empty nor ``base_frame``, an orientation is not
-            the identity, or the bytes are no such message.
+        RefusedMessageError: if a frame is neither empty nor ``base_frame``, an orientation is
+            not the identity, or the bytes are no such message.
         TooManySegmentsError: if there are more poses than a path may have segments.
     """
     if data[:2] not in PLAIN:
@@ -167,9 +158,7 @@ def _check_path_frame(frame: bytes, base_frame: str) -> None:
 def _checked(rows: FloatArray, first: int) -> FloatArray:
     """Return the positions of poses from the index ``first`` on, if no orientation is a rotation.
 
-    Args:
-        rows: positions and orientations. Shape (n, 7).
-        first: index of the first of them.
+    The ``rows`` are positions and orientations. Shape (n, 7).
     """
     parts = np.abs(rows[:, 3:])
     parts[:, 3] -= 1.0

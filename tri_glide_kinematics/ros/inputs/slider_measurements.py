@@ -26,7 +26,7 @@ from tri_glide_kinematics.ros.cdr import (
     byte_order,
     offset_of,
 )
-from tri_glide_kinematics.ros.messages import RefusedMessageError, SliderReader, decoded
+from tri_glide_kinematics.ros.messages import RefusedMessageError, decoded
 from tri_glide_kinematics.vectors import Vector3
 
 # More kinds of messages than these are all read part by part.
@@ -96,35 +96,24 @@ class _Layout:
         """Return what a message that fits says."""
         if self.indices is None:
             return None
-        i, j, k = self.indices
         position = self.numbers.unpack_from(data, self.positions)
-        first, second, third = self.offsets
-        heights = (position[i] + first, position[j] + second, position[k] + third)
-        velocities = None
+        velocity = None
         if self.velocities is not None:
             velocity = self.numbers.unpack_from(data, self.velocities)
-            given = (velocity[i], velocity[j], velocity[k])
-            if not any(map(math.isnan, given)):
-                velocities = given
-        return StampedReading(heights, velocities, *self.stamp.unpack_from(data, STAMP_OFFSET))
+        stamp = self.stamp.unpack_from(data, STAMP_OFFSET)
+        return _reading(self.indices, position, velocity, self.offsets, stamp)
 
 
 class SliderMeasurements:
-    """Finds the sliders in serialized JointState messages, as ``SliderReader`` does in others.
+    """Finds the sliders in serialized JointState messages, as ``reading_of`` does in others.
 
     Here, and nowhere else, heights that are reported become true ones.
     """
 
     def __init__(self, joint_names: Sequence[str], offsets: Vector3 = (0.0, 0.0, 0.0)) -> None:
-        """Look for three names.
-
-        Args:
-            joint_names: of the sliders.
-            offsets: what is added to the heights in messages. Shape (3,) [m].
-        """
+        """Look for three names; ``offsets`` [m] are added to the heights in messages."""
         self._offsets = offsets
         self._names = tuple(joint_names)
-        self._reader = SliderReader(joint_names)
         self._layouts: dict[int, _Layout] = {}
 
     def read(self, data: bytes) -> StampedReading | None:
@@ -138,15 +127,11 @@ class SliderMeasurements:
             return layout.reading(data)
         _check_sizes(data)
         message = decoded(data, JointState)
-        reading = self._reader.read(message)
+        reading = reading_of(message, self._names, self._offsets)
         layout = self._layout_of(message, data, reading is not None)
         if layout is not None and (len(data) in self._layouts or len(self._layouts) < MOST_LAYOUTS):
             self._layouts[len(data)] = layout
-        if reading is None:
-            return None
-        stamp = message.header.stamp
-        h1, h2, h3 = (height + offset for height, offset in zip(reading.heights, self._offsets))
-        return StampedReading((h1, h2, h3), reading.velocities, stamp.sec, stamp.nanosec)
+        return reading
 
     def _layout_of(self, message: JointState, data: bytes, has_sliders: bool) -> _Layout | None:
         """Return the layout of a message that could be read, None if that is not found out."""
@@ -187,6 +172,56 @@ class SliderMeasurements:
             indices=indices,
             offsets=self._offsets,
         )
+
+
+def reading_of(
+    message: JointState, joint_names: Sequence[str], offsets: Vector3 = (0.0, 0.0, 0.0)
+) -> StampedReading | None:
+    """Return the state of three sliders, in any order, beside any other joints.
+
+    Velocities of which one is NaN count as not given: a broadcaster fills in NaN for what the
+    hardware does not measure. The ``offsets`` are added to the heights [m].
+
+    Returns:
+        None if the message is about other joints only.
+
+    Raises:
+        RefusedMessageError: if a slider or a number is missing.
+    """
+    names = message.name
+    missing = [name for name in joint_names if name not in names]
+    if len(missing) == len(joint_names):
+        return None
+    if missing:
+        raise RefusedMessageError(f"joint state lacks {', '.join(missing)}")
+    for name in joint_names:
+        if names.count(name) > 1:
+            raise RefusedMessageError(f"joint state names {name} {names.count(name)} times")
+    count, position, velocity = len(names), message.position, message.velocity
+    if len(position) != count:
+        raise RefusedMessageError(f"joint state has {count} names, but {len(position)} positions")
+    if len(velocity) not in (0, count):
+        raise RefusedMessageError(f"joint state has {count} names, but {len(velocity)} velocities")
+    i, j, k = map(names.index, joint_names)
+    stamp = message.header.stamp
+    return _reading((i, j, k), position, velocity, offsets, (stamp.sec, stamp.nanosec))
+
+
+def _reading(
+    indices: tuple[int, int, int],
+    position: Sequence[float],
+    velocity: Sequence[float] | None,
+    offsets: Vector3,
+    stamp: Sequence[int],
+) -> StampedReading:
+    """Return the numbers of the joints with these ``indices``."""
+    i, j, k = indices
+    first, second, third = offsets
+    heights = (position[i] + first, position[j] + second, position[k] + third)
+    velocities = (velocity[i], velocity[j], velocity[k]) if velocity else None
+    if velocities is not None and any(map(math.isnan, velocities)):
+        velocities = None
+    return StampedReading(heights, velocities, *stamp)
 
 
 def _check_sizes(data: bytes) -> None:

@@ -24,6 +24,5 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.outputs.motion_state import read_motion as read_motion
     from tri_glide_kinematics.ros.outputs.state_reports import LATCHED as LATCHED
     from tri_glide_kinematics.ros.outputs.state_reports import StateReports as StateReports
-    from tri_glide_kinematics.ros.outputs.truth_outputs import TruthOutputs as TruthOutputs
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -100,9 +100,7 @@ class CommandOutputs:
 def plan_points(engine: MotionEngine, step: float) -> SampledPlan:
     """Return all of the plan of an ``engine`` from now on, until the sliders stand still.
 
-    Args:
-        engine: in motion.
-        step: time between two points; the last one may be shorter [s].
+    The points are ``step`` [s] apart; the last one may follow sooner.
     """
     steps = max(1, math.ceil((engine.time_to_rest - SHORTEST_STEP) / step))
     times: FloatArray = step * np.arange(1.0, steps + 1.0)

@@ -17,12 +17,9 @@ HARDWARE_ID = "tri_glide"
 
 
 def status_message(name: str, health: Health) -> DiagnosticStatus:
-    """Return ``health`` as a message.
+    """Return ``health`` as a message from the node with this full name, without the first slash.
 
-    Args:
-        name: full name of the node, without the first slash; its namespace tells its machine from
-            others, here and in ``hardware_id``.
-        health: of the node.
+    Its namespace tells its machine from others, here and in ``hardware_id``.
     """
     namespace, slash, _ = name.rpartition("/")
     return DiagnosticStatus(

@@ -24,14 +24,9 @@ CAUSES = {cause.value: cause for cause in Cause}
 def machine_state(
     status: ControllerStatus, refused: RefusalLog, remark: str, frame: str, clock: Clock
 ) -> MachineState:
-    """Return the message about a ``status``.
+    """Return the message about a ``status``, with commands that were ``refused``.
 
-    Args:
-        status: of the controller.
-        refused: commands.
-        remark: something beside the state that somebody should know; empty for none.
-        frame: of positions.
-        clock: of the node.
+    The ``remark`` is something beside the state that somebody should know; empty for none.
     """
     distance = status.target_distance
     message = MachineState(

@@ -8,18 +8,16 @@ import numpy as np
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.path import DrivenPath, PathPolylines, polylines_of
 from tri_glide_kinematics.ros.cdr import MarkerShape, marker_array
+from tri_glide_kinematics.ros.outputs.state_reports import LATCHED
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 from tri_glide_kinematics.workspace.outline import outline
-
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 # How often one looks whether there is something to show [s].
 LOOK_PERIOD = 0.2
@@ -54,14 +52,7 @@ class Markers:
         base_frame: str,
         engine: MotionEngine,
     ) -> None:
-        """Publish on ``node``.
-
-        Args:
-            node: has the timers and the publisher.
-            workspace: whose outline is shown.
-            base_frame: of all places.
-            engine: whose path and target are shown.
-        """
+        """Publish the outline of the ``workspace``, and path and target of the ``engine``."""
         self._base_frame = base_frame
         self._engine = engine
         self._publisher = node.create_publisher(MarkerArray, "markers", LATCHED)

@@ -40,13 +40,7 @@ class StateReports:
     """
 
     def __init__(self, node: Node, refused: RefusalLog, frame: str) -> None:
-        """Publish on ``~/status`` and ``~/machine_state`` of ``node``.
-
-        Args:
-            node: that has the state.
-            refused: commands, which are told of with each state.
-            frame: of positions.
-        """
+        """Publish on ``~/status`` and ``~/machine_state`` of ``node``, and what was ``refused``."""
         self.remark = ""
         self._frame = frame
         self._clock = node.get_clock()

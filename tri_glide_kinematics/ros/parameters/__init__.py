@@ -5,32 +5,20 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.ros.parameters.calibration import deviations_of as deviations_of
-    from tri_glide_kinematics.ros.parameters.calibration import folder_of as folder_of
-    from tri_glide_kinematics.ros.parameters.calibration import nominal_of as nominal_of
-    from tri_glide_kinematics.ros.parameters.calibration import plate_of as plate_of
-    from tri_glide_kinematics.ros.parameters.calibration import priors_of as priors_of
-    from tri_glide_kinematics.ros.parameters.calibration import (
-        probe_settings_of as probe_settings_of,
-    )
-    from tri_glide_kinematics.ros.parameters.calibration import (
-        reported_workspace_of as reported_workspace_of,
-    )
-    from tri_glide_kinematics.ros.parameters.calibration import requested as requested
-    from tri_glide_kinematics.ros.parameters.command_line import ArgumentError as ArgumentError
-    from tri_glide_kinematics.ros.parameters.command_line import check_arguments as check_arguments
-    from tri_glide_kinematics.ros.parameters.command_line import help_text as help_text
-    from tri_glide_kinematics.ros.parameters.command_line import help_wanted as help_wanted
-    from tri_glide_kinematics.ros.parameters.command_line import in_words as in_words
-    from tri_glide_kinematics.ros.parameters.command_line import parameter_files as parameter_files
-    from tri_glide_kinematics.ros.parameters.command_line import parameter_rules as parameter_rules
+    from tri_glide_kinematics.ros.parameters.arguments import ArgumentError as ArgumentError
+    from tri_glide_kinematics.ros.parameters.arguments import ParameterSource as ParameterSource
+    from tri_glide_kinematics.ros.parameters.arguments import check_arguments as check_arguments
+    from tri_glide_kinematics.ros.parameters.arguments import check_names as check_names
+    from tri_glide_kinematics.ros.parameters.arguments import check_sources as check_sources
+    from tri_glide_kinematics.ros.parameters.arguments import help_text as help_text
+    from tri_glide_kinematics.ros.parameters.arguments import help_wanted as help_wanted
+    from tri_glide_kinematics.ros.parameters.arguments import in_words as in_words
+    from tri_glide_kinematics.ros.parameters.arguments import is_for as is_for
+    from tri_glide_kinematics.ros.parameters.arguments import parameter_files as parameter_files
+    from tri_glide_kinematics.ros.parameters.arguments import parameter_rules as parameter_rules
+    from tri_glide_kinematics.ros.parameters.arguments import sections_of as sections_of
+    from tri_glide_kinematics.ros.parameters.arguments import sources_of as sources_of
     from tri_glide_kinematics.ros.parameters.live import LiveParameters as LiveParameters
-    from tri_glide_kinematics.ros.parameters.sources import ParameterSource as ParameterSource
-    from tri_glide_kinematics.ros.parameters.sources import check_names as check_names
-    from tri_glide_kinematics.ros.parameters.sources import check_sources as check_sources
-    from tri_glide_kinematics.ros.parameters.sources import is_for as is_for
-    from tri_glide_kinematics.ros.parameters.sources import sections_of as sections_of
-    from tri_glide_kinematics.ros.parameters.sources import sources_of as sources_of
     from tri_glide_kinematics.ros.parameters.table import Parameter as Parameter
     from tri_glide_kinematics.ros.parameters.table import ParameterError as ParameterError
     from tri_glide_kinematics.ros.parameters.table import Values as Values

@@ -1,9 +1,10 @@
-"""Declares the parameters of a node, and validates, applies and logs changes to them as a set."""
+"""The parameters of a running node: changes are checked as a set before they take effect."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -12,16 +13,24 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy import parameter as rclpy_parameter
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
-from tri_glide_kinematics.ros.parameters.answers import answer_each_call
-from tri_glide_kinematics.ros.parameters.sources import check_names, check_sources, sources_of
-from tri_glide_kinematics.ros.parameters.table import Parameter, Values, change_text, start_text
+from tri_glide_kinematics.ros.parameters.arguments import check_names, check_sources, sources_of
+from tri_glide_kinematics.ros.parameters.table import (
+    Parameter,
+    ParameterError,
+    Values,
+    change_text,
+    start_text,
+)
 from tri_glide_kinematics.ros.parameters.tables import NODES
 
 PARAMETERS_OF_ALL = frozenset(entry.name for table in NODES.values() for entry in table)
@@ -46,10 +55,7 @@ class LiveParameters:
     ) -> None:
         """Declare the parameters of ``table``, check the values they start with, and log these.
 
-        Args:
-            node: whose parameters they are.
-            table: the parameters.
-            check: raises a KinematicsError if values do not fit together.
+        ``check`` raises a KinematicsError if values do not fit together.
 
         Raises:
             KinematicsError: if the values that the node is started with are not valid, or if
@@ -170,3 +176,50 @@ def _descriptor(entry: Parameter) -> ParameterDescriptor:
                 IntegerRange(from_value=int(entry.minimum), to_value=int(entry.maximum), step=1)
             ]
     return descriptor
+
+
+TYPES = frozenset(kind.value for kind in Type)
+
+
+def answer_each_call(node: Node) -> None:
+    """Have the services that set parameters of a ``node`` answer each call, with a reason."""
+    callbacks = {SetParameters: _set_each, SetParametersAtomically: _set_all}
+    for service in node.services:
+        if service.srv_type in callbacks:
+            service.callback = partial(callbacks[service.srv_type], node)
+
+
+def _set_each(
+    node: Node, request: SetParameters.Request, response: SetParameters.Response
+) -> SetParameters.Response:
+    response.results = [_result(node, (message,)) for message in request.parameters]
+    return response
+
+
+def _set_all(
+    node: Node, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
+) -> SetParametersAtomically.Response:
+    response.result = _result(node, request.parameters)
+    return response
+
+
+def _result(node: Node, messages: Iterable[ParameterMessage]) -> SetParametersResult:
+    """Set parameters as a set, and tell what came of it."""
+    try:
+        return node.set_parameters_atomically([_parameter(message) for message in messages])
+    except (KinematicsError, ParameterNotDeclaredException) as error:
+        reason = str(error)
+    except Exception as error:
+        reason = f"internal error: {type(error).__name__}: {error}"
+        node.get_logger().error(f"parameters: {reason}")
+    return SetParametersResult(successful=False, reason=reason)
+
+
+def _parameter(message: ParameterMessage) -> rclpy_parameter.Parameter:
+    kind = message.value.type
+    if kind not in TYPES:
+        raise ParameterError(
+            f"{message.name}: type = {kind} must be {min(TYPES)} to {max(TYPES)}, "
+            "see rcl_interfaces/msg/ParameterType"
+        )
+    return rclpy_parameter.Parameter.from_parameter_msg(message)

@@ -8,7 +8,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.serving.action_server import MOST as MOST
     from tri_glide_kinematics.ros.serving.action_server import ActionServer as ActionServer
     from tri_glide_kinematics.ros.serving.action_server import OldResults as OldResults
-    from tri_glide_kinematics.ros.serving.answers import Answers as Answers
     from tri_glide_kinematics.ros.serving.patient_services import AT_ONCE as AT_ONCE
     from tri_glide_kinematics.ros.serving.patient_services import CALLS as CALLS
     from tri_glide_kinematics.ros.serving.patient_services import QUIET as QUIET
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.serving.patient_services import (
         SPACING_PER_CLIENT as SPACING_PER_CLIENT,
     )
+    from tri_glide_kinematics.ros.serving.patient_services import Answers as Answers
     from tri_glide_kinematics.ros.serving.patient_services import PatientServices as PatientServices
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

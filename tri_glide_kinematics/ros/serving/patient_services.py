@@ -1,4 +1,4 @@
-"""Services whose answers wait for clients that cannot take them yet, instead of the node.
+"""Services that answer each call, also of clients that cannot take the answer yet.
 
 A client sees a service as soon as its own half of the discovery is done, so a request may come in
 before the node knows who reads the answer. rmw_fastrtps then waits 100 ms within the call that
@@ -15,9 +15,11 @@ once, the first are sent at once, and the others one after the other, as fast as
 from __future__ import annotations
 
 import time
+import traceback
 import warnings
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -30,6 +32,7 @@ from rclpy.qos import LivelinessPolicy, QoSCompatibility, QoSProfile, qos_check_
 from rclpy.service import Service
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
 
 RCLError = rclpy_implementation.RCLError
@@ -129,10 +132,8 @@ class PatientServices:
     def __init__(self, node: Node, may_wait: Callable[[], bool] = lambda: True) -> None:
         """Take over the answers of all services that ``node`` has; rclpy's own are among them.
 
-        Args:
-            node: that offers the services.
-            may_wait: whether 100 ms may pass now without anything else being done. Only then an
-                answer is tried, once, that has waited for ``PATIENCE`` seconds.
+        ``may_wait`` tells whether 100 ms may pass now without anything else being done. Only then
+        an answer is tried, once, that has waited for ``PATIENCE`` seconds.
         """
         self._node = node
         self._may_wait = may_wait
@@ -334,3 +335,41 @@ def _is_sent(send: Callable[[], object]) -> bool:
         except RCLError:
             return False
     return not any("failed to send response" in str(warning.message) for warning in caught)
+
+
+# Lines of the log about requests that are refused.
+REFUSALS_PER_SECOND = 10
+
+
+class Answers:
+    """Turns what a request leads to into ``success`` and ``message`` of its response.
+
+    So no request ends the node, and nobody who asks waits for ever.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Log by ``node`` what is refused, a few lines a second."""
+        self._logger = node.get_logger()
+        self._refused = ReasonLog(self._logger.warning, lines_per_second=REFUSALS_PER_SECOND)
+        node.create_timer(1.0, self._refused.end_of_second)
+
+    @contextmanager
+    def told_in(self, response: Any, name: str) -> Iterator[None]:
+        """Tell in the ``response`` of a service, with this ``name``, what its body comes to."""
+        try:
+            yield
+            response.success = True
+        except KinematicsError as error:
+            response.message = str(error)
+            self._refused.add(f"{name}: {error}")
+        except Exception as error:
+            _empty(response)
+            response.message = f"internal error: {type(error).__name__}: {error}"
+            self._logger.error(f"{name}: {traceback.format_exc()}")
+
+
+def _empty(message: Any) -> None:
+    """Give all fields of a ``message`` the values of a new one."""
+    new = type(message)()
+    for name in new.get_fields_and_field_types():
+        setattr(message, name, getattr(new, name))

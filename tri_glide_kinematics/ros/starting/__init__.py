@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.ros.starting.end_signals import EndSignals as EndSignals
     from tri_glide_kinematics.ros.starting.processes import NodeProcesses as NodeProcesses
     from tri_glide_kinematics.ros.starting.processes import Process as Process
     from tri_glide_kinematics.ros.starting.processes import (
@@ -13,6 +12,7 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.ros.starting.processes import ending as ending
     from tri_glide_kinematics.ros.starting.processes import executable as executable
+    from tri_glide_kinematics.ros.starting.run import EndSignals as EndSignals
     from tri_glide_kinematics.ros.starting.run import FatalError as FatalError
     from tri_glide_kinematics.ros.starting.run import shut_down as shut_down
     from tri_glide_kinematics.ros.starting.transport import CELL as CELL

@@ -1,4 +1,4 @@
-"""Entry points: start a node, keep it spinning, and end it without a traceback.
+"""Runs a node, from its entry point to an end without a traceback.
 
 Nothing of ROS is imported before the first line of an entry point has run, so that Ctrl-C ends the
 process at once while modules are still being loaded, and a missing module gets one clear line.
@@ -18,7 +18,39 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-    from tri_glide_kinematics.ros.starting.end_signals import EndSignals
+
+class EndSignals:
+    """Handles SIGINT and SIGTERM for a process, from its making on.
+
+    Handlers of rclpy that are replaced while a node gets ready lose a signal that comes then. This
+    one stays; those of rclpy are not installed at all, or later, and then call this one, too. While
+    there is nothing to stop yet, a second signal ends the process at once.
+
+    Attributes:
+        came: numbers of those that have come, the first one first.
+    """
+
+    def __init__(self) -> None:
+        """Handle them from now on."""
+        self.came: list[int] = []
+        self._stop: Callable[[], None] | None = None
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._handle)
+
+    def call(self, stop: Callable[[], None]) -> None:
+        """Let each of them call ``stop``, at once if one has come."""
+        self._stop = stop
+        if self.came:
+            stop()
+
+    def _handle(self, number: int, _: object) -> None:
+        self.came.append(number)
+        if self._stop is not None:
+            self._stop()
+        elif len(self.came) > 1:
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
+
 
 PIP_NAMES = frozenset(("numpy", "ruckig", "viser"))
 
@@ -33,12 +65,8 @@ class FatalError(Exception):
 def run(module: str, class_name: str) -> int:
     """Run a node until SIGINT or SIGTERM.
 
-    Args:
-        module: full name of the module that holds the node; the node has its last part for a name.
-        class_name: of the node, called without arguments.
-
-    Returns:
-        Exit code: 0 after a signal, 1 if the node could not start or go on.
+    The node has the last part of the name of its ``module`` for a name, and is made without
+    arguments. The exit code is 0 after a signal, 1 if the node could not start or go on.
     """
     # Until they are handled below, both signals just end the process.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -59,17 +87,23 @@ def run(module: str, class_name: str) -> int:
 
     from tri_glide_kinematics.errors import KinematicsError
     from tri_glide_kinematics.ros.cdr import read_within_bytes
-    from tri_glide_kinematics.ros.parameters import NODES, command_line, sources_of
-    from tri_glide_kinematics.ros.starting.end_signals import EndSignals
+    from tri_glide_kinematics.ros.parameters import (
+        NODES,
+        check_arguments,
+        help_text,
+        help_wanted,
+        in_words,
+        sources_of,
+    )
     from tri_glide_kinematics.ros.starting.transport import choose_transport
 
     name = module.rpartition(".")[2]
     arguments = sys.argv[1:]
-    if command_line.help_wanted(arguments):
-        print(command_line.help_text(name, code.__doc__ or "", NODES.get(name, ())))
+    if help_wanted(arguments):
+        print(help_text(name, code.__doc__ or "", NODES.get(name, ())))
         return 0
     try:
-        command_line.check_arguments(name, arguments)
+        check_arguments(name, arguments)
         sources_of(arguments)
         transport = choose_transport()
     except KinematicsError as error:
@@ -78,7 +112,7 @@ def run(module: str, class_name: str) -> int:
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:
-        return _fail(f"{name}: {command_line.in_words(error)}")
+        return _fail(f"{name}: {in_words(error)}")
     try:
         instance = node_class()
     except Exception as error:

@@ -69,10 +69,8 @@ class Transport(NamedTuple):
 def choose_transport(default: str = CELL) -> Transport:
     """Choose by the environment of this process, and set its variables accordingly.
 
-    Processes that are started afterwards inherit the choice.
-
-    Args:
-        default: set-up to use if ``TRI_GLIDE_TRANSPORT`` is not set.
+    Processes that are started afterwards inherit the choice. Without ``TRI_GLIDE_TRANSPORT`` it is
+    ``default``.
 
     Raises:
         TransportError: if that variable has another value than ``computer`` or ``cell``.
@@ -85,9 +83,7 @@ def choose_transport(default: str = CELL) -> Transport:
 def transport_of(environment: Mapping[str, str], default: str = CELL) -> Transport:
     """Return what to use in ``environment``; what is set there for the middleware itself wins.
 
-    Args:
-        environment: variables; empty ones count as not set.
-        default: set-up to use if ``TRI_GLIDE_TRANSPORT`` is not among them.
+    Empty variables count as not set, and ``default`` holds without ``TRI_GLIDE_TRANSPORT``.
 
     Raises:
         TransportError: if that variable has another value than ``computer`` or ``cell``.

@@ -1,0 +1,208 @@
+"""The mechanisms tab and the curves in a real browser: what a person sees of them."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+from joined_domain import joined_domain
+from mechanisms_rig import Rig, mechanism_nodes, page_server
+
+from testing.browser import DESKTOP, PHONE, browser, find_browser
+from tri_glide_kinematics.panel.machine_scene import light_plainly
+from tri_glide_kinematics.panel.mechanisms import BLUE, GREEN, ORANGE, PALE
+from tri_glide_kinematics.panel.slider_curves import CurveLimits, Curves
+
+pytestmark = [
+    pytest.mark.nodes,
+    pytest.mark.slow,
+    pytest.mark.skipif(find_browser() is None, reason="no browser is installed"),
+]
+
+SAME = 25  # of 255, between a colour and one that counts as it
+SCENE_WIDTH = 950  # pixels, of a wide window; beside it are the controls
+LIMITS = CurveLimits((0.3,) * 3, (0.9,) * 3, (1.0,) * 3, (10.0,) * 3)
+PLAYS = "[...document.querySelectorAll('input[type=checkbox]')].find((e) => e.offsetWidth)"
+CHOICE = "[...document.querySelectorAll('input')].find((e) => e.offsetWidth > 100)"
+
+
+def option(text):
+    return (
+        "[...document.querySelectorAll('[role=option]')]"
+        f".find((e) => e.textContent.trim() === '{text}' && e.offsetWidth)"
+    )
+
+
+def pressable(text):
+    return (
+        "[...document.querySelectorAll('button')]"
+        f".find((e) => e.textContent.trim() === '{text}' && e.offsetParent)"
+    )
+
+
+class Screen:
+    """One page that shows the tab and the curves, while somebody steps both."""
+
+    def __init__(self, rig, page):
+        self.rig = rig
+        self.page = page
+        with rig.server.gui.add_folder("Curves"):
+            self.curves = Curves(rig.server.gui, LIMITS)
+
+    def spin(self):
+        now = time.monotonic()
+        self.rig.tab.step(now)
+        heights = (0.5 + 0.1 * math.sin(3.0 * now), 0.6, 0.7)
+        self.curves.add(now, heights, (0.3, 0.0, -0.3), (3.0, 0.0, -3.0))
+        self.curves.draw(now)
+        self.rig.probe.spin_once(0.01)
+
+    def open(self):
+        self.page.open(f"http://127.0.0.1:{self.rig.server.get_port()}", DESKTOP)
+        self.wait_for("document.readyState === 'complete'", "the page")
+        self.wait_for(CHOICE, "the choice of a mechanism")
+
+    def wait_for(self, expression, what):
+        self.page.wait_for(f"!!({expression})", what, spin=self.spin)
+
+    def pixels(self):
+        """Return what is drawn of the scene: not the controls, nor what viser says of this GPU."""
+        pixels = self.page.pixels()[:, :SCENE_WIDTH].astype(int)
+        pixels[:150, :320] = 255
+        return pixels
+
+    def wait_for_pixels(self, condition, what, timeout=30.0):
+        end = time.monotonic() + timeout
+        while not condition(pixels := self.pixels()):
+            assert time.monotonic() < end, f"waited {timeout:g} s in vain for {what}"
+            self.spin_for(0.2)
+        return pixels
+
+    def choose(self, name):
+        """Choose a file, and open the list again if the page was still arranging itself."""
+        if self.rig.tab.choice.value == name:
+            return
+        end = time.monotonic() + 20.0
+        while not self.page.evaluate(f"!!({option(name)})"):
+            assert time.monotonic() < end, f"there is no {name} to be chosen"
+            self.page.click(CHOICE)
+            self.spin_for(1.0)
+        self.page.click(option(name))
+        self.rig.wait_for(lambda: self.rig.tab.choice.value == name, f"{name} to be chosen")
+
+    def spin_for(self, duration):
+        end = time.monotonic() + duration
+        while time.monotonic() < end:
+            self.spin()
+
+    def text_appears(self, text):
+        self.wait_for(f"document.body.innerText.includes({text!r})", text)
+
+
+@pytest.fixture(scope="module")
+def screen(tmp_path_factory):
+    with (
+        joined_domain() as context,
+        mechanism_nodes(tmp_path_factory.mktemp("nodes")) as (_, namespace),
+        page_server() as server,
+        browser() as running,
+    ):
+        server.gui.main_panel.dock_right()
+        light_plainly(server.scene)
+        rig = Rig(context, namespace, server)
+        screen = Screen(rig, running.page())
+        screen.open()
+        yield screen
+        rig.close()
+
+
+def places(pixels, colour):
+    """Return where a colour is. Shape (n, 2), rows and columns."""
+    away = np.abs(pixels - colour).max(axis=2)
+    return np.argwhere(away < SAME)
+
+
+def test_a_chosen_mechanism_is_drawn_in_the_middle_of_the_view(screen):
+    screen.choose("none")
+    screen.wait_for_pixels(lambda now: len(places(now, PALE)) < 20, "an empty scene")
+    screen.choose("f_mechanism_example_2")
+    pixels = screen.wait_for_pixels(
+        lambda now: len(places(now, BLUE)) > 2000 and len(places(now, GREEN)) > 300, "the drawing"
+    )
+    assert len(places(pixels, PALE)) > 1000
+    assert len(places(pixels, ORANGE)) > 300
+    rows, columns = places(pixels, GREEN).T
+    width = pixels.shape[1]
+    assert 100 < rows.min() and rows.max() < 700
+    assert abs(0.5 * (columns.min() + columns.max()) - 0.5 * width) < 0.25 * width
+    screen.text_appears("The cranks turn fully on this branch.")
+
+
+def test_another_position_is_followed_and_turning_points_are_marked(screen):
+    screen.choose("f_mechanism_example_2")
+    before = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 2000, "the drawing")
+    screen.page.click(pressable("Follow the next position"))
+    screen.text_appears("The cranks turn back at")
+    screen.wait_for_pixels(
+        lambda now: (np.abs(now - before).max(axis=2) > 60).sum() > 2000,
+        "another drawing",
+    )
+    # Beside each mark its crank angle is drawn, and the words name it, too.
+    screen.text_appears("169.6°")
+
+
+def test_a_crank_that_turns_by_itself_is_seen_to_turn(screen):
+    screen.choose("f_mechanism_example_2")
+    before = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 2000, "the drawing")
+    screen.page.click(PLAYS)
+    screen.wait_for_pixels(
+        lambda now: (np.abs(now - before).max(axis=2) > 60).sum() > 3000,
+        "a turning crank",
+    )
+    screen.page.click(PLAYS)
+    screen.rig.wait_for(lambda: not screen.rig.tab.plays.value, "the crank to stop")
+
+
+def test_curves_are_drawn_and_go_on(screen):
+    canvas = "document.querySelector('.uplot canvas')"
+    screen.wait_for(canvas, "a plot")
+    # As data, as the canvas lies partly below the window.
+    drawn = f"{canvas}.toDataURL()"
+    before = screen.page.evaluate(drawn)
+    screen.wait_for(f"{drawn} !== {before!r}", "the curves to go on")
+    count = screen.page.evaluate("document.querySelectorAll('.uplot canvas').length")
+    assert count == 3
+
+
+def test_none_gives_the_view_back(screen):
+    screen.page.evaluate(f"{CHOICE}.scrollIntoView()")
+    screen.choose("f_mechanism_example_2")
+    screen.wait_for_pixels(lambda now: len(places(now, GREEN)) > 300, "the drawing")
+    screen.choose("none")
+    screen.wait_for_pixels(lambda now: len(places(now, GREEN)) < 200, "an empty scene")
+
+
+@pytest.fixture
+def phone(screen):
+    """Return the page as it is on a phone."""
+    resize(screen, PHONE)
+    yield screen
+    resize(screen, DESKTOP)
+
+
+def resize(screen, size):
+    screen.page.resize(size)
+    is_narrow = size == PHONE
+    (client,) = screen.rig.server.get_clients().values()
+    screen.rig.wait_for(lambda: (client.camera.aspect < 1.0) == is_narrow, "the page to tell it")
+
+
+def test_on_a_phone_the_drawing_lies_above_the_controls(phone):
+    phone.choose("none")
+    phone.choose("four_bar_textbook")
+    pixels = phone.wait_for_pixels(lambda now: len(places(now, BLUE)) > 500, "the drawing")
+    rows, columns = places(pixels[:480], BLUE).T
+    assert len(rows) > 300 and rows.min() > 150
+    assert 20 < columns.min() and columns.max() < 385

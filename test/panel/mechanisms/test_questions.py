@@ -1,0 +1,205 @@
+"""Requests that the tab makes of the files, answered by what mechanism_node answers with."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tri_glide_interfaces.srv import SolveFMechanism, SolveFourBar, TraceFMechanism, TraceFourBar
+from tri_glide_kinematics.mechanisms import load_mechanism
+from tri_glide_kinematics.panel.mechanisms import example_files, questions_about
+from tri_glide_kinematics.ros.mechanisms import check_numbers
+from tri_glide_kinematics.ros.mechanisms import f_mechanism as f_mechanism_messages
+from tri_glide_kinematics.ros.mechanisms import four_bar as four_bar_messages
+
+CONFIG = Path(__file__).parents[3] / "config"
+FILES = example_files(CONFIG)
+FILL = {
+    SolveFourBar: four_bar_messages.solve,
+    TraceFourBar: four_bar_messages.trace,
+    SolveFMechanism: f_mechanism_messages.solve,
+    TraceFMechanism: f_mechanism_messages.trace,
+}
+
+
+def ask(service, request):
+    answer = service.Response()
+    check_numbers(request)
+    FILL[service](request, answer)
+    answer.success = True
+    return answer
+
+
+def questions_of(name):
+    questions = questions_about(FILES[name])
+    return questions, [item.value for item in questions.dimensions]
+
+
+def solved(questions, values, crank_angle):
+    return ask(questions.solve_service, questions.solve_request(values, crank_angle))
+
+
+def branch_of(questions, values, crank_angle, key):
+    answer = solved(questions, values, crank_angle)
+    request = questions.trace_request(values, crank_angle, key, answer)
+    return questions.branch(request, ask(questions.trace_service, request))
+
+
+def lengths_of(lines):
+    return np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
+
+
+def test_the_planar_mechanisms_of_the_folder_are_found():
+    assert list(FILES) == [
+        "f_mechanism_example_1",
+        "f_mechanism_example_2",
+        "four_bar_sheet",
+        "four_bar_textbook",
+    ]
+    assert questions_about(load_mechanism(CONFIG / "landing_gear.yaml")) is None
+    assert example_files(CONFIG / "nowhere") == {}
+
+
+def test_a_four_bar_is_asked_and_drawn_as_the_textbook_says():
+    questions, values = questions_of("four_bar_textbook")
+    positions = questions.positions(solved(questions, values, math.radians(30.0)))
+    assert [position.text.split(",")[0] for position in positions] == ["open", "crossed"]
+    for position in positions:
+        assert lengths_of(position.lines)[:3] == pytest.approx([0.02, 0.07, 0.09])
+        crank_pivot, crank_pin, rocker_pin, rocker_pivot, point = position.joints
+        assert np.array([crank_pivot, rocker_pivot]) == pytest.approx(questions.pivots(values))
+        along, across = 0.035, 0.02
+        way = (rocker_pin - crank_pin) / 0.07
+        left = np.array([-way[1], way[0]])
+        assert point == pytest.approx(crank_pin + along * way + across * left)
+    # A textbook's number: the open coupler at 88.837241 degrees.
+    _, crank_pin, rocker_pin, *_ = positions[0].joints
+    assert math.degrees(math.atan2(*(rocker_pin - crank_pin)[::-1])) == pytest.approx(88.837241)
+
+
+def test_the_sheet_starts_in_the_position_that_is_given():
+    questions, values = questions_of("four_bar_sheet")
+    assert math.degrees(questions.crank_angle) == pytest.approx(34.947102)
+    positions = questions.positions(solved(questions, values, questions.crank_angle))
+    crossed = positions[round(questions.key)]
+    assert crossed.joints[2] == pytest.approx([0.028332, 0.046047])
+    assert questions.pivots(values)[1] == pytest.approx([-0.074783, 0.004195])
+
+
+def test_a_limited_crank_is_traced_from_limit_to_limit():
+    questions, values = questions_of("four_bar_sheet")
+    branch = branch_of(questions, values, questions.crank_angle, questions.key)
+    low, high = FILES["four_bar_sheet"].mechanism.crank_ranges[1]
+    assert not branch.track.closed
+    assert branch.track.crank_angles[[0, -1]] == pytest.approx([low, high])
+    limits = [mark for mark in branch.marks if mark.kind == "The crank gets no farther"]
+    assert [mark.label for mark in limits] == ["29.61°", "119.3°"]
+    # Coupler and rocker are in line there: the rocker pin is as far from the crank pin as can be.
+    for mark, row in zip(limits, (0, -1)):
+        crank_pin = 0.079522 * np.exp(1j * branch.track.crank_angles[row])
+        rocker_pin, pivot = complex(*mark.place), complex(-0.074783, 0.004195)
+        turn = (rocker_pin - crank_pin) / (rocker_pin - pivot)
+        assert turn.imag == pytest.approx(0.0, abs=1e-3)
+    assert "does not turn fully" in branch.text
+    assert "The crank gets no farther at 29.61°, 119.3°." in branch.events
+
+
+def test_the_other_range_of_a_limited_crank_is_traced_in_it():
+    questions, values = questions_of("four_bar_sheet")
+    low, high = FILES["four_bar_sheet"].mechanism.crank_ranges[0]
+    middle = 0.5 * (low + high)
+    branch = branch_of(questions, values, middle + math.tau, 0.0)
+    assert branch.track.crank_angles[[0, -1]] == pytest.approx([low, high])
+    # On the limit itself, seen from either side.
+    for start in (low, high, low + 1e-15, high - 1e-15):
+        answer = solved(questions, values, middle)
+        request = questions.trace_request(values, start, 0.0, answer)
+        assert request.sweep.start_angle == pytest.approx(low)
+
+
+def test_a_full_crank_is_traced_once_around_and_the_rocker_turns_back_twice():
+    questions, values = questions_of("four_bar_textbook")
+    branch = branch_of(questions, values, questions.crank_angle, 0.0)
+    assert branch.track.closed
+    curve, pins = branch.paths
+    assert curve[0] == pytest.approx(curve[-1])
+    assert len(branch.marks) == 2
+    # There the rocker is at an end of its way: the pins farthest apart are the marks.
+    ends = np.array([mark.place for mark in branch.marks])
+    way = np.linalg.norm(pins[:, None, :] - pins[None, :, :], axis=2)
+    assert np.linalg.norm(ends[0] - ends[1]) == pytest.approx(way.max(), rel=1e-4)
+
+
+def test_positions_of_the_f_mechanism_are_those_of_the_source():
+    questions, values = questions_of("f_mechanism_example_2")
+    positions = questions.positions(solved(questions, values, math.radians(146.0)))
+    angles = [math.degrees(position.key) for position in positions]
+    assert angles == pytest.approx([-75.688, -55.562, -18.443, -0.982], abs=5e-4)
+    for position in positions:
+        # Crank and rod of each leg, then the sides of the platform.
+        lengths = lengths_of(position.lines)
+        assert lengths[[0, 2, 4]] == pytest.approx([0.019, 0.014, 0.016])
+        assert lengths[[1, 3, 5]] == pytest.approx([0.035, 0.034, 0.054])
+        assert lengths[6] == pytest.approx(math.hypot(0.040, 0.018))
+
+
+def test_a_branch_of_the_f_mechanism_is_followed_through_its_turning_points():
+    questions, values = questions_of("f_mechanism_example_2")
+    start = math.radians(146.0)
+    turning = branch_of(questions, values, start, math.radians(-75.7))
+    assert turning.track.closed
+    assert "cannot turn fully" in turning.text
+    assert len(turning.marks) == 4
+    # There, and nowhere else, the crank turns back.
+    angles = turning.track.crank_angles
+    turns = np.flatnonzero(np.diff(angles)[:-1] * np.diff(angles)[1:] < 0.0) + 1
+    marked = {round(mark.crank_angle, 9) for mark in turning.marks}
+    assert {round(math.remainder(angles[row], math.tau), 9) for row in turns} == {
+        round(math.remainder(angle, math.tau), 9) for angle in marked
+    }
+    labels = {mark.label for mark in turning.marks}
+    assert labels == {"169.6°", "135°", "-109.8°", "-65.81°"}
+    full = branch_of(questions, values, start, math.radians(-0.98))
+    assert "The cranks turn fully" in full.text
+    assert not full.marks
+    assert full.track.crank_angles[-1] - start == pytest.approx(math.tau)
+
+
+def test_the_keys_of_a_track_are_those_of_the_positions():
+    questions, values = questions_of("f_mechanism_example_2")
+    branch = branch_of(questions, values, math.radians(146.0), math.radians(-75.7))
+    source = np.random.default_rng(3)
+    for place in source.uniform(0.0, branch.track.end, 60):
+        answer = solved(questions, values, branch.track.crank_angle(place))
+        keys = [position.key for position in questions.positions(answer)]
+        distances = [questions.distance(key, branch.track.key(place)) for key in keys]
+        assert min(distances) < math.radians(0.5)
+
+
+def test_changed_numbers_are_in_the_requests():
+    questions, _ = questions_of("four_bar_textbook")
+    request = questions.solve_request([0.1 * n for n in range(1, 7)], 2.0)
+    linkage = request.linkage
+    assert (linkage.crank, linkage.coupler, linkage.rocker, linkage.ground) == pytest.approx(
+        (0.1, 0.2, 0.3, 0.4)
+    )
+    assert (request.coupler_point.x, request.coupler_point.y) == pytest.approx((0.5, 0.6))
+    questions, _ = questions_of("f_mechanism_example_2")
+    request = questions.solve_request([0.1 * n for n in range(1, 9)], 2.0)
+    assert request.mechanism.crank_lengths == pytest.approx([0.1, 0.2, 0.3])
+    assert request.mechanism.rod_lengths == pytest.approx([0.4, 0.5, 0.6])
+    assert (request.mechanism.phase_b, request.mechanism.phase_c) == pytest.approx((0.7, 0.8))
+    assert request.mechanism.counter_rotating
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_what_a_slider_shows_is_what_it_reads(name):
+    questions, _ = questions_of(name)
+    for item in questions.dimensions:
+        assert item.lowest < item.value < item.highest
+        assert item.read(item.shown(item.value)) == pytest.approx(item.value)
+        assert item.unit == ("deg" if item.is_angle else "mm")
+    assert solved(questions, [item.value for item in questions.dimensions], questions.crank_angle)

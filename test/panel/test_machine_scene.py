@@ -1,0 +1,87 @@
+"""Where the drawn parts are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.panel.machine_scene import Parts, Quaternion, rod_pair, skin, turned
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
+from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits, edge_rings
+
+UNEQUAL = TriGlideGeometry([[0.0, 0.21], [-0.17, -0.1], [0.19, -0.09]], [0.4, 0.42, 0.38])
+
+
+def matrix(rotation: Quaternion) -> FloatArray:
+    w, x, y, z = rotation
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def test_a_turn_leads_to_its_axes() -> None:
+    source = np.random.default_rng(13)
+    for _ in range(2000):
+        axes, _ = np.linalg.qr(source.normal(size=(3, 3)))
+        x, z = axes[:, 0], axes[:, 1]
+        found = matrix(turned(tuple(x), tuple(z)))
+        assert found[:, 0] == pytest.approx(x, abs=1e-12)
+        assert found[:, 2] == pytest.approx(z, abs=1e-12)
+
+
+@pytest.mark.parametrize("geometry", [DEFAULT_GEOMETRY, UNEQUAL])
+def test_each_arm_ends_at_its_platform_joint(geometry: TriGlideGeometry) -> None:
+    machine, parts = TriGlide(geometry), Parts.of(geometry, 0.05)
+    source = np.random.default_rng(13)
+    for _ in range(200):
+        position = (*source.uniform(-0.05, 0.05, 2), source.uniform(0.2, 0.3))
+        for index, height in enumerate(machine.inverse(position)):
+            rotation = matrix(parts.arm_turn(index, height, position))
+            hangs = rotation @ (0.0, 0.0, -parts.arm_lengths[index])
+            end = np.array((*parts.towers[index], height)) + hangs
+            joint = np.add(position, (*parts.platform_joints[index], 0.0))
+            assert end == pytest.approx(joint, abs=1e-12)
+            # Its two rods lie side by side along the edge of the platform.
+            assert abs(rotation[2, 0]) < 0.5
+
+
+def test_towers_of_the_symmetric_machine_stand_on_their_circle() -> None:
+    parts = Parts.of(DEFAULT_GEOMETRY, 0.05)
+    assert [np.hypot(*tower) for tower in parts.towers] == pytest.approx([0.25] * 3)
+
+
+def volume(vertices: FloatArray, faces: FloatArray) -> float:
+    """Volume within faces that look outwards."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def test_rods_have_length_and_distance() -> None:
+    vertices, faces = rod_pair(0.4, 0.005, 0.03)
+    assert vertices[:, 2].min() == -0.4
+    assert vertices[:, 2].max() == 0.0
+    assert np.ptp(vertices[:, 0]) == pytest.approx(0.04)
+    assert faces.max() == len(vertices) - 1
+
+
+def test_a_skin_is_closed_and_looks_outwards() -> None:
+    angles = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
+    ring = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(60)))
+    vertices, faces = skin(np.array([np.add(ring, (0.0, 0.0, z)) for z in (0.0, 1.0, 2.0)]))
+    assert volume(vertices, faces) == pytest.approx(2.0 * np.pi, rel=0.01)
+    edges = {(a, b) for face in faces.tolist() for a, b in zip(face, face[1:] + face[:1])}
+    assert edges == {(b, a) for a, b in edges}
+
+
+def test_the_skin_of_a_workspace_holds_what_is_inside() -> None:
+    limits = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
+    rings = at_once(edge_rings(Workspace(TriGlide(DEFAULT_GEOMETRY), limits)))
+    assert rings.shape[2] == 3
+    vertices, faces = skin(rings)
+    assert volume(vertices, faces) > 0.005

@@ -1,0 +1,432 @@
+"""The command ``calibration_demo``: a simulated machine is wrong, and is calibrated.
+
+The nodes believe the drawing; the simulator is another machine. The plate is probed, three
+distances are measured, the machine is calibrated, and ik_node is started again with the result.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+
+from tri_glide_interfaces.msg import MachineState
+from tri_glide_interfaces.srv import (
+    ProbePlate,
+    RecordDistanceEnd,
+    SaveMeasurements,
+    SolveCalibration,
+)
+from tri_glide_kinematics.calibration.fit import (
+    Calibration,
+    MachineParameters,
+    Priors,
+    load_measurements,
+    plane_basis,
+)
+from tri_glide_kinematics.calibration.session import report, save_parameters, solved
+from tri_glide_kinematics.demo.client import START_TIMEOUT, DemoError
+from tri_glide_kinematics.demo.command import (
+    PATIENCE,
+    in_millimetres,
+    ros_that_ctrl_c_ends,
+    run_command,
+    say,
+)
+from tri_glide_kinematics.ros.goal_sender import GoalSender
+from tri_glide_kinematics.ros.outputs import LATCHED
+from tri_glide_kinematics.ros.starting import (
+    NodeProcesses,
+    default_parameter_file,
+)
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+MOVE_TIMEOUT = 30.0  # s
+ANSWER_TIMEOUT = 60.0  # s; a probe answers when it is back
+NAP = 0.05  # s
+# The simulated sliders follow late: they rest if poses one after the other agree [m].
+RESTING_POSES = 20
+RESTING = 1e-7
+
+
+class CalibrationClient(Node):
+    """Moves, asks, and looks at the true pose, which no real machine publishes."""
+
+    def __init__(self, namespace: str) -> None:
+        """Join the machine in ``namespace``."""
+        super().__init__("tri_glide_calibration_demo", namespace=namespace)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
+        self._goals = GoalSender(self)
+        self._clients_of: dict[str, Any] = {}
+
+    def wait_for_machine(self) -> None:
+        """Wait until ik_node leads the machine and takes goals."""
+        states: list[int] = []
+
+        def on_state(message: MachineState) -> None:
+            states.append(message.state)
+
+        # Of each ik_node a new one: the last state of one that has ended is none of the next.
+        told = self.create_subscription(MachineState, "ik_node/machine_state", on_state, LATCHED)
+        try:
+            self._wait_for(
+                lambda: self._goals.is_ready and states[-1:] == [MachineState.IDLE],
+                START_TIMEOUT,
+                "starting ik_node",
+            )
+        finally:
+            self.destroy_subscription(told)
+
+    def wait_until_gone(self) -> None:
+        """Wait until no ik_node is there any more."""
+        self._wait_for(lambda: not self._goals.is_ready, START_TIMEOUT, "ending ik_node")
+
+    def move(self, position: Vector3) -> None:
+        """Move the platform to where ik_node believes that ``position`` is [m].
+
+        Raises:
+            DemoError: if it does not get there.
+        """
+        goal = self._goals.move_to(position)
+        self._wait_for(lambda: goal.result is not None, MOVE_TIMEOUT, "a motion")
+        if not goal.has_succeeded:
+            raise DemoError(f"no motion to {position}: {goal.result.text}")
+
+    def true_position(self) -> Vector3:
+        """Return where the platform truly rests [m].
+
+        Raises:
+            DemoError: if it does not come to rest.
+        """
+        places: list[Vector3] = []
+
+        def on_pose(message: PoseStamped) -> None:
+            point = message.pose.position
+            places.append((point.x, point.y, point.z))
+
+        def is_resting() -> bool:
+            newest = places[-RESTING_POSES:]
+            return len(newest) == RESTING_POSES and all(
+                max(values) - min(values) < RESTING for values in zip(*newest)
+            )
+
+        poses = self.create_subscription(PoseStamped, "true_pose", on_pose, qos_profile_sensor_data)
+        try:
+            self._wait_for(is_resting, MOVE_TIMEOUT, "coming to rest")
+        finally:
+            self.destroy_subscription(poses)
+        return places[-1]
+
+    def ask(self, kind: type, service: str, request: Any) -> Any:
+        """Return the response of a service of calibration_node.
+
+        Raises:
+            DemoError: if it has no success.
+        """
+        if service not in self._clients_of:
+            self._clients_of[service] = self.create_client(kind, f"calibration_node/{service}")
+        client = self._clients_of[service]
+        self._wait_for(client.service_is_ready, START_TIMEOUT, "starting calibration_node")
+        future = client.call_async(request)
+        self._wait_for(future.done, ANSWER_TIMEOUT, f"the answer to {service}")
+        response = future.result()
+        if not response.success:
+            raise DemoError(f"{service}: {response.message}")
+        return response
+
+    def _wait_for(self, condition: Callable[[], bool], timeout: float, what: str) -> None:
+        end = time.monotonic() + timeout
+        while not condition():
+            if time.monotonic() > end:
+                raise DemoError(f"{what} took longer than {timeout:g} s")
+            self._executor.spin_once(timeout_sec=NAP)
+
+
+RADIUS = 0.12  # m, within which all happens
+PLATE = 0.1  # m, true height of a level plate
+ABOVE = 0.05  # m, over the plate is all that is not probed
+# By how much a machine that is wrong may believe the plate higher than it is expected: before any
+# touch, before a plane can be laid through three, and then (five standard deviations each) [m].
+FIRST_START, START, NEAR = 0.0035, 0.0027, 0.001
+# The switch is looked at every 2 ms: that leaves 3 µm.
+PROBE_SPEED = 0.005  # m/s
+CALLIPER = 5e-5  # m, standard deviation
+
+
+@dataclass(frozen=True)
+class Judged:
+    """The positions to which the platform was sent, and where it truly was. Shapes (n, 3) [m]."""
+
+    targets: FloatArray
+    places: FloatArray
+
+    @property
+    def errors(self) -> FloatArray:
+        """Shape (n, 3) [m]."""
+        return self.places - self.targets
+
+
+def ring(radius: float, count: int, first: float = 0.0) -> list[tuple[float, float]]:
+    """Return ``count`` places on a circle, from an angle on [rad]. Each x, y [m]."""
+    angles = [first + math.tau * index / count for index in range(count)]
+    return [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
+
+
+def touch_places(count: int) -> list[tuple[float, float]]:
+    """Return ``count`` places to be probed: the centre, and up to two rings about it."""
+    outer = min(count - 1, 6)
+    return [(0.0, 0.0), *ring(RADIUS, outer, 0.5), *ring(RADIUS / 2.0, count - 1 - outer)]
+
+
+def probe_start(found: Sequence[Vector3], x: float, y: float) -> float:
+    """Return the height from which to probe at x, y, by where the plate was found before [m]."""
+    if len(found) < 3:
+        return found[-1][2] + START if found else PLATE + FIRST_START
+    places = np.array(found)
+    factors = np.column_stack((np.ones(len(found)), places[:, :2]))
+    plane = np.linalg.lstsq(factors, places[:, 2], rcond=None)[0]
+    return float(plane @ (1.0, x, y)) + NEAR
+
+
+def judge(client: CalibrationClient) -> Judged:
+    """Send the platform to places over the plate, and look where it truly is."""
+    places = [(0.0, 0.0), *ring(0.95 * RADIUS, 5, 0.2)]
+    targets = [(x, y, PLATE + ABOVE) for x, y in places]
+    reached = []
+    for target in targets:
+        client.move(target)
+        reached.append(client.true_position())
+    return Judged(np.array(targets), np.array(reached))
+
+
+def probe(client: CalibrationClient, count: int, believed: MachineParameters) -> None:
+    """Touch the plate at ``count`` places.
+
+    Raises:
+        DemoError: if it is not found.
+    """
+    kinematics = TriGlide(believed.geometry)
+    found: list[Vector3] = []
+    for x, y in touch_places(count):
+        client.move((x, y, probe_start(found, x, y)))
+        answer = client.ask(ProbePlate, "probe", ProbePlate.Request(speed=PROBE_SPEED))
+        place = kinematics.forward(tuple(answer.heights))
+        found.append(place)
+        say(
+            f"touch {answer.number} at {in_millimetres(place)} mm, as the nodes believe; "
+            f"overrun {1e6 * answer.overrun:.0f} µm"
+        )
+
+
+def measure_distances(client: CalibrationClient, rng: np.random.Generator) -> None:
+    """Measure three distances with a simulated calliper: the true ones, with its error."""
+    for x, y in ring(RADIUS, 3, 0.3):
+        ends: list[Vector3] = [(x, y, PLATE + ABOVE), (-x, -y, PLATE + ABOVE)]
+        client.move(ends[0])
+        first = client.true_position()
+        client.ask(RecordDistanceEnd, "record_distance_end", RecordDistanceEnd.Request())
+        client.move(ends[1])
+        distance = math.dist(first, client.true_position()) + CALLIPER * rng.standard_normal()
+        request = RecordDistanceEnd.Request(distance=distance, standard_deviation=CALLIPER)
+        client.ask(RecordDistanceEnd, "record_distance_end", request)
+        say(f"distance {1e3 * distance:.3f} mm where {2e3 * RADIUS:g} mm were meant")
+
+
+# Of all that is right, all but one in 16,000 lies within so many standard deviations.
+WITHIN = 4.0
+# By so much the sliders may be off that follow their commands, and the encoders that round [m].
+SERVO = 3e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """Errors before and after, and what was predicted.
+
+    Attributes:
+        before: Shape (n, 3) [m].
+        after: Shape (n, 3) [m].
+        in_itself: after, without the shift in x and y and the turn about z that fit best.
+            Shape (n, 3) [m].
+        predicted: standard deviations of ``after``. Shape (n, 3) [m].
+        predicted_in_itself: of ``in_itself``. Shape (n, 3) [m].
+    """
+
+    before: FloatArray
+    after: FloatArray
+    in_itself: FloatArray
+    predicted: FloatArray
+    predicted_in_itself: FloatArray
+
+    @classmethod
+    def of(cls, before: Judged, after: Judged, calibration: Calibration) -> Verdict:
+        """Compare what was reached at the same targets before and after a ``calibration``."""
+        return cls(
+            before.errors,
+            after.errors,
+            without_plane_motion(after),
+            calibration.position_uncertainties(after.targets),
+            calibration.position_uncertainties(after.targets, aligned=True),
+        )
+
+    @property
+    def is_good(self) -> bool:
+        """Whether all errors are as small as predicted."""
+        pairs = (
+            (self.after, self.predicted),
+            (self.in_itself, self.predicted_in_itself),
+        )
+        return all(
+            bool((np.abs(errors) <= WITHIN * deviations + SERVO).all())
+            for errors, deviations in pairs
+        )
+
+
+def without_plane_motion(judged: Judged) -> FloatArray:
+    """Return errors less the shift in x and y and the turn about z that fit best. Shape (n, 3)."""
+    basis = plane_basis(judged.targets, (0.0, 0.0)).reshape(-1, 3)
+    errors = judged.errors.ravel()
+    motion, *_ = np.linalg.lstsq(basis, errors, rcond=None)
+    left: FloatArray = (errors - basis @ motion).reshape(-1, 3)
+    return left
+
+
+def table(verdict: Verdict) -> str:
+    """Return the largest errors in each direction as a table."""
+    columns = (
+        ("before", verdict.before),
+        ("after", verdict.after),
+        ("predicted (1 sd)", verdict.predicted),
+        ("after, in itself *", verdict.in_itself),
+        ("predicted (1 sd)", verdict.predicted_in_itself),
+    )
+    lines = ["largest error [µm]" + "".join(f"{name:>20}" for name, _ in columns)]
+    for axis, letter in enumerate("xyz"):
+        numbers = (1e6 * float(np.abs(values[:, axis]).max()) for _, values in columns)
+        lines.append(f"{letter:18}" + "".join(f"{number:20.1f}" for number in numbers))
+    lines.append("* without the shift in x and y and the turn about z that no such data can tell")
+    return "\n".join(lines)
+
+
+NOMINAL = MachineParameters(DEFAULT_GEOMETRY)
+# How far machines are from their drawing, and what is assumed of this one (standard deviations).
+USUAL_ERRORS = Priors(anchors=5e-4, arm_lengths=3e-4, height_offsets=1e-3)
+
+
+def wrong_machine(seed: int) -> MachineParameters:
+    """Return one of many machines that were all built to the drawing of the default one."""
+    deviations = USUAL_ERRORS.deviations()
+    change = deviations * np.random.default_rng(seed).standard_normal(len(deviations))
+    return MachineParameters.from_vector(NOMINAL.vector + change)
+
+
+MEASUREMENTS, TRUTH, CALIBRATED = "measurements.yaml", "true_machine.yaml", "calibrated.yaml"
+# A busy computer may send twists late [s].
+TWIST_TIMEOUT = 1.0
+# The simulator looks at its switch 500 times a second [s].
+CONTACT_DELAY = 0.001
+# The fewest touches that tell of the plate's whole area, and all places there are.
+FEWEST, MOST = 7, 13
+
+
+def demonstrate(folder: Path, seed: int, touches: int) -> int:
+    """Start the nodes, calibrate, judge, and return the exit code."""
+    folder.mkdir(parents=True, exist_ok=True)
+    truth = wrong_machine(seed)
+    save_parameters(folder / TRUTH, truth)
+    namespace = f"/tri_glide_demo_{os.getpid()}"
+
+    def arguments(*files: Path) -> list[str]:
+        found = ["-r", f"__ns:={namespace}", "--log-level", "WARN"]
+        for file in (default_parameter_file(), *files):
+            found += ["--params-file", str(file)]
+        return [*found, *PATIENCE, "-p", f"twist_timeout:={TWIST_TIMEOUT}"]
+
+    say(f"a machine that is wrong by {USUAL_ERRORS}")
+    with NodeProcesses() as processes:
+        say("starting simulator_node with that machine, the other nodes with its drawing")
+        plate = ["-p", f"plate_height:={PLATE}"]
+        files = ["-p", f"folder:={folder.resolve()}"]
+        processes.start("simulator_node", [*arguments(folder / TRUTH), *plate])
+        processes.start("calibration_node", [*arguments(), *plate, *files, *_assumed()])
+        believing = processes.start("ik_node", arguments())
+        with ros_that_ctrl_c_ends():
+            client = CalibrationClient(namespace)
+            client.wait_for_machine()
+            say("looking where it truly goes")
+            before = judge(client)
+            probe(client, touches, NOMINAL)
+            measure_distances(client, np.random.default_rng(seed))
+            measurements, calibrated = (folder / name for name in (MEASUREMENTS, CALIBRATED))
+            client.ask(SaveMeasurements, "save", SaveMeasurements.Request(file=MEASUREMENTS))
+            request = SolveCalibration.Request(parameter_file=CALIBRATED)
+            client.ask(SolveCalibration, "solve", request)
+            say("starting ik_node again, with what was found out")
+            believing.send_signal(signal.SIGINT)
+            believing.wait()
+            client.wait_until_gone()
+            processes.start("ik_node", arguments(calibrated))
+            client.wait_for_machine()
+            after = judge(client)
+    calibration = solved(load_measurements(measurements))
+    verdict = Verdict.of(before, after, calibration)
+    print(f"\n{report(calibration)}\n\n{table(verdict)}\n")
+    # Drawing is imported late: it takes as long as starting the nodes.
+    from tri_glide_kinematics.demo.pictures import save_verdict
+
+    say(f"picture: {save_verdict(folder, after.targets, verdict, RADIUS)}")
+    say(f"measurements: {measurements}; to look at them: calibrate {measurements}")
+    say("as right as predicted" if verdict.is_good else "FAILED: not as right as predicted")
+    return 0 if verdict.is_good else 1
+
+
+def _assumed() -> list[str]:
+    """Return the parameters that say how wrong the machine may be, and how late its switch is."""
+    values = {
+        "prior_anchors": USUAL_ERRORS.anchors,
+        "prior_arm_lengths": USUAL_ERRORS.arm_lengths,
+        "prior_height_offsets": USUAL_ERRORS.height_offsets,
+        "contact_delay": CONTACT_DELAY,
+    }
+    return [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
+
+
+def main() -> int:
+    """Run the demonstration from the command line."""
+    parser = argparse.ArgumentParser(prog="calibration_demo", description=__doc__)
+    parser.add_argument(
+        "--output", type=Path, default=Path("out"), help="folder of all files (default: out)"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=1, help="which of many wrong machines (default: 1)"
+    )
+    parser.add_argument(
+        "--touches",
+        type=int,
+        choices=range(FEWEST, MOST + 1),
+        default=MOST,
+        metavar="N",
+        help=f"how many places are probed, {FEWEST} to {MOST} (default: {MOST})",
+    )
+    options = parser.parse_args()
+    return run_command(
+        "calibration_demo", lambda: demonstrate(options.output, options.seed, options.touches)
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

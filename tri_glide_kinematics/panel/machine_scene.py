@@ -1,0 +1,372 @@
+"""The machine in viser's scene: everything is put there once, and then only moved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot, sqrt
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+from viser import _messages as messages
+
+from tri_glide_kinematics.panel.machine_facts import MachineFacts
+from tri_glide_kinematics.tri_glide import TriGlideGeometry
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+Quaternion = tuple[float, float, float, float]
+Place2 = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The parts of a machine.
+
+    The kinematics know the difference between tower joint and platform joint only, so where one
+    of them is drawn is a choice.
+
+    Attributes:
+        towers: horizontal places of the tower joints. Shape (3, 2) [m].
+        platform_joints: from the centre of the platform. Shape (3, 2) [m].
+        arm_lengths: Shape (3,) [m].
+        across: horizontal direction of each arm's joints. Shape (3, 2).
+    """
+
+    towers: tuple[Place2, Place2, Place2]
+    platform_joints: tuple[Place2, Place2, Place2]
+    arm_lengths: Vector3
+    across: tuple[Place2, Place2, Place2]
+
+    @classmethod
+    def of(cls, geometry: TriGlideGeometry, platform_radius: float) -> Parts:
+        """Return the parts with platform joints on a circle of this radius [m]."""
+        towers, joints, across = [], [], []
+        for x, y in geometry.anchors:
+            size = hypot(x, y) or 1.0
+            ux, uy = x / size, y / size
+            joints.append((platform_radius * ux, platform_radius * uy))
+            towers.append((x + platform_radius * ux, y + platform_radius * uy))
+            across.append((-uy, ux))
+        return cls(_three(towers), _three(joints), geometry.arm_lengths, _three(across))
+
+    def arm_turn(self, index: int, height: float, position: Vector3) -> Quaternion:
+        """Return how an arm is turned that hangs along -z from its carriage, at a height [m]."""
+        (tx, ty), (px, py) = self.towers[index], self.platform_joints[index]
+        x, y, z = tx - position[0] - px, ty - position[1] - py, height - position[2]
+        length = sqrt(x * x + y * y + z * z) or 1.0
+        up = (x / length, y / length, z / length)
+        # As level as an arm's joints can be at a right angle to it.
+        ax, ay = self.across[index]
+        along = ax * up[0] + ay * up[1]
+        side = (ax - along * up[0], ay - along * up[1], -along * up[2])
+        size = sqrt(side[0] ** 2 + side[1] ** 2 + side[2] ** 2) or 1.0
+        return turned((side[0] / size, side[1] / size, side[2] / size), up)
+
+
+def turned(x_axis: Vector3, z_axis: Vector3) -> Quaternion:
+    """Return the rotation (w, x, y, z) that leads to these two axes, unit and at right angles."""
+    a, b, c = x_axis
+    g, h, i = z_axis
+    d, e, f = h * c - i * b, i * a - g * c, g * b - h * a
+    # Of the four numbers the largest first: none is divided by one near zero.
+    squares = (1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i)
+    largest = squares.index(max(squares))
+    s = 0.5 / sqrt(squares[largest])
+    if largest == 0:
+        return 0.25 / s, (f - h) * s, (g - c) * s, (b - d) * s
+    if largest == 1:
+        return (f - h) * s, 0.25 / s, (b + d) * s, (c + g) * s
+    if largest == 2:
+        return (g - c) * s, (b + d) * s, 0.25 / s, (f + h) * s
+    return (b - d) * s, (c + g) * s, (f + h) * s, 0.25 / s
+
+
+def rod_pair(length: float, radius: float, apart: float) -> tuple[FloatArray, NDArray[np.uint32]]:
+    """Return the mesh of two rods that hang down along -z from the origin, side by side along x.
+
+    Their lengths, radii and distance are in [m]. Returns vertices, shape (n, 3) [m], and faces,
+    shape (m, 3).
+    """
+    corners = 8
+    angles = np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)
+    ring = radius * np.column_stack((np.cos(angles), np.sin(angles)))
+    vertices: list[FloatArray] = []
+    faces: list[tuple[int, int, int]] = []
+    for offset in (-0.5 * apart, 0.5 * apart):
+        first = len(vertices) * corners
+        for z in (0.0, -length):
+            vertices.append(np.column_stack((ring + np.array((offset, 0.0)), np.full(corners, z))))
+        for k in range(corners):
+            a, b = first + k, first + (k + 1) % corners
+            faces += [(a, a + corners, b), (b, a + corners, b + corners)]
+    return np.concatenate(vertices), np.array(faces, dtype=np.uint32)
+
+
+def skin(rings: FloatArray) -> tuple[FloatArray, NDArray[np.uint32]]:
+    """Return the mesh of a body between rings of points, shape (levels, n, 3), closed at both ends.
+
+    Returns vertices, shape (levels n + 2, 3) [m], and faces, shape (m, 3).
+    """
+    levels, count, _ = rings.shape
+    ends = rings[[0, -1]].mean(axis=1)
+    vertices = np.concatenate((rings.reshape(-1, 3), ends))
+    here = np.arange(count)
+    after = np.roll(here, -1)
+    faces = []
+    for level in range(levels - 1):
+        low, high = level * count, (level + 1) * count
+        faces.append(np.column_stack((low + here, low + after, high + here)))
+        faces.append(np.column_stack((low + after, high + after, high + here)))
+    bottom, top = len(vertices) - 2, len(vertices) - 1
+    last = (levels - 1) * count
+    faces.append(np.column_stack((np.full(count, bottom), after, here)))
+    faces.append(np.column_stack((np.full(count, top), last + here, last + after)))
+    return vertices, np.concatenate(faces).astype(np.uint32)
+
+
+def _three(places: list[Place2]) -> tuple[Place2, Place2, Place2]:
+    first, second, third = places
+    return first, second, third
+
+
+def place(handle: Any, position: Vector3) -> None:
+    """Move a part to a ``position`` [m] in the frame of what it belongs to."""
+    handle._impl.position[:] = position
+    handle._impl.api._queue_scene_message(messages.SetPositionMessage(handle.name, position))
+
+
+def turn(handle: Any, wxyz: Quaternion) -> None:
+    """Turn a part to a rotation in the frame of what it belongs to."""
+    handle._impl.wxyz[:] = wxyz
+    handle._impl.api._queue_scene_message(messages.SetOrientationMessage(handle.name, wxyz))
+
+
+# What moved by less is not sent: it would not be seen [m].
+SMALLEST_MOVE = 2e-5
+
+RGB = tuple[int, int, int]
+TOWER: RGB = (120, 126, 135)
+TRAVEL_END: RGB = (190, 60, 50)
+MEASURED: RGB = (40, 46, 56)
+CARRIAGE: RGB = (200, 120, 20)
+COMMANDED: RGB = (30, 120, 255)
+SHELL: RGB = (70, 170, 110)
+PROGRAMMED: RGB = (150, 150, 150)
+DRIVEN: RGB = (26, 153, 255)
+TRACE: RGB = (230, 90, 20)
+TARGET: RGB = (220, 40, 30)
+COMMANDED_OPACITY = 0.3
+AMBIENT_LIGHT = 2.0
+
+_ROOTS = (
+    *("tower_0", "tower_1", "tower_2", "floor", "measured", "commanded", "target", "workspace"),
+)
+
+NO_LINES: NDArray[np.float32] = np.zeros((0, 2, 3), dtype=np.float32)
+
+
+@dataclass(frozen=True)
+class Pose:
+    """The heights of a machine's carriages and the position of its platform. Shapes (3,) [m]."""
+
+    heights: Vector3
+    position: Vector3
+
+
+class DrawnMachine:
+    """One machine that moves, solid or as a ghost."""
+
+    def __init__(
+        self, scene: viser.SceneApi, name: str, parts: Parts, size: float, *, is_ghost: bool
+    ) -> None:
+        """Put it into the ``scene``, not to be seen before it is moved.
+
+        ``size`` is that of the platform's edge beyond its joints, and of all else in proportion
+        [m]. A ghost is what is commanded, and lets other things be seen through it.
+        """
+        self._parts = parts
+        self._shown: Pose | None = None
+        opacity = COMMANDED_OPACITY if is_ghost else None
+        color = COMMANDED if is_ghost else MEASURED
+        self._root = scene.add_frame(name, show_axes=False, visible=False)
+        self._carriages = [
+            scene.add_box(
+                f"{name}/carriage_{index}",
+                color=COMMANDED if is_ghost else CARRIAGE,
+                dimensions=(2.4 * size, 2.4 * size, 2.0 * size),
+                opacity=opacity,
+                cast_shadow=False,
+                receive_shadow=False,
+                position=(x, y, 0.0),
+            )
+            for index, (x, y) in enumerate(parts.towers)
+        ]
+        self._arms = []
+        for index, length in enumerate(parts.arm_lengths):
+            vertices, faces = rod_pair(length, 0.3 * size, 2.4 * size)
+            self._arms.append(
+                scene.add_mesh_simple(
+                    f"{name}/carriage_{index}/arm",
+                    vertices.astype(np.float32),
+                    faces,
+                    color=color,
+                    opacity=opacity,
+                    side="double",
+                    cast_shadow=False,
+                    receive_shadow=False,
+                )
+            )
+        radius = max(float(np.hypot(x, y)) for x, y in parts.platform_joints)
+        self._platform = scene.add_cylinder(
+            f"{name}/platform",
+            radius=radius + size,
+            height=size,
+            color=color,
+            opacity=opacity,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def move(self, pose: Pose) -> None:
+        """Show it in this pose."""
+        shown = self._shown
+        if shown is None:
+            self._root.visible = True
+        elif _is_near(shown, pose):
+            return
+        self._shown = pose
+        for index, height in enumerate(pose.heights):
+            x, y = self._parts.towers[index]
+            place(self._carriages[index], (x, y, height))
+            turn(self._arms[index], self._parts.arm_turn(index, height, pose.position))
+        place(self._platform, pose.position)
+
+    def hide(self) -> None:
+        """Show it no more, until it is moved again."""
+        if self._shown is not None:
+            self._shown = None
+            self._root.visible = False
+
+
+class Scene:
+    """All that is drawn of one machine: as it is measured, and as it is commanded."""
+
+    def __init__(self, scene: viser.SceneApi, facts: MachineFacts) -> None:
+        """Put a machine into an empty ``scene``."""
+        self._scene = scene
+        geometry = facts.machine.geometry
+        parts = Parts.of(geometry, facts.values["platform_radius"])
+        lower, upper = facts.travel
+        size = 0.03 * max(geometry.arm_lengths)
+        scene.set_up_direction("+z")
+        self._draw_towers(parts, lower, upper, size)
+        self.measured = DrawnMachine(scene, "/measured", parts, size, is_ghost=False)
+        self.commanded = DrawnMachine(scene, "/commanded", parts, size, is_ghost=True)
+        self._lines = {
+            name: scene.add_line_segments(
+                f"/{name}", NO_LINES, color, thickness=width, thickness_units="screen"
+            )
+            for name, color, width in (
+                ("programmed", PROGRAMMED, 1.0),
+                ("driven", DRIVEN, 1.5),
+                ("trace", TRACE, 4.0),
+            )
+        }
+        self._target = scene.add_icosphere(
+            "/target", 0.5 * size, TARGET, visible=False, cast_shadow=False
+        )
+        self._target_place: Vector3 | None = None
+
+    def remove(self) -> None:
+        """Remove all of it, with what stands below it."""
+        for name in (*_ROOTS, *self._lines):
+            if self._scene.get_handle_by_name(f"/{name}") is not None:
+                self._scene.remove_by_name(f"/{name}")
+
+    def show_target(self, position: Vector3 | None) -> None:
+        """Show where the machine goes, if it goes anywhere [m]."""
+        if position == self._target_place:
+            return
+        self._target_place = position
+        self._target.visible = position is not None
+        if position is not None:
+            self._target.position = position
+
+    def show_lines(self, name: str, points: FloatArray) -> None:
+        """Show a polyline as ``programmed``, ``driven`` or ``trace``. Shape (n, 3) [m]."""
+        pairs = NO_LINES
+        if len(points) > 1:
+            pairs = np.stack((points[:-1], points[1:]), axis=1).astype(np.float32)
+        self._lines[name].points = pairs
+
+    def show_workspace(self, rings: FloatArray) -> None:
+        """Show the edge of the workspace as a translucent body. Shape (levels, n, 3) [m]."""
+        if len(rings):
+            vertices, faces = skin(rings)
+            self._scene.add_mesh_simple(
+                "/workspace",
+                vertices.astype(np.float32),
+                faces,
+                color=SHELL,
+                opacity=0.12,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+
+    def _draw_towers(self, parts: Parts, lower: Vector3, upper: Vector3, size: float) -> None:
+        for index, (x, y) in enumerate(parts.towers):
+            # Behind the carriage, which runs on it.
+            away = 1.0 + 1.8 * size / max(float(np.hypot(x, y)), size)
+            low, high = lower[index] - 2.0 * size, upper[index] + 2.0 * size
+            self._scene.add_box(
+                f"/tower_{index}",
+                color=TOWER,
+                dimensions=(size, size, high - low),
+                position=(away * x, away * y, 0.5 * (low + high)),
+                cast_shadow=False,
+            )
+            for end, height in (("lower", lower[index]), ("upper", upper[index])):
+                self._scene.add_box(
+                    f"/tower_{index}/{end}",
+                    color=TRAVEL_END,
+                    dimensions=(1.6 * size, 1.6 * size, 0.25 * size),
+                    position=(0.0, 0.0, height - 0.5 * (low + high)),
+                    cast_shadow=False,
+                )
+        floor = min(min(lower) - max(parts.arm_lengths), 0.0)
+        reach = 2.5 * max(float(np.hypot(x, y)) for x, y in parts.towers)
+        self._scene.add_grid(
+            "/floor",
+            width=reach,
+            height=reach,
+            plane="xy",
+            cell_size=0.05,
+            section_size=0.25,
+            position=(0.0, 0.0, max(floor, 0.0)),
+        )
+
+
+def light_plainly(scene: viser.SceneApi) -> None:
+    """Light a scene without reflections and shadows.
+
+    They show nothing of a machine, and a computer without a graphics card draws them for seconds.
+    """
+    scene.configure_environment_map(None)
+    scene.configure_default_lights(cast_shadow=False)
+    scene.add_light_ambient("/light", intensity=AMBIENT_LIGHT)
+
+
+def view_of(facts: MachineFacts) -> tuple[Vector3, Vector3]:
+    """Return where a camera stands, and where it looks, to see all of a machine [m]."""
+    geometry = facts.machine.geometry
+    lower, upper = facts.travel
+    middle = 0.5 * (min(lower) - 0.8 * max(geometry.arm_lengths) + max(upper))
+    size = max(upper) - min(lower) + max(geometry.arm_lengths)
+    return (0.15 * size, -0.85 * size, middle + 0.3 * size), (0.0, 0.0, middle)
+
+
+def _is_near(first: Pose, second: Pose) -> bool:
+    pairs = zip((*first.heights, *first.position), (*second.heights, *second.position))
+    return all(abs(one - other) < SMALLEST_MOVE for one, other in pairs)

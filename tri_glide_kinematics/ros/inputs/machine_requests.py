@@ -1,0 +1,367 @@
+"""Requests to a node that moves a machine, by services or actions."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+from geometry_msgs.msg import Point
+from rclpy.node import Node
+from std_srvs.srv import SetBool, Trigger
+
+from tri_glide_interfaces.action import FollowPath, MoveTo
+from tri_glide_kinematics.control import CommandRefusedError, MotionController
+from tri_glide_kinematics.control.commands import (
+    Goal,
+    GoalCode,
+    Outcome,
+    TargetPath,
+    TargetPosition,
+)
+from tri_glide_kinematics.errors import KinematicsError, Refusal
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.moves import MotionKind
+from tri_glide_kinematics.motion.path import (
+    SHORTEST,
+    FlatPath,
+    PlatformPath,
+    SegmentKind,
+    polyline_from,
+)
+from tri_glide_kinematics.reason_log import RefusalLog
+from tri_glide_kinematics.ros.inputs.path_messages import flat_path, path_points
+from tri_glide_kinematics.ros.messages import target_position
+from tri_glide_kinematics.ros.outputs import StateReports
+from tri_glide_kinematics.ros.serving import CALLS, ActionServer, PatientServices
+from tri_glide_kinematics.tri_glide import NoPoseError, TriGlide
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.wording import number_text, vector_text
+
+
+class MachineServices:
+    """``~/stop``, ``~/pause``, ``~/resume`` and ``~/enable``.
+
+    Attributes:
+        urgent: those that are looked at in each cycle.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        controller: MotionController,
+        reports: StateReports,
+        refused: RefusalLog,
+        look_for_others: Callable[[], None],
+    ) -> None:
+        """Offer them as a part of ``node``.
+
+        ``reports`` tell of new states before an answer is given; ``look_for_others`` looks who else
+        moves the machine, before it is enabled.
+        """
+        self._controller = controller
+        self._reports = reports
+        self._refused = refused
+        self._look_for_others = look_for_others
+        node.create_service(SetBool, "~/enable", self._on_enable, qos_profile=CALLS)
+        self.urgent = (
+            node.create_service(Trigger, "~/stop", self._on_stop, qos_profile=CALLS),
+            node.create_service(Trigger, "~/pause", self._on_pause, qos_profile=CALLS),
+            node.create_service(Trigger, "~/resume", self._on_resume, qos_profile=CALLS),
+        )
+
+    def _on_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.message = self._controller.stop()
+        response.success = True
+        self._reports.tell()
+        return response
+
+    def _on_pause(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return self._asked(self._controller.pause, response)
+
+    def _on_resume(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return self._asked(self._controller.resume, response)
+
+    def _asked(self, ask: Callable[[], str], response: Trigger.Response) -> Trigger.Response:
+        """Answer that something is done, or why it is not."""
+        try:
+            response.message = ask()
+            response.success = True
+        except KinematicsError as error:
+            response.message = str(error)
+        self._reports.tell()
+        return response
+
+    def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        try:
+            if request.data:
+                self._look_for_others()
+                response.message = self._controller.enable(time.monotonic())
+            else:
+                response.message = self._controller.disable()
+            response.success = True
+        except KinematicsError as error:
+            response.message = str(error)
+            what = "enable" if request.data else "disable"
+            self._refused.refuse(f"refused to {what}: {error}", error.refusal)
+        self._reports.tell()
+        return response
+
+
+NODE_ENDS = "the node ends"
+
+# At the end of the node one waits for this long for those who want a result [s].
+FAREWELL = 0.2
+
+UNKNOWN = (math.nan, math.nan, math.nan)
+
+
+class MotionActions:
+    """``~/move_to`` and ``~/follow_path``, served from the control cycle.
+
+    Attributes:
+        path_tolerance: of paths that give none [m].
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        controller: MotionController,
+        machine: TriGlide,
+        base_frame: str,
+        kind: MotionKind,
+        refused: RefusalLog,
+        patient: PatientServices,
+        path_tolerance: float,
+    ) -> None:
+        """Offer the actions as a part of ``node``; the ``controller`` carries them out.
+
+        ``kind`` and ``path_tolerance`` [m] are those of goals that ask for none.
+        """
+        self.path_tolerance = path_tolerance
+        self._controller = controller
+        self._machine = machine
+        self._base_frame = base_frame
+        self._kind = kind
+        self._refused = refused
+        self._patient = patient
+        self._has_ended = False
+        # Whether something was asked for when it was last looked at.
+        self._has_found = False
+        self._servers = (
+            ActionServer(
+                node,
+                MoveTo,
+                "~/move_to",
+                patient,
+                begin=lambda request: self._begun(lambda: self._move_to(request)),
+                cancel=controller.cancel,
+                result=self._moved,
+                feedback=self._moving,
+            ),
+            ActionServer(
+                node,
+                FollowPath,
+                "~/follow_path",
+                patient,
+                begin=lambda request: self._begun(lambda: self._follow_path(request)),
+                cancel=controller.cancel,
+                result=self._followed,
+                feedback=self._following,
+            ),
+        )
+
+    def look(self) -> None:
+        """Take in what has been asked for; to be called before the setpoint of a cycle."""
+        found = [server.look() for server in self._servers]
+        self._has_found = any(found)
+
+    def answer(self, until: float) -> None:
+        """Give the answers and results that are known; to be called after the setpoint.
+
+        Of what was asked for at once, more is taken here, so that the last is answered sooner. What
+        is left at the time.monotonic() ``until`` waits for the next cycle.
+        """
+        self._answer()
+        while self._has_found and time.monotonic() < until:
+            self.look()
+            self._answer()
+        for server in self._servers:
+            server.publish()
+        if time.monotonic() < until:
+            self._patient.try_soon()
+
+    def tell_progress(self) -> None:
+        """Let the feedback of the goals that go on be published, one in a cycle."""
+        for server in self._servers:
+            server.tell_progress()
+
+    def end(self) -> None:
+        """Tell all who wait that the node ends; who was just accepted may not have asked yet."""
+        self._has_ended = True
+        self._controller.end(NODE_ENDS)
+        self.answer(until=0.0)
+        end = time.monotonic() + FAREWELL
+        while time.monotonic() < end and not self._all_is_told:
+            time.sleep(FAREWELL / 100)
+            self.look()
+            self.answer(until=0.0)
+            self._patient.send_kept()
+        self._patient.end()
+
+    def _answer(self) -> None:
+        for server in self._servers:
+            server.answer()
+
+    @property
+    def _all_is_told(self) -> bool:
+        asked = all(server.is_asked_for_all for server in self._servers)
+        return asked and not self._patient.keeps_any
+
+    def _begun(self, begin: Callable[[], Goal]) -> Goal:
+        """Return the goal that is begun, or one that has ended as it is refused."""
+        if self._has_ended:
+            return Goal(None, Outcome(GoalCode.SHUTDOWN, NODE_ENDS))
+        try:
+            return begin()
+        except KinematicsError as error:
+            self._refused.refuse(f"refused a goal: {error}", error.refusal)
+            return Goal(None, Outcome(GoalCode.REFUSED, str(error)))
+
+    def _move_to(self, request: Any) -> Goal:
+        position = target_position(request.pose, self._base_frame)
+        kind = self._kind_of(request)
+        if request.speed == 0.0 and kind is self._kind:
+            return self._controller.pursue_position(position)
+        # Whether its speed can be one does not depend on where the platform is.
+        line = FlatPath.of((SegmentKind.LINE,), position, (0.0,), (request.speed,), 0.0)
+        if self._is_at(position):
+            return self._controller.pursue_position(position)
+        name = f"target {vector_text(position, 6)} m on a line"
+        path = TargetPath(lambda _: line.path_from(self._commanded_position()), name)
+        return self._controller.pursue(path)
+
+    def _kind_of(self, request: Any) -> MotionKind:
+        """Return how the platform is to go to its target.
+
+        Raises:
+            CommandRefusedError: if it cannot go so.
+        """
+        kinds = {kind.value: kind for kind in MotionKind}
+        default = MotionKind.LINEAR if request.speed != 0.0 else self._kind
+        kind = kinds.get(request.kind) if request.kind else default
+        if kind is None:
+            names = ", ".join(sorted(kinds))
+            text = f"kind = {request.kind!r} must be one of {names}, or empty"
+            raise CommandRefusedError(text, Refusal.OUT_OF_BOUNDS)
+        if kind is MotionKind.SLIDER and request.speed != 0.0:
+            speed = number_text(request.speed, 3)
+            text = f"speed = {speed} m/s must be 0 for a move of kind 'slider'"
+            raise CommandRefusedError(text, Refusal.OUT_OF_BOUNDS)
+        if kind is MotionKind.SLIDER and self._kind is not kind:
+            text = "kind = 'slider' must be 'linear', as that is the parameter motion of this node"
+            raise CommandRefusedError(text, Refusal.UNSUPPORTED)
+        return kind
+
+    def _is_at(self, position: Vector3) -> bool:
+        """Tell whether the platform is commanded to be at a ``position`` [m] already."""
+        return math.dist(position, self._commanded_position()) <= SHORTEST
+
+    def _moved(self, goal: Goal) -> Any:
+        return self._with_outcome(MoveTo.Result(), goal)
+
+    def _moving(self, goal: Goal) -> Any:
+        if not self._controller.leads_to(goal):
+            return None
+        position = self._position()
+        feedback = MoveTo.Feedback()
+        if isinstance(goal.command, TargetPosition):
+            feedback.way_remaining = math.dist(position, goal.command.position)
+            remaining = self._controller.remaining
+            feedback.time_remaining = remaining if math.isfinite(remaining) else math.nan
+        elif (progress := self._controller.path_progress) is not None:
+            feedback.way_remaining = max(progress.way_remaining, 0.0)
+            feedback.time_remaining = progress.time_remaining
+        else:
+            return None
+        _write(position, feedback.position)
+        return feedback
+
+    def _follow_path(self, request: Any) -> Goal:
+        segments = flat_path(request, self._base_frame, self.path_tolerance)
+        count = len(segments)
+        return self._controller.pursue(
+            TargetPath(
+                lambda end: segments.path_from(end or self._commanded_position()),
+                f"path of {count} segment{'' if count == 1 else 's'}",
+                request.append,
+            )
+        )
+
+    def follow_points(self, data: bytes) -> None:
+        """Follow a serialized nav_msgs/Path from where the platform is through all its points.
+
+        Raises:
+            KinematicsError: if it is refused at once.
+        """
+        self._controller.follow(
+            TargetPath(
+                lambda _: self._path_through(data), f"path in a message of {len(data)} bytes"
+            )
+        )
+
+    def _path_through(self, data: bytes) -> Interruptible[PlatformPath]:
+        points = yield from path_points(data, self._base_frame)
+        tolerance = self.path_tolerance
+        return (yield from polyline_from(self._commanded_position(), points, tolerance))
+
+    def _followed(self, goal: Goal) -> Any:
+        result = self._with_outcome(FollowPath.Result(), goal)
+        progress = self._controller.path_progress
+        if result.code == GoalCode.SUCCEEDED and progress is not None:
+            goal.deviation = progress.deviation
+        result.largest_deviation = goal.deviation
+        return result
+
+    def _following(self, goal: Goal) -> Any:
+        progress = self._controller.path_progress
+        if progress is None or not self._controller.leads_to(goal):
+            return None
+        goal.deviation = progress.deviation
+        feedback = FollowPath.Feedback()
+        feedback.segment = progress.segment
+        feedback.way = progress.way
+        feedback.way_remaining = max(progress.way_remaining, 0.0)
+        feedback.time_remaining = progress.time_remaining
+        _write(self._position(), feedback.position)
+        return feedback
+
+    def _with_outcome(self, result: Any, goal: Goal) -> Any:
+        """Return a ``result`` with what all results have."""
+        assert goal.outcome is not None
+        result.code, result.text = int(goal.outcome.code), goal.outcome.text
+        _write(self._position(), result.position)
+        return result
+
+    def _commanded_position(self) -> Vector3:
+        """Return where the platform is commanded to be [m].
+
+        Raises:
+            KinematicsError: if it is not commanded to be anywhere.
+        """
+        return self._machine.forward(self._controller.commanded_heights)
+
+    def _position(self) -> Vector3:
+        """Return where the platform is measured to be [m]; NaN if that is not known."""
+        heights = self._controller.measured_heights
+        if heights is None:
+            return UNKNOWN
+        try:
+            return self._machine.forward(heights)
+        except NoPoseError:
+            return UNKNOWN
+
+
+def _write(position: Vector3, point: Point) -> None:
+    point.x, point.y, point.z = position
