@@ -38,7 +38,7 @@ from tri_glide_kinematics.motion.moves import (
     MotionPlanner,
     parametrise,
 )
-from tri_glide_kinematics.motion.moves.blends import _divided
+from tri_glide_kinematics.motion.moves.line_entry import _divided
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,

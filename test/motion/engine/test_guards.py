@@ -31,7 +31,7 @@ from tri_glide_kinematics.motion.trajectory import (
     LinePlan,
     StraightLine,
     TimeScaling,
-    line_bounds,
+    curve_bounds,
     verification,
 )
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
@@ -230,7 +230,7 @@ def test_motion_that_cannot_stop_in_time_does_not_go_back(monkeypatch):
     plan = LinePlan(line, scaling)
     with pytest.raises(PlanningError, match="cannot stop"):
         plan.check_limits(LIMITS)
-    monkeypatch.setattr(line_bounds, "NO_BACKWARD_SPEED", math.inf)
+    monkeypatch.setattr(curve_bounds, "NO_BACKWARD_SPEED", math.inf)
     plan.check_limits(LIMITS)
     along = MACHINE.forward_batch(plan.sample(np.linspace(0.0, 2.0, 500)).heights)[:, 0]
     assert along.max() > 0.1 + 5e-4

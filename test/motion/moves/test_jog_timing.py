@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from strategies import nudged
 
-from tri_glide_kinematics.motion.moves import MARGIN, JogFactors, TimedJog
+from tri_glide_kinematics.motion.moves import JOG_MARGIN, JogFactors, TimedJog
 from tri_glide_kinematics.motion.trajectory import TimeScaling
 
 KNOTS = np.array([0.0, 0.1, 0.2, 0.7, 1.0])
@@ -15,9 +15,9 @@ KNOTS = np.array([0.0, 0.1, 0.2, 0.7, 1.0])
 @pytest.mark.parametrize(
     ("slowdowns", "expected"),
     [
-        ((1.0, 2.0, 1.0, 1.0), JogFactors(0.9 / (2.0 * MARGIN) ** 2)),
-        ((1.0, 1.0, 2.0, 1.0), JogFactors(0.9, speed=1.0 / (2.0 * MARGIN))),
-        ((1.0, 1.0, 1.0, 2.0), JogFactors(0.9, 0.8 / (2.0 * MARGIN) ** 2)),
+        ((1.0, 2.0, 1.0, 1.0), JogFactors(0.9 / (2.0 * JOG_MARGIN) ** 2)),
+        ((1.0, 1.0, 2.0, 1.0), JogFactors(0.9, speed=1.0 / (2.0 * JOG_MARGIN))),
+        ((1.0, 1.0, 1.0, 2.0), JogFactors(0.9, 0.8 / (2.0 * JOG_MARGIN) ** 2)),
         ((1.0, 1.0, 1.0, 1.0), JogFactors(0.9)),
     ],
 )

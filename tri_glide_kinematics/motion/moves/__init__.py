@@ -5,17 +5,17 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.moves.blends import Entry as Entry
     from tri_glide_kinematics.motion.moves.hard_braking import hardest_braking as hardest_braking
-    from tri_glide_kinematics.motion.moves.jog_timing import MARGIN as MARGIN
-    from tri_glide_kinematics.motion.moves.jog_timing import JogFactors as JogFactors
-    from tri_glide_kinematics.motion.moves.jog_timing import TimedJog as TimedJog
-    from tri_glide_kinematics.motion.moves.line_ends import LineToEdge as LineToEdge
-    from tri_glide_kinematics.motion.moves.line_ends import LineToPosition as LineToPosition
-    from tri_glide_kinematics.motion.moves.line_joining import LineJoining as LineJoining
+    from tri_glide_kinematics.motion.moves.line_entry import Entry as Entry
+    from tri_glide_kinematics.motion.moves.line_entry import LineToEdge as LineToEdge
+    from tri_glide_kinematics.motion.moves.line_entry import LineToPosition as LineToPosition
+    from tri_glide_kinematics.motion.moves.line_moves import LinearMotion as LinearMotion
+    from tri_glide_kinematics.motion.moves.line_moves import LineJoining as LineJoining
+    from tri_glide_kinematics.motion.moves.line_timing import JOG_MARGIN as JOG_MARGIN
     from tri_glide_kinematics.motion.moves.line_timing import NORM as NORM
+    from tri_glide_kinematics.motion.moves.line_timing import JogFactors as JogFactors
     from tri_glide_kinematics.motion.moves.line_timing import LineTiming as LineTiming
-    from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion as LinearMotion
+    from tri_glide_kinematics.motion.moves.line_timing import TimedJog as TimedJog
     from tri_glide_kinematics.motion.moves.parametrisation import SpeedNorm as SpeedNorm
     from tri_glide_kinematics.motion.moves.parametrisation import parametrise as parametrise
     from tri_glide_kinematics.motion.moves.search import SAME_PLACE as SAME_PLACE

@@ -14,9 +14,8 @@ from functools import partial
 from tri_glide_kinematics.checks import finite_vector, member
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once, coarser
-from tri_glide_kinematics.motion.moves.line_ends import LineToEdge, LineToPosition
-from tri_glide_kinematics.motion.moves.line_joining import LineJoining, WayOnto
-from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
+from tri_glide_kinematics.motion.moves.line_entry import LineToEdge, LineToPosition
+from tri_glide_kinematics.motion.moves.line_moves import LinearMotion, LineJoining, WayOnto
 from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
 from tri_glide_kinematics.motion.moves.stopping import Stopping
 from tri_glide_kinematics.motion.trajectory import (

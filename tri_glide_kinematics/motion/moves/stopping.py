@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, coarser
-from tri_glide_kinematics.motion.moves.linear_moves import LinearMotion
+from tri_glide_kinematics.motion.moves.line_moves import LinearMotion
 from tri_glide_kinematics.motion.tracking import (
     Braking,
     SliderWay,

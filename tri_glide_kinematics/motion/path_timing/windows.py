@@ -1,7 +1,12 @@
-"""Time scalings along a path, near the shortest that the limits allow, in windows.
+"""Windows: time scalings along a path, near the shortest that the limits allow.
 
 A window begins in some state on the path and ends at rest: at the next stop of the path, or where
 as far as may be is looked ahead. It is continued before it brakes for an end that is none.
+
+A window is solved, bounded, and solved again where the bounds are not kept. What the solver finds
+keeps the limits at the ends of cells. The bounds (``curve_bounds.py``) say by how much they are
+exceeded between: cells that are too coarse are divided, in others what is allowed is made a little
+less, and the problem is solved again from there.
 
 Nothing is returned that the bounds do not certify. From rest to rest what they still ask for is
 stretched away.
@@ -14,14 +19,24 @@ from math import inf
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.path_timing.first_guess import first_guess
 from tri_glide_kinematics.motion.path_timing.grid import (
     FIRST_PIECES,
     TimingGrid,
     pieces_ahead,
     timing_grid,
 )
-from tri_glide_kinematics.motion.path_timing.search import COMMITTED, TimingSearch, slowdown
+from tri_glide_kinematics.motion.path_timing.interior_point import solve
+from tri_glide_kinematics.motion.path_timing.problem import (
+    CellLimits,
+    SplineRows,
+    divided,
+    feasible_constant,
+    spline_rows,
+    timing_problem,
+)
 from tri_glide_kinematics.motion.trajectory import (
+    NO_BACKWARD_SPEED,
     RELATIVE_ROUNDING,
     PathHeights,
     PathScaling,
@@ -33,6 +48,196 @@ from tri_glide_kinematics.motion.trajectory import (
     bounds_in_pieces,
 )
 from tri_glide_kinematics.vectors import FloatArray
+
+_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+
+
+def time_scaling(
+    spans: FloatArray, rows: SplineRows, ways: FloatArray, coefficients: FloatArray
+) -> TimeScaling | None:
+    """Return the time scaling with a knot at each end of a cell, or None if it stands still.
+
+    Args:
+        spans: lengths of the cells in u. Shape (n,) [m].
+        rows: of the spline.
+        ways: at the ends of the cells, and two derivatives by u. Shape (3 or more, n + 1).
+        coefficients: of the spline. Shape (n + 2,).
+    """
+    c0, middle, c2 = coefficients[:-2], coefficients[1:-1], coefficients[2:]
+
+    def applied(row: FloatArray) -> FloatArray:
+        return np.asarray(row[0] * c0 + row[1] * middle + row[2] * c2)
+
+    left, right = applied(rows.left), applied(rows.right)
+    x = (0.5 + 0.5 * _PLACES)[:, np.newaxis]
+    y = 1.0 - x
+    inside = y * y * left + 2.0 * x * y * middle + x * x * right
+    if not (inside.min() > 0.0 and left.min() > 0.0 and right.min() > 0.0):
+        return None
+    dt = spans * ((0.5 * _WEIGHTS) @ (1.0 / np.sqrt(inside)))
+    squares = np.append(left, right[-1])
+    slopes = np.append(applied(rows.left_slope), applied(rows.right_slope)[-1])
+    return TimeScaling(
+        np.concatenate(((0.0,), np.cumsum(dt))),
+        ways[0].copy(),
+        ways[1] * np.sqrt(squares),
+        0.5 * ways[1] * slopes + ways[2] * squares,
+    )
+
+
+# Parts of the limits of velocity, acceleration and jerk that cells are planned with at first; and
+# those behind the place where a window is to be continued. So what goes on from there has more
+# room than what led to it, and is found.
+_MARGINS = np.array(((0.9995,), (0.997,), (0.98,)))
+_LATER_MARGINS = np.array(((0.995,), (0.977,), (0.95,)))
+
+# Cells in which a bound exceeds its limit by more than this are divided; and, where this many turns
+# were not enough, by more than that.
+_COARSE = 1.02
+_LATER_COARSE = 1.0005
+_PATIENCE = 4
+
+# They are tightened by this much more than they were exceeded: velocity, acceleration, jerk.
+_BEYOND = np.array(((5e-4,), (2e-3,), (1e-2,)))
+
+# A window that is cut is continued between these parts of its cells.
+COMMITTED = (0.4, 0.65)
+
+
+class TimingSearch:
+    """One window while its cells and their limits are changed.
+
+    Attributes:
+        scaling: what was found last; None if nothing, or nothing that bounds exist for.
+        parts: of the limits that the bounds of it are, for each cell. Shape (3, n).
+        slower: by which factor it has to be slower to keep all limits.
+        converged: whether the solver found the optimum.
+    """
+
+    def __init__(
+        self,
+        curve: PathHeights,
+        grid: TimingGrid,
+        start: PathStart,
+        limits: SliderLimits,
+        held: TimeScaling | None,
+    ) -> None:
+        """Begin a search; the arguments are those of ``plan_window``."""
+        self._curve = curve
+        self._grid = grid
+        self._begin = start
+        self._limits = limits
+        self._held = held
+        self._guess: FloatArray | None = None
+        self._turn = 0
+        self._own = _margins(grid, start.speed > 0.0)
+        self.scaling: TimeScaling | None = None
+        self.parts = np.zeros_like(self._own)
+        self.slower = inf
+        self.converged = True
+
+    def improve(self) -> Interruptible[None]:
+        """Solve the problem once, and prepare the next one."""
+        grid, moving = self._grid, self._begin.speed > 0.0
+        guess, is_near = self._guess, self._guess is not None
+        if guess is None:
+            guess = first_guess(self._curve, grid, self._begin, self._limits, self._held)
+            yield
+        spans = np.diff(grid.parameters)
+        rows = spline_rows(spans, not moving)
+        state = _state(grid, self._begin) if moving else None
+        allowed = _tightened(grid.limits, self._own)
+        problem = timing_problem(rows, spans, grid.heights, allowed, state)
+        yield
+        solution = yield from solve(problem, guess, is_near)
+        self.converged = solution.converged
+        yield
+        yield from self._take(spans, rows, solution.coefficients)
+        if self.scaling is None:
+            return
+        parts = self.parts
+        yield
+        self._turn += 1
+        coarse = parts[1:].max(axis=0) > (_COARSE if self._turn < _PATIENCE else _LATER_COARSE)
+        own = np.where(coarse, self._own, _narrowed(self._own, parts))
+        self._own = np.repeat(own, 1 + coarse, axis=1)
+        self._guess = solution.coefficients
+        if coarse.any():
+            self._grid = yield from grid.divided(self._curve, coarse)
+            self._guess = divided(self._guess, rows, coarse)
+
+    def go_steadily(self) -> Interruptible[None]:
+        """Take a b that is the same everywhere; from rest only."""
+        spans = np.diff(self._grid.parameters)
+        steady = feasible_constant(self._grid.heights, self._grid.limits)
+        rows = spline_rows(spans, True)
+        yield from self._take(spans, rows, np.full(len(spans) + 2, steady))
+
+    def _take(
+        self, spans: FloatArray, rows: SplineRows, coefficients: FloatArray
+    ) -> Interruptible[None]:
+        """Look at the motion that ``coefficients`` of the spline describe."""
+        self.scaling = time_scaling(spans, rows, self._grid.ways, coefficients)
+        if self.scaling is None:
+            self.converged = False
+            return
+        self.scaling = self.scaling.with_ends(self._begin, self._grid.rest_map.end)
+        yield
+        bounds = yield from bounds_in_pieces(self._curve, self.scaling)
+        self.parts = bounds.parts(self._limits)
+        self.slower = slowdown(self.parts)
+        if not bounds.backwards <= NO_BACKWARD_SPEED or not np.isfinite(self.slower):
+            self.scaling = None
+            self.converged = False
+
+    def error(self) -> PathTimingError:
+        """Return the error that says that nothing was found."""
+        worst = int(np.nan_to_num(self.parts, nan=inf).max(axis=0).argmax())
+        place = float(self._grid.ways[0, worst])
+        return PathTimingError.at(self._curve.driven, place, "no motion keeps the limits")
+
+
+def slowdown(parts: FloatArray) -> float:
+    """Return by which factor a motion has to be slower, for ``parts`` of the limits (3, n)."""
+    velocity, acceleration, jerk = parts.max(axis=1).tolist()
+    return float(max(velocity, acceleration**0.5, jerk ** (1.0 / 3.0)))
+
+
+def _state(grid: TimingGrid, start: PathStart) -> tuple[float, float]:
+    """Return b and its slope where a motion goes on."""
+    s1, s2 = grid.ways[1:3, 0].tolist()
+    b = (start.speed / s1) ** 2
+    return b, 2.0 * (start.acceleration - s2 * b) / s1
+
+
+def _margins(grid: TimingGrid, moving: bool) -> FloatArray:
+    """Return the parts of the limits that cells are planned with. Shape (3, n)."""
+    count = len(grid.parameters) - 1
+    result = _MARGINS * np.ones(count)
+    if grid.is_cut:
+        later = np.minimum(np.arange(count) / (COMMITTED[0] * count), 1.0)
+        result += (_LATER_MARGINS - _MARGINS) * later
+    if moving:
+        # Nothing can be changed where it begins, and it keeps the limits there.
+        result[:2, 0] *= 2.0
+    return result
+
+
+def _tightened(limits: CellLimits, own: FloatArray) -> CellLimits:
+    """Return ``limits`` of the cells, times parts of them of their own. Shape (3, n)."""
+    return CellLimits(
+        limits.squared_speed * own[0] ** 2, limits.acceleration * own[1], limits.jerk * own[2]
+    )
+
+
+def _narrowed(own: FloatArray, parts: FloatArray) -> FloatArray:
+    """Return smaller parts of the limits where the bounds exceed them."""
+    factor = np.where(parts > 1.0, (1.0 - _BEYOND) / parts, 1.0)
+    around = factor.copy()
+    around[:, 1:] = np.minimum(around[:, 1:], np.sqrt(factor[:, :-1]))
+    around[:, :-1] = np.minimum(around[:, :-1], np.sqrt(factor[:, 1:]))
+    return np.asarray(own * np.maximum(around, 0.5))
+
 
 # A plan from rest is stretched to keep the limits if that costs less than this part of its time.
 _STRETCH = 0.001

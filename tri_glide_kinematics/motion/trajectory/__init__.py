@@ -17,12 +17,24 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.cubic import TrackedStep as TrackedStep
     from tri_glide_kinematics.motion.trajectory.cubic import Trajectory as Trajectory
     from tri_glide_kinematics.motion.trajectory.curve_bounds import (
+        NO_BACKWARD_SPEED as NO_BACKWARD_SPEED,
+    )
+    from tri_glide_kinematics.motion.trajectory.curve_bounds import (
         bounds_in_pieces as bounds_in_pieces,
+    )
+    from tri_glide_kinematics.motion.trajectory.curve_bounds import (
+        check_line_bounds as check_line_bounds,
     )
     from tri_glide_kinematics.motion.trajectory.curve_bounds import (
         check_path_limits as check_path_limits,
     )
+    from tri_glide_kinematics.motion.trajectory.curve_bounds import (
+        derivative_bounds as derivative_bounds,
+    )
     from tri_glide_kinematics.motion.trajectory.curve_bounds import path_bounds as path_bounds
+    from tri_glide_kinematics.motion.trajectory.curve_bounds import slowdown as slowdown
+    from tri_glide_kinematics.motion.trajectory.curves import PathHeights as PathHeights
+    from tri_glide_kinematics.motion.trajectory.curves import StraightLine as StraightLine
     from tri_glide_kinematics.motion.trajectory.errors import SOUND as SOUND
     from tri_glide_kinematics.motion.trajectory.errors import MotionError as MotionError
     from tri_glide_kinematics.motion.trajectory.errors import NewerGoalError as NewerGoalError
@@ -41,17 +53,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING as RELATIVE_ROUNDING
     from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING as TRAVEL_ROUNDING
     from tri_glide_kinematics.motion.trajectory.limits import SliderLimits as SliderLimits
-    from tri_glide_kinematics.motion.trajectory.line_bounds import (
-        NO_BACKWARD_SPEED as NO_BACKWARD_SPEED,
-    )
-    from tri_glide_kinematics.motion.trajectory.line_bounds import (
-        check_line_bounds as check_line_bounds,
-    )
-    from tri_glide_kinematics.motion.trajectory.line_bounds import (
-        derivative_bounds as derivative_bounds,
-    )
-    from tri_glide_kinematics.motion.trajectory.line_bounds import slowdown as slowdown
-    from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights as PathHeights
     from tri_glide_kinematics.motion.trajectory.phases import CoordinateProfile as CoordinateProfile
     from tri_glide_kinematics.motion.trajectory.phases import Phases as Phases
     from tri_glide_kinematics.motion.trajectory.phases import after as after
@@ -63,7 +64,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.ruckig_planner import (
         Synchronization as Synchronization,
     )
-    from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine as StraightLine
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling as PathScaling
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart as PathStart
     from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling

@@ -15,11 +15,13 @@ from tri_glide_kinematics.motion.trajectory.cubic import (
     WayToCheck,
     new_state,
 )
-from tri_glide_kinematics.motion.trajectory.curve_bounds import check_path_limits
+from tri_glide_kinematics.motion.trajectory.curve_bounds import (
+    check_line_bounds,
+    check_path_limits,
+    derivative_bounds,
+)
+from tri_glide_kinematics.motion.trajectory.curves import PathHeights, StraightLine
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.line_bounds import check_line_bounds, derivative_bounds
-from tri_glide_kinematics.motion.trajectory.path_heights import PathHeights
-from tri_glide_kinematics.motion.trajectory.straight_line import StraightLine
 from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
 from tri_glide_kinematics.vectors import FloatArray
 
