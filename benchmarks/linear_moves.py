@@ -24,7 +24,6 @@ import numpy as np
 
 from benchmarks.judge import LIMITS, WIDE
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse, are_within
 from tri_glide_kinematics.motion.moves import LinearMotion
 from tri_glide_kinematics.motion.trajectory import SliderLimits, StraightLine
@@ -174,7 +173,7 @@ def measure(count: int, seed: int) -> Measurement:
     ratios, deviation, peaks = [], 0.0, np.zeros(3)
     for start, end in random_moves(count, seed):
         line = StraightLine.between(MACHINE.geometry, start.tolist(), end.tolist())
-        plan = at_once(motion.from_rest(line, LIMITS))
+        plan = motion.from_rest(line, LIMITS)
         ratios.append(plan.duration / lower_bound(line, LIMITS))
         times = np.arange(-3.0, plan.duration / DT + 4.0) * DT
         heights = plan.sample(np.maximum(times, 0.0)).heights

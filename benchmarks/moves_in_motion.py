@@ -56,7 +56,6 @@ from tri_glide_kinematics.motion.trajectory import (
     lasting,
     shortest_piece,
     total_duration,
-    verification,
 )
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
@@ -95,7 +94,7 @@ def random_turns(count: int, seed: int, along: float = 0.25) -> Iterator[Turn]:
     while count:
         start, end = next(moves)
         line = StraightLine.between(MACHINE.geometry, start.tolist(), end.tolist())
-        plan = at_once(motion.from_rest(line, LIMITS))
+        plan = motion.from_rest(line, LIMITS)
         state = plan.at(float(rng.uniform(0.05, 0.95)) * plan.duration)
         is_along = bool(rng.random() < along)
         here = np.array(MACHINE.forward(state.heights))
@@ -177,7 +176,7 @@ def random_way(turn: Turn, rng: np.random.Generator, shortest: float) -> float:
         decay = CubicPlan(residual, phases)
         offset = farther * np.array(decay.at(decay.duration).heights)
         begin = MACHINE.forward((np.array(heights) + offset).tolist())
-    at_once(WORKSPACE.segment_check(line.start, turn.target))
+    WORKSPACE.check_segment(line.start, turn.target)
     blend = None
     if residual is not None:
         offsets = tuple((np.array(heights) - line.start_heights).tolist())
@@ -195,7 +194,7 @@ def random_way(turn: Turn, rng: np.random.Generator, shortest: float) -> float:
     if not plan.duration < shortest:
         raise KinematicsError("another one is shorter")
     plan.check_limits(LIMITS)
-    at_once(verification.check_inside(plan, LIMITS, WIDE, WORKSPACE))
+    plan.check_inside(WORKSPACE, LIMITS)
     return plan.duration
 
 

@@ -11,7 +11,6 @@ from tri_glide_kinematics.interruptible import (
     accumulated,
     any_of,
     at_once,
-    coarser,
     columns_of,
     concatenated,
     indices_of,
@@ -83,10 +82,3 @@ def test_columns_made_block_by_block_are_those_made_at_once(monkeypatch, count):
             np.testing.assert_array_equal(column, whole)
             assert column.dtype == whole.dtype
         assert found[1].flags.writeable != (spare_zeros and count > 100)
-
-
-def test_a_coarser_computation_has_fewer_breaks_and_the_same_result():
-    assert at_once(coarser(summing(range(7)), 3)) == 21
-    assert len(list(coarser(summing(range(7)), 3))) == 2
-    with pytest.raises(ValueError, match="-2 is negative"):
-        at_once(coarser(summing([1, -2, 3]), 3))

@@ -122,18 +122,6 @@ def indices_of(mask: NDArray[Any]) -> Interruptible[NDArray[np.intp]]:
     return made[:count]
 
 
-def coarser(computation: Interruptible[Result], pieces: int) -> Interruptible[Result]:
-    """Return the result of a ``computation``, with so many of its ``pieces`` between two breaks."""
-    while True:
-        for _ in range(pieces):
-            try:
-                next(computation)
-            except StopIteration as end:
-                result: Result = end.value
-                return result
-        yield
-
-
 def concatenated(arrays: Sequence[NDArray[Any]]) -> Interruptible[NDArray[Any]]:
     """Return arrays one after the other, as numpy does; all have the type of the first one."""
     made = np.empty((sum(map(len, arrays)), *arrays[0].shape[1:]), arrays[0].dtype)

@@ -10,7 +10,6 @@ from motion_machine import HOME, LIMITS, MACHINE, WORKSPACE
 from strategies import DEFAULT_LIMITS, random_positions
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.moves import SliderMotion
 from tri_glide_kinematics.motion.trajectory import AT_REST, SliderState
 from tri_glide_kinematics.workspace import TOLERANCE, Cylinder, Workspace
@@ -59,14 +58,14 @@ def test_free_way_without_a_pose_or_a_number():
 
 def test_a_path_is_proved_as_far_as_the_samples_go():
     start = SliderState(HOME, AT_REST, AT_REST)
-    plan = at_once(SliderMotion().move(start, MACHINE.inverse((0.16, 0.0, 0.3)), LIMITS))
+    plan = SliderMotion().move(start, MACHINE.inverse((0.16, 0.0, 0.3)), LIMITS)
     acceleration = float(np.linalg.norm(np.abs(plan.sample(np.linspace(0.0, 1.0, 999))[3]).max(0)))
     arguments = plan.at, plan.duration, acceleration
     WORKSPACE.check_path(*arguments)
-    assert at_once(WORKSPACE.proves_path(*arguments, 400))
-    assert not at_once(WORKSPACE.proves_path(*arguments, 2))
+    assert WORKSPACE.path_proof(*arguments, 400).result()
+    assert not WORKSPACE.path_proof(*arguments, 2).result()
     # A path that leaves the workspace is not proved, however many samples there are.
     narrow = Workspace(
         MACHINE, replace(DEFAULT_LIMITS, box_lower=(-1.0,) * 3, box_upper=(0.15, 1.0, 1.0))
     )
-    assert not at_once(narrow.proves_path(*arguments, 4000))
+    assert not narrow.path_proof(*arguments, 4000).result()

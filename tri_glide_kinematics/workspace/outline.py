@@ -58,8 +58,8 @@ def edge_rings(workspace: Workspace) -> Interruptible[FloatArray]:
     if middle is None:
         return np.empty((0, 0, 3))
     x, y, z = middle
-    bottom = z - (yield from workspace.exit_search(middle, DOWN, FARTHEST))
-    top = z + (yield from workspace.exit_search(middle, UP, FARTHEST))
+    bottom = z - workspace.exit_distance(middle, DOWN, FARTHEST)
+    top = z + workspace.exit_distance(middle, UP, FARTHEST)
     # The ends themselves are no place to start from, for rounding.
     half = max(0.5 * (top - bottom) - TOLERANCE, 0.0)
     directions = _directions(workspace, x, y)
@@ -70,7 +70,7 @@ def edge_rings(workspace: Workspace) -> Interruptible[FloatArray]:
         ring = []
         for angle in directions:
             direction = (cos(angle), sin(angle), 0.0)
-            distance = yield from workspace.exit_search(start, direction, FARTHEST)
+            distance = workspace.exit_distance(start, direction, FARTHEST)
             ring.append(np.array(start) + distance * np.array(direction))
             yield
         rings.append(np.array(ring))

@@ -18,10 +18,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import hypot, inf, sqrt
-from typing import NamedTuple, Protocol
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.tri_glide import TriGlideGeometry, extreme_singular_values
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
@@ -31,6 +30,10 @@ TOLERANCE = 5e-5
 
 # A path that needs more runs along the edge, closer to it than can be decided; it is refused.
 MAX_SAMPLES = 4000
+
+
+Result = TypeVar("Result")
+Other = TypeVar("Other")
 
 
 class SliderMotionState(NamedTuple):
@@ -172,42 +175,91 @@ def path_probe(
     return probe
 
 
-def first_outside(
-    probe: Callable[[float], Sample],
-    end: float,
-    acceleration: float,
-    max_samples: int = MAX_SAMPLES,
-) -> Interruptible[tuple[float, float] | None]:
-    """Find where a path leaves the inside, or prove that it does not.
+class Tracing:
+    """The proof that a path is inside, or the search for where it leaves it, in some samples.
 
-    Args:
-        probe: examines the path at a parameter from 0 to ``end``.
-        end: of the parameter.
-        acceleration: largest one of the sliders (Euclidean norm), per square of the parameter.
-        max_samples: after so many the proof is given up.
-
-    Returns:
-        None if all of the path is inside. Otherwise the parameter of a sample up to which it
-        is inside, and that of the next one, which is outside (or at which the proof was given up).
+    Attributes:
+        outside: None as long as no place is known to be outside. Otherwise the parameter of a
+            sample up to which the path is inside, and that of the next one, which is outside (or at
+            which the proof was given up).
     """
-    reached = probe(0.0)
-    if not reached.inside:
-        return 0.0, 0.0
-    ahead = [probe(end)]
-    samples = 2
-    while ahead:
-        following = ahead[-1]
-        if _is_inside_between(reached, following, acceleration):
-            if not following.inside:
-                return reached.time, following.time
-            reached = ahead.pop()
-        elif samples >= max_samples:
-            return reached.time, following.time
-        else:
-            yield
-            ahead.append(probe(0.5 * (reached.time + following.time)))
-            samples += 1
-    return None
+
+    def __init__(
+        self,
+        probe: Callable[[float], Sample],
+        end: float,
+        acceleration: float,
+        max_samples: int = MAX_SAMPLES,
+    ) -> None:
+        """Look at both ends of a path.
+
+        Args:
+            probe: examines the path at a parameter from 0 to ``end``.
+            end: of the parameter.
+            acceleration: largest one of the sliders (Euclidean norm), per square of the parameter.
+            max_samples: after so many the proof is given up.
+        """
+        self._probe = probe
+        self._acceleration = acceleration
+        self._left = max_samples - 2
+        self._reached = probe(0.0)
+        self._ahead = [probe(end)] if self._reached.inside else []
+        self.outside = None if self._reached.inside else (0.0, 0.0)
+
+    def go_on(self, samples: int = MAX_SAMPLES) -> bool:
+        """Look at so many more ``samples`` at most; return whether it is over."""
+        probe, acceleration, ahead = self._probe, self._acceleration, self._ahead
+        reached = self._reached
+        while ahead:
+            following = ahead[-1]
+            if _is_inside_between(reached, following, acceleration):
+                if not following.inside:
+                    break
+                reached = ahead.pop()
+            elif self._left <= 0:
+                break
+            elif samples <= 0:
+                self._reached = reached
+                return False
+            else:
+                ahead.append(probe(0.5 * (reached.time + following.time)))
+                self._left -= 1
+                samples -= 1
+        if ahead:
+            self.outside = reached.time, ahead[-1].time
+            ahead.clear()
+        return True
+
+
+class Traced(Generic[Result]):
+    """An answer about a whole way that can be found in pieces."""
+
+    def __init__(
+        self, tracing: Tracing | None, answer: Callable[[tuple[float, float] | None], Result]
+    ) -> None:
+        """Find it by a ``tracing``.
+
+        Args:
+            tracing: of the way; None if the answer is known without.
+            answer: returns it for where the way is outside, or raises an error.
+        """
+        self._tracing = tracing
+        self._answer = answer
+
+    def go_on(self, samples: int) -> bool:
+        """Look at so many more ``samples`` at most; return whether the answer is known."""
+        return self._tracing is None or self._tracing.go_on(samples)
+
+    def result(self) -> Result:
+        """Return the answer, or raise the error; what is not known yet is found out at once."""
+        if self._tracing is None:
+            return self._answer(None)
+        self._tracing.go_on()
+        return self._answer(self._tracing.outside)
+
+    def then(self, use: Callable[[Result], Other]) -> Traced[Other]:
+        """Return what somebody makes of the answer."""
+        return Traced(self._tracing, lambda outside: use(self._answer(outside)))
 
 
 def _is_inside_between(first: Sample, second: Sample, acceleration: float) -> bool:

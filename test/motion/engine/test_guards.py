@@ -21,7 +21,7 @@ from motion_machine import (
 from numpy.polynomial import Polynomial
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import MotionKind, PlanningError, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import MotionPlanner, SliderMotion
 from tri_glide_kinematics.motion.trajectory import (
@@ -31,19 +31,14 @@ from tri_glide_kinematics.motion.trajectory import (
     LinePlan,
     StraightLine,
     TimeScaling,
+    Trajectory,
     curve_bounds,
-    verification,
 )
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.workspace import Traced, Workspace, WorkspaceLimits
 
 
 def nothing(*_arguments, **_options) -> None:
     """Take the place of a check."""
-
-
-def nothing_in_pieces(*_arguments, **_options) -> Interruptible[None]:
-    """Take the place of a check that can be interrupted."""
-    yield
 
 
 def ignored(monkeypatch, owner, name: str) -> None:
@@ -84,7 +79,7 @@ def lowered_limits_while_moving() -> tuple[float, float]:
 
 def test_limits_are_changed_only_when_the_motion_can_keep_them(monkeypatch):
     assert max(lowered_limits_while_moving()) <= 1.0 + 1e-3
-    monkeypatch.setattr(verification, "keeps_limits", lambda *_: True)
+    monkeypatch.setattr(Trajectory, "keeps_limits", lambda *_: True)
     assert max(lowered_limits_while_moving()) > 1.5
 
 
@@ -96,7 +91,7 @@ def test_slider_plans_are_compared_with_the_limits(monkeypatch):
         moving.move_to((0.1, 0.05, 0.45))
         run(moving, 0.05)
         lower = SliderLimits.uniform(0.2, 10.0, 200.0)
-        plan = at_once(SliderMotion().move(moving.state, HOME, lower))
+        plan = SliderMotion().move(moving.state, HOME, lower)
         return float(np.abs(plan.sample(np.linspace(0.0, plan.duration, 500)).velocities).max())
 
     with pytest.raises(KinematicsError, match="velocity"):
@@ -116,10 +111,10 @@ def test_travel_is_checked_as_ruckig_does_not_enforce_it(monkeypatch):
 
     with pytest.raises(KinematicsError):
         highest()
-    monkeypatch.setattr(Workspace, "path_check", nothing_in_pieces)
+    monkeypatch.setattr(Workspace, "path_check", lambda *_: Traced(None, nothing))
     with pytest.raises(KinematicsError):
         highest()
-    ignored(monkeypatch, verification, "check_travel")
+    ignored(monkeypatch, Trajectory, "check_travel")
     assert highest() > 0.9 + 1e-3
 
 
@@ -146,7 +141,7 @@ def bending_move() -> float:
 
 def test_path_of_slider_moves_is_checked(monkeypatch):
     assert bending_move() == -math.inf
-    monkeypatch.setattr(Workspace, "path_check", nothing_in_pieces)
+    monkeypatch.setattr(Workspace, "path_check", lambda *_: Traced(None, nothing))
     assert bending_move() > 5e-3
 
 
@@ -162,7 +157,7 @@ def blocked_line() -> float:
 
 def test_line_of_linear_moves_is_checked(monkeypatch):
     assert blocked_line() == -math.inf
-    monkeypatch.setattr(Workspace, "way_check", nothing_in_pieces)
+    monkeypatch.setattr(Workspace, "way_check", lambda *_: Traced(None, nothing))
     assert blocked_line() > 1e-4
 
 
@@ -180,8 +175,8 @@ def test_jog_ends_at_the_edge(monkeypatch):
     assert jog_outwards() <= 1e-9
     to_the_edge = Workspace.exit_search
 
-    def beyond_the_edge(*arguments) -> Interruptible[float]:
-        return (yield from to_the_edge(*arguments)) + 2e-3
+    def beyond_the_edge(*arguments) -> Traced[float]:
+        return to_the_edge(*arguments).then(lambda distance: distance + 2e-3)
 
     monkeypatch.setattr(Workspace, "exit_search", beyond_the_edge)
     assert jog_outwards() > 1e-3
@@ -254,7 +249,7 @@ def turns_at_the_side_of_the_box() -> float:
 def test_blends_are_checked_for_the_workspace(monkeypatch):
     """Beside its line, too, the platform has to be inside."""
     assert turns_at_the_side_of_the_box() <= 5e-5
-    monkeypatch.setattr(LinePlan, "way_to_check", nothing)
+    monkeypatch.setattr(LinePlan, "checks_inside", lambda *_: ())
     assert turns_at_the_side_of_the_box() > 1e-3
 
 

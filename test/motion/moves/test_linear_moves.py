@@ -74,7 +74,7 @@ def test_sliders_keep_their_limits(measured):
 @pytest.mark.parametrize("limits", [LIMITS, UNEQUAL_LIMITS])
 @pytest.mark.parametrize("end", [(0.1, 0.05, 0.35), (-0.05, 0.08, 0.2), (0.02, 0.01, 0.31)])
 def test_one_limit_is_used_in_full_from_rest(limits, end):
-    plan = at_once(LinearMotion(MACHINE).from_rest(line_between((0.02, 0.01, 0.3), end), limits))
+    plan = LinearMotion(MACHINE).from_rest(line_between((0.02, 0.01, 0.3), end), limits)
     factors = slowdown(derivative_bounds(plan.line, plan.scaling), limits)
     assert factors.max() == pytest.approx(1.0, rel=1e-9)
 
@@ -85,7 +85,7 @@ def test_lower_bound_is_met_where_the_optimum_is_known():
         line = line_between((0.02, 0.01, 0.1), (0.02, 0.01, 0.1 + way))
         optimum = time_between_rests(way, 1.0, 10.0, 200.0)
         assert lower_bound(line, LIMITS) == pytest.approx(optimum, rel=1e-6)
-        assert at_once(LinearMotion(MACHINE).from_rest(line, LIMITS)).duration < 1.06 * optimum
+        assert LinearMotion(MACHINE).from_rest(line, LIMITS).duration < 1.06 * optimum
 
 
 def test_parts_of_the_lower_bound_against_integration():
@@ -111,7 +111,7 @@ def test_parts_of_the_lower_bound_against_integration():
 @pytest.mark.parametrize("limits", [LIMITS, UNEQUAL_LIMITS, SliderLimits.uniform(1e-3, 0.01, 0.1)])
 def test_short_and_slow_lines_are_planned_too(length, limits):
     line = line_between((0.05, 0.02, 0.3), (0.05 + length, 0.02 + 0.3 * length, 0.3))
-    plan = at_once(LinearMotion(MACHINE).from_rest(line, limits))
+    plan = LinearMotion(MACHINE).from_rest(line, limits)
     plan.check_limits(limits)
     assert np.allclose(MACHINE.forward(plan.at(9e9).heights), line.point(line.length), atol=1e-14)
     assert plan.duration < 1.5 * max(lower_bound(line, limits), 1e-9)
@@ -138,7 +138,7 @@ def lines_to_the_edge(count, margin, condition):
 )
 def test_lines_to_where_arms_lie_flat_take_no_ages(margin, condition, longest):
     for line in lines_to_the_edge(100, margin, condition):
-        plan = at_once(LinearMotion(MACHINE).from_rest(line, LIMITS))
+        plan = LinearMotion(MACHINE).from_rest(line, LIMITS)
         plan.check_limits(LIMITS)
         assert plan.duration < longest
 
@@ -147,7 +147,7 @@ def test_lines_that_cannot_be_followed_are_refused_and_never_planned_wrong():
     refused = 0
     for line in lines_to_the_edge(100, 1e-6, 1e6):
         try:
-            plan = at_once(LinearMotion(MACHINE).from_rest(line, LIMITS))
+            plan = LinearMotion(MACHINE).from_rest(line, LIMITS)
         except PlanningError as error:
             assert "lies flat" in str(error)
             refused += 1
@@ -161,7 +161,7 @@ def test_lines_that_cannot_be_followed_are_refused_and_never_planned_wrong():
 def test_a_jerk_that_is_no_limit_makes_no_move_long(scale):
     limits = SliderLimits.uniform(1.0, 1.0, 1e5).with_velocity_scaled(scale)
     line = line_between((-0.06, -0.05, 0.22), (0.06, 0.05, 0.28))
-    plan = at_once(LinearMotion(MACHINE).from_rest(line, limits))
+    plan = LinearMotion(MACHINE).from_rest(line, limits)
     plan.check_limits(limits)
     assert plan.duration < 1.5 * lower_bound(line, limits)
 
@@ -189,7 +189,7 @@ def moving_state(seed: int) -> tuple[SliderState, np.random.Generator]:
             WORKSPACE.check_segment(start, end)
         except KinematicsError:
             continue
-        plan = at_once(motion.from_rest(line_between(start, end), LIMITS))
+        plan = motion.from_rest(line_between(start, end), LIMITS)
         return plan.at(rng.uniform(0.1, 0.9) * plan.duration), rng
 
 
@@ -262,7 +262,7 @@ def test_no_turn_takes_much_longer_than_a_way_that_may_bend():
 def test_same_target_in_mid_motion_stays_on_the_line():
     motion = LinearMotion(MACHINE)
     line = line_between((-0.1, 0.02, 0.2), (0.12, -0.05, 0.4))
-    plan = at_once(motion.from_rest(line, LIMITS))
+    plan = motion.from_rest(line, LIMITS)
     builder = LineToPosition(WORKSPACE, line.point(line.length))
     for part in np.linspace(0.05, 0.9, 18):
         time = float(part) * plan.duration
@@ -276,7 +276,7 @@ def test_same_target_in_mid_motion_stays_on_the_line():
 def test_brake_stays_on_the_line_and_is_soon_over():
     motion = LinearMotion(MACHINE)
     line = line_between((-0.1, 0.02, 0.2), (0.12, -0.05, 0.4))
-    plan = at_once(motion.from_rest(line, LIMITS))
+    plan = motion.from_rest(line, LIMITS)
     braked = 0
     for part in np.linspace(0.1, 0.9, 17):
         state = plan.at(float(part) * plan.duration)
@@ -303,7 +303,7 @@ def test_nothing_brakes_at_rest():
 def test_target_too_near_to_stop_at_is_refused():
     motion = LinearMotion(MACHINE)
     line = line_between((-0.1, 0.02, 0.2), (0.12, -0.05, 0.4))
-    state = at_once(motion.from_rest(line, LIMITS)).at(0.2)
+    state = motion.from_rest(line, LIMITS).at(0.2)
     x, y, z = MACHINE.forward(state.heights)
     u, v, w = line.direction
     builder = LineToPosition(WORKSPACE, (x + 0.003 * u, y + 0.003 * v, z + 0.003 * w))
@@ -313,11 +313,11 @@ def test_target_too_near_to_stop_at_is_refused():
 
 def test_line_to_the_edge_ends_short_of_the_edge_and_needs_room():
     builder = LineToEdge(WORKSPACE, (1.0, 0.0, 0.0), 0.1)
-    line = at_once(builder.limited(builder.line((0.0, 0.0, 0.3))))
+    line = builder.limited(builder.line((0.0, 0.0, 0.3))).result()
     WORKSPACE.check_position(line.point(line.length))
     with pytest.raises(KinematicsError):
         WORKSPACE.check_position(line.point(line.length + 1e-3))
     with pytest.raises(NoRoomError) as caught:
-        at_once(builder.limited(builder.line(line.point(line.length))))
+        builder.limited(builder.line(line.point(line.length))).result()
     assert caught.value.direction == (1.0, 0.0, 0.0)
     assert "reach" in str(caught.value)

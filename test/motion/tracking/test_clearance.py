@@ -11,7 +11,6 @@ from motion_machine import LIMITS, MACHINE, WORKSPACE
 from strategies import DEFAULT_LIMITS
 from tracking_run import TrackingRun, at_rest
 
-from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.tracking import (
     MovingTarget,
     WantedVelocity,
@@ -22,7 +21,7 @@ from tri_glide_kinematics.motion.tracking import (
     way_of,
 )
 from tri_glide_kinematics.motion.trajectory import AT_REST, CubicPlan, SliderLimits, SliderState
-from tri_glide_kinematics.workspace import Workspace
+from tri_glide_kinematics.workspace import Traced, Workspace
 
 # From rest to rest: 4 mm upwards, up to 0.05 m/s, 1.25 m/s^2 and 31.25 m/s^3.
 UP = [(0.04, 31.25), (0.08, -31.25), (0.04, 31.25)]
@@ -34,24 +33,22 @@ TIGHT = Workspace(
 )
 
 
-def everything(*_arguments, **_options) -> Interruptible[bool]:
+def everything(*_arguments, **_options) -> Traced[bool]:
     """Take the place of a check."""
-    yield from ()
-    return True
+    return Traced(None, lambda _: True)
 
 
-def nothing(*_arguments, **_options) -> Interruptible[bool]:
+def nothing(*_arguments, **_options) -> Traced[bool]:
     """Take the place of a check that proves nothing."""
-    yield from ()
-    return False
+    return Traced(None, lambda _: False)
 
 
 def certified(start, ways, limits=LIMITS, workspace=WORKSPACE) -> bool:
-    return at_once(first_certified(workspace, start, [ways], limits)) is not None
+    return first_certified(workspace, start, [ways], limits).result() is not None
 
 
 def test_ways_that_keep_all_limits_are_certified_with_their_duration():
-    found = at_once(first_certified(WORKSPACE, at_rest(), [[UP, STAY, DOWN]], LIMITS))
+    found = first_certified(WORKSPACE, at_rest(), [[UP, STAY, DOWN]], LIMITS).result()
     assert found.duration == pytest.approx(0.16)
     assert found.ways == [UP, STAY, DOWN]
     assert CubicPlan(at_rest(), found.ways).duration == pytest.approx(found.duration)
@@ -100,7 +97,7 @@ def test_the_workspace_is_looked_at(monkeypatch):
     assert not certified(at_rest(), ways, workspace=TIGHT)
     assert certified(at_rest((0.0, 0.0, 0.2979)), ways, workspace=TIGHT)
     with monkeypatch.context() as patched:
-        patched.setattr(Workspace, "proves_path", everything)
+        patched.setattr(Workspace, "path_proof", everything)
         assert certified(at_rest(), ways, workspace=TIGHT)
     with monkeypatch.context() as patched:
         patched.setattr(Workspace, "free_way", lambda *_: math.inf)
@@ -117,7 +114,7 @@ def test_not_even_a_rest_outside_is_certified():
 def test_where_the_room_is_too_small_the_path_is_traced(monkeypatch):
     near = at_rest((0.0, 0.0, 0.2979))
     assert TIGHT.free_way(near.heights) < 0.0035
-    monkeypatch.setattr(Workspace, "proves_path", nothing)
+    monkeypatch.setattr(Workspace, "path_proof", nothing)
     assert not certified(near, [UP, UP, UP], workspace=TIGHT)
     assert certified(at_rest(), [UP, STAY, DOWN])
 
@@ -125,11 +122,11 @@ def test_where_the_room_is_too_small_the_path_is_traced(monkeypatch):
 def test_of_several_ways_the_first_that_passes():
     short = [(0.02, -31.25), (0.04, 31.25), (0.02, -31.25)]
     choices = [[UP, UP, UP], [short, short, short]]
-    found = at_once(first_certified(TIGHT, at_rest(), choices, LIMITS))
+    found = first_certified(TIGHT, at_rest(), choices, LIMITS).result()
     assert found is not None
     assert found.ways == choices[1]
     slow = SliderLimits.uniform(0.01, 10.0, 200.0)
-    assert at_once(first_certified(TIGHT, at_rest(), choices, slow)) is None
+    assert first_certified(TIGHT, at_rest(), choices, slow).result() is None
 
 
 @pytest.mark.parametrize("bad", (math.nan, math.inf))

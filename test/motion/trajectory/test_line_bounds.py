@@ -53,9 +53,7 @@ def plans(count: int, seed: int, blended: bool):
         start, middle, end = places(3, int(rng.integers(1 << 30)))
         try:
             WORKSPACE.check_segment(start, middle)
-            plan = at_once(
-                motion.from_rest(StraightLine.between(DEFAULT_GEOMETRY, start, middle), LIMITS)
-            )
+            plan = motion.from_rest(StraightLine.between(DEFAULT_GEOMETRY, start, middle), LIMITS)
             if blended:
                 state = plan.at(float(rng.random()) * plan.duration)
                 plan = at_once(

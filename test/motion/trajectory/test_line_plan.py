@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.moves import LinearMotion
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
@@ -35,13 +34,13 @@ def assert_states_are_samples(plan: LinePlan) -> None:
 @pytest.mark.parametrize("rise", [0.1, -0.1])
 def test_near_vertical_and_vertical_lines(sideways, rise):
     line = StraightLine(DEFAULT_GEOMETRY, (0.05, -0.02, 0.2), (sideways, 0.0, rise / 0.1), 0.1)
-    assert_states_are_samples(at_once(MOTION.from_rest(line, LIMITS)))
+    assert_states_are_samples(MOTION.from_rest(line, LIMITS))
 
 
 @pytest.mark.parametrize("end", [(0.06, -0.04, 0.2), (-0.05, 0.05, 0.3), (0.0, 0.09, 0.15)])
 def test_level_and_slanted_lines_with_and_without_a_blend(end):
     line = StraightLine.between(DEFAULT_GEOMETRY, (-0.06, -0.05, 0.2), end)
-    plan = at_once(MOTION.from_rest(line, LIMITS))
+    plan = MOTION.from_rest(line, LIMITS)
     assert_states_are_samples(plan)
     phases = [(0.05, jerk) for jerk in (4.0, -8.0, 4.0)]
     blend = CubicPlan(SliderState((0.0, 1e-4, 0.0), AT_REST, AT_REST), (phases, phases, phases))

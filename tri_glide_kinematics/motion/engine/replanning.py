@@ -35,7 +35,6 @@ from tri_glide_kinematics.motion.trajectory import (
     PathPlan,
     SequencePlan,
     SliderState,
-    verification,
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -140,11 +139,7 @@ class Replanning:
                     return Replanned((yield from planned))
                 except KinematicsError:
                     pass
-        if (
-            resting
-            or limits == held.limits
-            or verification.keeps_limits(held.plan, limits.effective, time)
-        ):
+        if resting or limits == held.limits or held.plan.keeps_limits(limits.effective, time):
             held = replace(held, limits=limits, pending=None)
             if goal is not None and held.role is not PlanRole.LEADS_TO_GOAL:
                 return (yield from self._resumed(held, time, goal))

@@ -11,7 +11,6 @@ import math
 from typing import NamedTuple, Protocol
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     EDGE_CLEARANCE,
@@ -26,23 +25,26 @@ from tri_glide_kinematics.motion.trajectory import (
 )
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Workspace
+from tri_glide_kinematics.workspace import Traced, Workspace
 
 # Ruckig plans no more than two hours; a jog that is so slow ends after this time [s].
 LONGEST_JOG = 1000.0
 
 
 class LineBuilder(Protocol):
-    """Makes lines from any start; their check is a second step, as it takes longer."""
+    """Makes lines from any start."""
 
     def line(self, start: Vector3) -> StraightLine:
         """Return the line that begins at ``start`` [m], of any length."""
 
-    def limited(self, line: StraightLine) -> Interruptible[StraightLine]:
-        """Return the ``line`` with its final length, inside the workspace.
 
-        Raises:
-            KinematicsError: if there is none.
+class LimitedLineBuilder(LineBuilder, Protocol):
+    """Makes lines, and finds in a second step where they end."""
+
+    def limited(self, line: StraightLine) -> Traced[StraightLine]:
+        """Return what makes the ``line`` with its final length, inside the workspace.
+
+        Its result raises a KinematicsError if there is none.
         """
 
 
@@ -58,14 +60,10 @@ class LineToPosition:
         """Return the line from ``start`` to the position."""
         return StraightLine.between(self._region.machine.geometry, start, self._position)
 
-    def limited(self, line: StraightLine) -> Interruptible[StraightLine]:
-        """Return the ``line``.
-
-        Raises:
-            KinematicsError: if it leaves the workspace.
-        """
-        yield from self._region.segment_check(line.start, self._position)
-        return line
+    def limited(self, line: StraightLine) -> Traced[StraightLine]:
+        """Return what makes sure that the ``line`` stays inside the workspace."""
+        check = self._region.segment_check(line.start, self._position)
+        return check.then(lambda _: _known(line, self._region))
 
 
 class LineToEdge:
@@ -86,18 +84,22 @@ class LineToEdge:
         """Return the beginning of the line from ``start``."""
         return StraightLine(self._region.machine.geometry, start, self._direction, 0.0)
 
-    def limited(self, line: StraightLine) -> Interruptible[StraightLine]:
-        """Return the line up to the edge.
+    def limited(self, line: StraightLine) -> Traced[StraightLine]:
+        """Return what makes the line up to the edge.
 
-        Raises:
-            NoRoomError: if it begins there.
+        Its result raises a NoRoomError if the line begins there.
         """
+
+        def up_to(distance: float) -> StraightLine:
+            if distance < 2.0 * EDGE_CLEARANCE:
+                raise NoRoomError(line.start, line.direction, self._edge(line))
+            length = distance - EDGE_CLEARANCE
+            geometry = self._region.machine.geometry
+            cut = StraightLine(geometry, line.start, line.direction, length)
+            return _known(cut, self._region)
+
         longest = max(self._longest, 3.0 * EDGE_CLEARANCE)
-        distance = yield from self._region.exit_search(line.start, line.direction, longest)
-        if distance < 2.0 * EDGE_CLEARANCE:
-            raise NoRoomError(line.start, line.direction, self._edge(line))
-        geometry = self._region.machine.geometry
-        return StraightLine(geometry, line.start, line.direction, distance - EDGE_CLEARANCE)
+        return self._region.exit_search(line.start, line.direction, longest).then(up_to)
 
     def _edge(self, line: StraightLine) -> str:
         """Return which limit is next to the start of ``line``, in words."""
@@ -109,7 +111,10 @@ class LineToEdge:
 
 
 class LineToStop:
-    """Lines in one direction, for as long as the platform takes to stop."""
+    """Lines in one direction, for as long as the platform takes to stop.
+
+    Where they end is known only when the plan is made.
+    """
 
     def __init__(self, geometry: TriGlideGeometry, direction: Vector3) -> None:
         """Lead along the unit vector ``direction``."""
@@ -120,10 +125,11 @@ class LineToStop:
         """Return the beginning of the line from ``start``."""
         return StraightLine(self._geometry, start, self._direction, 0.0)
 
-    def limited(self, line: StraightLine) -> Interruptible[StraightLine]:
-        """Return the ``line``; where it ends is known only when the plan is made."""
-        yield from ()
-        return line
+
+def _known(line: StraightLine, region: Workspace) -> StraightLine:
+    """Return a ``line`` of which it is known that it stays inside the ``region``."""
+    line.known_inside = region
+    return line
 
 
 # Velocities [m/s] and accelerations [m/s^2] below these are zero: rounding. A step of this size is
@@ -149,7 +155,7 @@ class Entry(NamedTuple):
 
 
 class LineEntry:
-    """Makes entries for one machine."""
+    """Makes entries for one machine; their lines have no final length yet."""
 
     def __init__(self, machine: TriGlide) -> None:
         """Prepare ruckig for ``machine``."""
@@ -158,7 +164,7 @@ class LineEntry:
 
     def resting(
         self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
-    ) -> Interruptible[Entry]:
+    ) -> Entry:
         """Return the entry at rest: the blend brakes all of the motion.
 
         Args:
@@ -171,12 +177,11 @@ class LineEntry:
             KinematicsError: if no line begins where the sliders rest.
         """
         blend = self._brake(state, limits, fraction)
-        line = yield from builder.limited(builder.line(self._begin(state, blend)))
-        return Entry(line, 0.0, 0.0, blend)
+        return Entry(builder.line(self._begin(state, blend)), 0.0, 0.0, blend)
 
     def moving(
         self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
-    ) -> Interruptible[Entry]:
+    ) -> Entry:
         """Return the entry that keeps the motion along the line.
 
         Args:
@@ -191,15 +196,12 @@ class LineEntry:
         line = builder.line(self._machine.forward(state.heights))
         speed, acceleration, residual = _divided(state, line, limits)
         if residual is None:
-            line = yield from builder.limited(line)
             return Entry(line, speed, acceleration, None)
         # The residual depends on where the line begins, and this on how far the residual brakes.
         for _ in range(2):
-            yield
             line = builder.line(self._begin(state, self._brake(residual, limits, fraction)))
             speed, acceleration, divided = _divided(state, line, limits)
             residual = divided or residual
-        yield
         (x, y, z), (h1, h2, h3) = state.heights, line.start_heights
         offsets = (x - h1, y - h2, z - h3)
         phases = self._ruckig.to_rest_at(
@@ -211,7 +213,6 @@ class LineEntry:
             Synchronization.No,
         )
         blend = CubicPlan(SliderState(offsets, residual.velocities, residual.accelerations), phases)
-        line = yield from builder.limited(line)
         return Entry(line, speed, acceleration, blend)
 
     def _brake(self, residual: SliderState, limits: SliderLimits, fraction: float) -> CubicPlan:

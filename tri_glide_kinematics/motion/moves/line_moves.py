@@ -18,10 +18,10 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import Interruptible, Result
 from tri_glide_kinematics.motion.moves.line_entry import (
     Entry,
-    LineBuilder,
+    LimitedLineBuilder,
     LineEntry,
     LineToStop,
     check_length,
@@ -52,6 +52,10 @@ from tri_glide_kinematics.motion.trajectory import (
     with_knots_of,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.workspace import Traced
+
+# So many places of a way are looked at between two breaks: that takes 0.2 ms.
+SAMPLES_IN_PIECE = 12
 
 # A blend may take this many times as long as a stop, as a jog is to follow the hand.
 LONGEST_JOG_BLEND = 2.0
@@ -70,7 +74,7 @@ class LinearMotion:
         self._timing = LineTiming()
         self._jogs = JogTiming()
 
-    def from_rest(self, line: StraightLine, limits: SliderLimits) -> Interruptible[LinePlan]:
+    def from_rest(self, line: StraightLine, limits: SliderLimits) -> LinePlan:
         """Return the shortest plan found from rest at the start of ``line`` to rest at its end.
 
         Args:
@@ -80,13 +84,12 @@ class LinearMotion:
         Raises:
             PlanningError: if the line comes so close to the reach of an arm that none is found.
         """
-        scaling = yield from self._timing.from_rest(line, limits)
-        return LinePlan(line, scaling)
+        return LinePlan(line, self._timing.from_rest(line, limits))
 
     def jog(
         self,
         state: SliderState,
-        builder: LineBuilder,
+        builder: LimitedLineBuilder,
         limits: SliderLimits,
         fraction: float,
         platform_speed: float,
@@ -103,7 +106,9 @@ class LinearMotion:
         Raises:
             KinematicsError: if it does not keep the limits, or there is none.
         """
-        entry = yield from self._entry.moving(state, builder, limits, fraction)
+        entry = self._entry.moving(state, builder, limits, fraction)
+        yield
+        entry = yield from _limited(entry, builder)
         check_length(entry.blend, state, limits, LONGEST_JOG_BLEND)
         yield
         parametrisation = parametrise(entry.line, limits, JOG_NORM, platform_speed)
@@ -148,7 +153,7 @@ class LinearMotion:
             raise PlanningError("the platform moves in no direction")
         x, y, z = velocity
         builder = LineToStop(self._machine.geometry, (x / speed, y / speed, z / speed))
-        entry = yield from self._entry.moving(state, builder, limits, beside * fraction)
+        entry = self._entry.moving(state, builder, limits, beside * fraction)
         yield
         if entry.blend is not None:
             if entry.blend.duration > longest:
@@ -157,6 +162,23 @@ class LinearMotion:
         scaling = self._timing.braking(entry, limits, fraction, longest)
         yield
         return _checked(LinePlan(entry.line, scaling, entry.blend), limits)
+
+
+def found(answer: Traced[Result]) -> Interruptible[Result]:
+    """Return an ``answer`` about a whole way, found in pieces."""
+    while not answer.go_on(SAMPLES_IN_PIECE):
+        yield
+    return answer.result()
+
+
+def _limited(entry: Entry, builder: LimitedLineBuilder) -> Interruptible[Entry]:
+    """Return an ``entry`` whose line has its final length.
+
+    Raises:
+        KinematicsError: if there is none inside the workspace.
+    """
+    line = yield from found(builder.limited(entry.line))
+    return entry._replace(line=line)
 
 
 def _checked(plan: LinePlan, limits: SliderLimits) -> LinePlan:
@@ -224,7 +246,7 @@ class LineJoining:
         self._timing = LineTiming()
 
     def ways(
-        self, state: SliderState, builder: LineBuilder, limits: SliderLimits
+        self, state: SliderState, builder: LimitedLineBuilder, limits: SliderLimits
     ) -> Interruptible[list[WayOnto]]:
         """Return the ways to go over from ``state`` to a line without stopping.
 
@@ -247,12 +269,14 @@ class LineJoining:
                 # The others are the same.
                 break
         try:
-            entry = yield from self._entry.resting(state, builder, limits, 1.0)
-            undelayed = yield from self._timing.from_rest(entry.line, limits)
+            entry = self._entry.resting(state, builder, limits, 1.0)
+            entry = yield from _limited(entry, builder)
+            yield
+            undelayed = self._timing.from_rest(entry.line, limits)
         except KinematicsError:
             pass
         else:
-            ways += [_delayed(entry, undelayed, delay, limits) for delay in DELAYS]
+            ways += [self._delaying(entry, undelayed, delay, limits) for delay in DELAYS]
             for gentle in GENTLE_BRAKINGS:
                 ways.append(self._gentle(state, builder, limits, entry, undelayed, gentle))
         return sorted(ways, key=attrgetter("expected"))
@@ -285,7 +309,7 @@ class LineJoining:
         return best[0]
 
     def in_motion(
-        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
+        self, state: SliderState, builder: LimitedLineBuilder, limits: SliderLimits, fraction: float
     ) -> Interruptible[LinePlan]:
         """Return a plan that goes over from ``state`` to a line without stopping.
 
@@ -302,12 +326,13 @@ class LineJoining:
         return (yield from way.plan())
 
     def _blending(
-        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
+        self, state: SliderState, builder: LimitedLineBuilder, limits: SliderLimits, fraction: float
     ) -> Interruptible[WayOnto]:
         """Return the way with a blend that gets a ``fraction`` of acceleration and jerk."""
-        entry = yield from self._entry.moving(state, builder, limits, fraction)
-        check_length(entry.blend, state, limits, LONGEST_BLEND)
+        entry = self._entry.moving(state, builder, limits, fraction)
         yield
+        entry = yield from _limited(entry, builder)
+        check_length(entry.blend, state, limits, LONGEST_BLEND)
         parametrisation = parametrise(entry.line, limits, NORM)
         factors = MovingFactors(1.0 - fraction, 1.0)
         phases = self._timing.phases(entry, parametrisation, factors)
@@ -317,10 +342,27 @@ class LineJoining:
 
         return WayOnto(entry, total_duration(phases), plan)
 
+    def _delaying(
+        self, entry: Entry, undelayed: TimeScaling, delay: float, limits: SliderLimits
+    ) -> WayOnto:
+        """Return the way that brakes, and begins with the line when a part of that is over.
+
+        The arguments are those of ``_delayed``.
+        """
+        assert entry.blend is not None
+        braking = entry.blend.duration
+        expected = max(float(undelayed.times[-1]) + delay * braking, braking)
+
+        def plan() -> Interruptible[LinePlan]:
+            yield from ()
+            return _delayed(entry, undelayed, delay, limits)
+
+        return WayOnto(entry, expected, plan)
+
     def _gentle(
         self,
         state: SliderState,
-        builder: LineBuilder,
+        builder: LimitedLineBuilder,
         limits: SliderLimits,
         hard: Entry,
         undelayed: TimeScaling,
@@ -342,15 +384,19 @@ class LineJoining:
         expected = max(GENTLY_SLOWER * float(undelayed.times[-1]), braking)
 
         def plan() -> Interruptible[LinePlan]:
-            entry = yield from self._entry.resting(state, builder, limits, fraction)
-            scaling = yield from self._timing.from_rest(entry.line, limits)
-            ways = [_delayed(entry, scaling.slower(slow), part, limits) for slow, part in choices]
-            for way in ways[:-1]:
+            entry = self._entry.resting(state, builder, limits, fraction)
+            entry = yield from _limited(entry, builder)
+            yield
+            scaling = self._timing.from_rest(entry.line, limits)
+            for slow, part in choices[:-1]:
+                yield
                 try:
-                    return (yield from way.plan())
+                    return _delayed(entry, scaling.slower(slow), part, limits)
                 except KinematicsError:
-                    yield
-            return (yield from ways[-1].plan())
+                    continue
+            yield
+            slow, part = choices[-1]
+            return _delayed(entry, scaling.slower(slow), part, limits)
 
         return WayOnto(hard, expected, plan)
 
@@ -408,32 +454,27 @@ class LineJoining:
         return best
 
 
-def _delayed(entry: Entry, undelayed: TimeScaling, delay: float, limits: SliderLimits) -> WayOnto:
-    """Return the way that brakes, and begins with the line when a part of that is over.
+def _delayed(entry: Entry, undelayed: TimeScaling, delay: float, limits: SliderLimits) -> LinePlan:
+    """Return the plan that brakes, and begins with the line when a part of that is over.
 
     Args:
         entry: at rest.
         undelayed: time scaling of its line.
         delay: this part of the braking.
         limits: of the sliders.
+
+    Raises:
+        KinematicsError: if it does not keep the limits.
     """
     blend = entry.blend
     assert blend is not None
+    wait = delay * blend.duration
+    scaling = undelayed.delayed(wait)
+    times = scaling.times.tolist()
+    if wait > 0.0:
+        times[:1] = np.linspace(0.0, wait, WAITING_PIECES, endpoint=False).tolist()
+    if blend.duration > times[-1]:
+        times.append(blend.duration)
     shortest = shortest_piece(entry.line.length, max(limits.acceleration))
-    expected = max(float(undelayed.times[-1]) + delay * blend.duration, blend.duration)
-
-    def plan() -> Interruptible[LinePlan]:
-        yield from ()
-        wait = delay * blend.duration
-        scaling = undelayed.delayed(wait)
-        times = scaling.times.tolist()
-        if wait > 0.0:
-            times[:1] = np.linspace(0.0, wait, WAITING_PIECES, endpoint=False).tolist()
-        if blend.duration > times[-1]:
-            times.append(blend.duration)
-        scaling = scaling.with_knots(np.array(with_knots_of(times, blend, shortest)))
-        joined = LinePlan(entry.line, scaling, blend)
-        joined.check_limits(limits)
-        return joined
-
-    return WayOnto(entry, expected, plan)
+    scaling = scaling.with_knots(np.array(with_knots_of(times, blend, shortest)))
+    return _checked(LinePlan(entry.line, scaling, blend), limits)

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.moves.hard_braking import hardest_braking
 from tri_glide_kinematics.motion.moves.line_entry import Entry
 from tri_glide_kinematics.motion.moves.parametrisation import (
@@ -72,7 +71,7 @@ class LineTiming:
         """Prepare ruckig."""
         self._ruckig = RuckigPlanner(1)
 
-    def from_rest(self, line: StraightLine, limits: SliderLimits) -> Interruptible[TimeScaling]:
+    def from_rest(self, line: StraightLine, limits: SliderLimits) -> TimeScaling:
         """Return the shortest time scaling found from rest to rest at the end of ``line``.
 
         It is stretched by the factor with which all limits just hold.
@@ -85,7 +84,6 @@ class LineTiming:
             PlanningError: if the line comes so close to the reach of an arm that none is found.
         """
         parametrisation = parametrise(line, limits, NORM)
-        yield
         target, rate, acceleration, jerk = (
             float(parametrisation.coordinates[-1]),
             float(parametrisation.rates.min()),
@@ -100,7 +98,6 @@ class LineTiming:
         times = np.array(knots(phases, PIECES, shortest))
         scaling = parametrisation.time_scaling(evaluate(phases, (0.0, 0.0, 0.0), times))
         scaling = scaling.with_ends((0.0, 0.0, 0.0), line.length)
-        yield
         bounds = derivative_bounds(line, scaling)
         # This is looked at before the motion is stretched, which would hide it.
         if not bounds.backwards <= NO_WAY_BACK * float(scaling.speeds.max()):

@@ -7,17 +7,21 @@ most time, so it is refused for nothing that more time would help.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
 from functools import partial
 
 from tri_glide_kinematics.checks import finite_vector, member
-from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import Interruptible, at_once, coarser
+from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.moves.line_entry import LineToEdge, LineToPosition
-from tri_glide_kinematics.motion.moves.line_moves import LinearMotion, LineJoining, WayOnto
+from tri_glide_kinematics.motion.moves.line_moves import (
+    LinearMotion,
+    LineJoining,
+    WayOnto,
+    found,
+)
 from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
-from tri_glide_kinematics.motion.moves.stopping import Stopping
+from tri_glide_kinematics.motion.moves.stopping import Candidate, Stopping, first_found, inside
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     SOUND,
@@ -28,7 +32,6 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderState,
     StraightLine,
     Trajectory,
-    verification,
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace
@@ -37,13 +40,8 @@ from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace
 BLEND_FRACTIONS = (0.3, 0.6)
 FROM_REST_BLEND_FRACTION = 0.1
 
-# So many places of a blend are looked at between two breaks: that takes a tenth of a millisecond.
-SAMPLES_IN_PIECE = 8
-
 # Targets closer than this are reached [m].
 SAME_PLACE = 1e-9
-
-Candidate = Callable[[], Interruptible[Trajectory]]
 
 
 class MotionKind(Enum):
@@ -110,7 +108,7 @@ class MotionPlanner:
             if held is not None:
                 yield partial(self._move_after, held, position, limits)
 
-        return (yield from _first(candidates()))
+        return (yield from first_found(candidates()))
 
     def jog(
         self,
@@ -146,7 +144,7 @@ class MotionPlanner:
             for braking in self.stopping.candidates(state, limits, region):
                 yield partial(self._then_jog, braking, direction, limits, speed)
 
-        return (yield from _first(candidates()))
+        return (yield from first_found(candidates()))
 
     def region(self, state: SliderState, region_of_motion: Workspace | None = None) -> Workspace:
         """Return where the platform may be on a way that begins at ``state``.
@@ -186,9 +184,10 @@ class MotionPlanner:
         start = self._machine.forward(state.heights)
         if math.dist(start, position) < SAME_PLACE:
             return CubicPlan(state, ((), (), ()))
-        yield from region.way_check(start, position)
+        yield from found(region.way_check(start, position))
+        yield
         line = StraightLine.between(self._geometry, start, position)
-        return (yield from self._lines.from_rest(line, limits))
+        return self._lines.from_rest(line, limits)
 
     def _then_move(
         self, braking: Candidate, position: Vector3, limits: SliderLimits
@@ -219,10 +218,9 @@ class MotionPlanner:
     def _slider_move(
         self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
     ) -> Interruptible[Trajectory]:
-        plan = yield from self._sliders.move(state, self._machine.inverse(position), limits)
+        plan = self._sliders.move(state, self._machine.inverse(position), limits)
         yield
-        yield from verification.check_inside(plan, limits, self._workspace.limits, region)
-        return plan
+        return (yield from inside(plan, region, limits))
 
     def _line_moves(
         self, ways: list[WayOnto], limits: SliderLimits, region: Workspace
@@ -237,29 +235,10 @@ class MotionPlanner:
         limits: SliderLimits,
         region: Workspace,
     ) -> Interruptible[Trajectory]:
-        """Return the plan of ``candidate`` if its blend is inside the workspace."""
+        """Return the plan of ``candidate`` if it stays inside the ``region``."""
         plan = yield from candidate()
         yield
-        check = verification.check_inside(plan, limits, self._workspace.limits, region)
-        yield from coarser(check, SAMPLES_IN_PIECE)
-        return plan
-
-
-def _first(candidates: Iterable[Candidate]) -> Interruptible[Trajectory]:
-    """Return the first plan that can be made.
-
-    Raises:
-        KinematicsError: that of the last candidate.
-    """
-    refusal: KinematicsError | None = None
-    for candidate in candidates:
-        try:
-            return (yield from candidate())
-        except KinematicsError as error:
-            refusal = error
-        yield
-    assert refusal is not None
-    raise refusal
+        return (yield from inside(plan, region, limits))
 
 
 def plan_move(

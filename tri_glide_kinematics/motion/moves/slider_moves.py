@@ -5,7 +5,6 @@ Ruckig gives the jerks. They are integrated, and every plan is compared with the
 
 from __future__ import annotations
 
-from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     CubicPlan,
@@ -25,9 +24,7 @@ class SliderMotion:
         self._ruckig = RuckigPlanner(3)
         self._leader = RuckigPlanner(1)
 
-    def move(
-        self, state: SliderState, heights: Vector3, limits: SliderLimits
-    ) -> Interruptible[CubicPlan]:
+    def move(self, state: SliderState, heights: Vector3, limits: SliderLimits) -> CubicPlan:
         """Return the plan from ``state`` to rest at ``heights`` [m].
 
         From rest the sliders keep the ratio of their ways, so that the path is a straight line
@@ -42,7 +39,6 @@ class SliderMotion:
         else:
             bounds = (limits.velocity, limits.acceleration, limits.jerk)
             plan = CubicPlan(state, self._ruckig.to_rest_at(heights, *state, bounds))
-        yield
         plan.check_limits(limits)
         return plan
 

@@ -6,14 +6,14 @@ leaves its line. So a motion along a line or a path brakes on it, unless that ta
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from math import inf
 from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import Interruptible, coarser
-from tri_glide_kinematics.motion.moves.line_moves import LinearMotion
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.moves.line_moves import LinearMotion, found
 from tri_glide_kinematics.motion.tracking import (
     Braking,
     SliderWay,
@@ -28,7 +28,6 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderState,
     Trajectory,
     total_duration,
-    verification,
 )
 from tri_glide_kinematics.workspace import Workspace
 
@@ -48,11 +47,13 @@ GENTLE_LINE_BRAKING = (0.9, 0.5)
 
 # A braking along a line that is not found in so many pieces is not waited for: the sliders' own
 # stop is at hand.
-ALONG_PIECES = 10
+ALONG_PIECES = 5
 
 # A stop may be traced at this many places; more would take too long for a control cycle.
 TRACE_SAMPLES = 140
-SAMPLES_IN_PIECE = 12
+
+# Makes a trajectory, or raises a KinematicsError.
+Candidate = Callable[[], Interruptible[Trajectory]]
 
 # Makes a braking along a line or a path that takes a time at most [s].
 Along = Callable[[float], Interruptible[Trajectory]]
@@ -138,7 +139,7 @@ class Stopping:
 
     def candidates(
         self, state: SliderState, limits: SliderLimits, region: Workspace
-    ) -> Iterator[Callable[[], Interruptible[Trajectory]]]:
+    ) -> Iterator[Candidate]:
         """Yield the makings of stops from which another motion may begin, the best first."""
         for braking in LINE_BRAKINGS:
             yield partial(self._on_line, state, limits, region, braking)
@@ -159,15 +160,12 @@ class Stopping:
         Raises:
             KinematicsError: if none is found that keeps all limits.
         """
-        refusal: KinematicsError | None = None
-        for braking in LINE_BRAKINGS:
-            try:
-                return (yield from self._on_line(state, limits, region, braking, longest))
-            except KinematicsError as error:
-                refusal = error
-            yield
-        assert refusal is not None
-        raise refusal
+        return (
+            yield from first_found(
+                partial(self._on_line, state, limits, region, braking, longest)
+                for braking in LINE_BRAKINGS
+            )
+        )
 
     def _on_line(
         self,
@@ -178,10 +176,7 @@ class Stopping:
         longest: float = inf,
     ) -> Interruptible[Trajectory]:
         plan = yield from self._lines.brake(state, limits, *braking, longest)
-        end = plan.line.point(float(plan.scaling.ways[-1]))
-        yield from region.segment_check(plan.line.start, end)
-        yield from verification.check_inside(plan, limits, region.limits, region)
-        return plan
+        return (yield from inside(plan, region, limits))
 
     def _certified(
         self, state: SliderState, stop: OwnStop, limits: SliderLimits, region: Workspace
@@ -192,10 +187,35 @@ class Stopping:
             PlanningError: if it cannot be shown to keep all limits.
         """
         proof = first_certified(region, state, (stop.ways,), limits, TRACE_SAMPLES)
-        certified = yield from coarser(proof, SAMPLES_IN_PIECE)
+        certified = yield from found(proof)
         if certified is None:
             raise PlanningError("the sliders' stop leads out of the limits")
         return CubicPlan(state, certified.ways)
+
+
+def inside(plan: Trajectory, region: Workspace, limits: SliderLimits) -> Interruptible[Trajectory]:
+    """Return a ``plan`` that stays inside the ``region``; see ``Trajectory.check_inside``."""
+    for check in plan.checks_inside(region, limits):
+        yield
+        yield from found(check)
+    return plan
+
+
+def first_found(candidates: Iterable[Candidate]) -> Interruptible[Trajectory]:
+    """Return the first of some ``candidates`` that can be made.
+
+    Raises:
+        KinematicsError: that of the last candidate.
+    """
+    refusal: KinematicsError | None = None
+    for candidate in candidates:
+        try:
+            return (yield from candidate())
+        except KinematicsError as error:
+            refusal = error
+        yield
+    assert refusal is not None
+    raise refusal
 
 
 def _at_hand(making: Interruptible[Trajectory]) -> Interruptible[Trajectory]:

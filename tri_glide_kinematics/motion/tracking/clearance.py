@@ -17,7 +17,6 @@ from collections.abc import Iterable, Sequence
 from math import copysign, hypot, sqrt
 from typing import NamedTuple
 
-from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.tracking.velocity_phases import Phase
 from tri_glide_kinematics.motion.trajectory import (
     RELATIVE_ROUNDING,
@@ -27,7 +26,7 @@ from tri_glide_kinematics.motion.trajectory import (
     after,
 )
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.workspace import Traced, Workspace, WorkspaceLimits
 
 
 class Excursion(NamedTuple):
@@ -137,8 +136,8 @@ def first_certified(
     choices: Iterable[Ways],
     limits: SliderLimits,
     samples: int = TRACE_SAMPLES,
-) -> Interruptible[Certified | None]:
-    """Return the first of several ``choices`` that keeps all limits up to its end, if one does.
+) -> Traced[Certified | None]:
+    """Return what finds the first of ``choices`` that keeps all limits up to its end, if one does.
 
     Reach, box, cylinder and condition number hold as ``Workspace.check_path`` has it, velocities,
     accelerations, jerks and the travel of the sliders to rounding. Only one choice is traced.
@@ -161,16 +160,20 @@ def first_certified(
             continue
         centre, half_diagonal = box
         if half_diagonal <= workspace.free_way(centre):
-            return Certified(ways, max(one.duration for one in excursions))
+            return _known(Certified(ways, max(one.duration for one in excursions)))
         traceable = traceable or (ways, excursions)
     if traceable is None:
-        return None
+        return _known(None)
     ways, excursions = traceable
-    duration = max(one.duration for one in excursions)
+    certified = Certified(ways, max(one.duration for one in excursions))
     most = hypot(*(one.acceleration for one in excursions))
-    if (yield from workspace.proves_path(_Path(start, ways).state, duration, most, samples)):
-        return Certified(ways, duration)
-    return None
+    proof = workspace.path_proof(_Path(start, ways).state, certified.duration, most, samples)
+    return proof.then(lambda is_inside: certified if is_inside else None)
+
+
+def _known(certified: Certified | None) -> Traced[Certified | None]:
+    """Return what is known without tracing."""
+    return Traced(None, lambda _: certified)
 
 
 def _box(

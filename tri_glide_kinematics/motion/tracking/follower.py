@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.tracking.braking import braking_alone, braking_together
 from tri_glide_kinematics.motion.tracking.clearance import first_certified
 from tri_glide_kinematics.motion.tracking.moving_target import Wanted, WantedVelocity
@@ -81,7 +80,7 @@ class Follower:
             [[*way.phases, *braking] for way, braking in zip(ways, brakes(ways, limits))]
             for brakes in (braking_together, braking_alone)
         )
-        certified = at_once(first_certified(self._workspace, state, choices, limits))
+        certified = first_certified(self._workspace, state, choices, limits).result()
         if certified is None:
             return None
         h1, h2, h3 = state.heights

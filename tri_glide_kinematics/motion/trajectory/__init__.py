@@ -7,15 +7,10 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan as LinePlan
     from tri_glide_kinematics.motion.trajectory.along_curve import PathPlan as PathPlan
-    from tri_glide_kinematics.motion.trajectory.cubic import AT_REST as AT_REST
     from tri_glide_kinematics.motion.trajectory.cubic import SAME_TIME as SAME_TIME
     from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan as CubicPlan
-    from tri_glide_kinematics.motion.trajectory.cubic import SampledPlan as SampledPlan
-    from tri_glide_kinematics.motion.trajectory.cubic import SequencePlan as SequencePlan
-    from tri_glide_kinematics.motion.trajectory.cubic import SliderState as SliderState
     from tri_glide_kinematics.motion.trajectory.cubic import StraightPlan as StraightPlan
     from tri_glide_kinematics.motion.trajectory.cubic import TrackedStep as TrackedStep
-    from tri_glide_kinematics.motion.trajectory.cubic import Trajectory as Trajectory
     from tri_glide_kinematics.motion.trajectory.curve_bounds import (
         NO_BACKWARD_SPEED as NO_BACKWARD_SPEED,
     )
@@ -49,6 +44,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.knots import merged as merged
     from tri_glide_kinematics.motion.trajectory.knots import shortest_piece as shortest_piece
     from tri_glide_kinematics.motion.trajectory.knots import with_knots_of as with_knots_of
+    from tri_glide_kinematics.motion.trajectory.limits import EDGE_CLEARANCE as EDGE_CLEARANCE
     from tri_glide_kinematics.motion.trajectory.limits import QUANTITIES as QUANTITIES
     from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING as RELATIVE_ROUNDING
     from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING as TRAVEL_ROUNDING
@@ -67,6 +63,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling as PathScaling
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart as PathStart
     from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling
-    from tri_glide_kinematics.motion.trajectory.verification import EDGE_CLEARANCE as EDGE_CLEARANCE
+    from tri_glide_kinematics.motion.trajectory.trajectory import AT_REST as AT_REST
+    from tri_glide_kinematics.motion.trajectory.trajectory import SampledPlan as SampledPlan
+    from tri_glide_kinematics.motion.trajectory.trajectory import SequencePlan as SequencePlan
+    from tri_glide_kinematics.motion.trajectory.trajectory import SliderState as SliderState
+    from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory as Trajectory
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Iterable
 from math import hypot, sqrt
 
 import numpy as np
 
-from tri_glide_kinematics.motion.trajectory.cubic import (
-    AT_REST,
-    CubicPlan,
-    SampledPlan,
-    SliderState,
-    WayToCheck,
-    new_state,
-)
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.path import check_place
+from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
 from tri_glide_kinematics.motion.trajectory.curve_bounds import (
     check_line_bounds,
     check_path_limits,
@@ -23,13 +19,21 @@ from tri_glide_kinematics.motion.trajectory.curve_bounds import (
 from tri_glide_kinematics.motion.trajectory.curves import PathHeights, StraightLine
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
+from tri_glide_kinematics.motion.trajectory.trajectory import (
+    AT_REST,
+    SampledPlan,
+    SliderState,
+    Trajectory,
+    new_state,
+)
 from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.workspace import Traced, Workspace
 
 # A line that leads less far over the ground than this, per metre, is not told from a vertical one.
 STEEPEST = 1e-12
 
 
-class LinePlan:
+class LinePlan(Trajectory):
     """A straight line with a time scaling, with or without a blend.
 
     Attributes:
@@ -168,22 +172,21 @@ class LinePlan:
             bounds = derivative_bounds(self.line, scaling, self.blend)
         check_line_bounds(bounds, scaling.times, limits)
 
-    def way_to_check(self, limits: SliderLimits) -> WayToCheck | None:
-        """Return the way beside the line; None where there is none.
-
-        Args:
-            limits: of the sliders, which the plan keeps.
-        """
+    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
+        """Return the checks of the line, and of the way beside it if there is one."""
+        if self.line.known_inside is not region:
+            end = self.line.point(float(self.scaling.ways[-1]))
+            yield region.segment_check(self.line.start, end)
         # A plan that begins at rest has none, as that of the setpoint before the first step.
         if self.blend is None or self.blend.duration == 0.0:
-            return None
+            return
         duration = self.blend.duration
         times = self.scaling.times[: np.searchsorted(self.scaling.times, duration) + 1]
         heights = self.sample(times).heights
         # What a slider can move beyond both ends of a piece under its largest acceleration.
         excess = np.square(np.diff(times)).max() / 8.0 * np.array(limits.acceleration)
-        lowest, highest = heights.min(axis=0) - excess, heights.max(axis=0) + excess
-        return WayToCheck(lowest, highest, self.at, duration, hypot(*limits.acceleration))
+        self.check_travel(heights.min(axis=0) - excess, heights.max(axis=0) + excess, region)
+        yield region.path_check(self.at, duration, hypot(*limits.acceleration))
 
 
 def _sum(state: SliderState, offset: SliderState) -> SliderState:
@@ -196,7 +199,7 @@ def _sum(state: SliderState, offset: SliderState) -> SliderState:
     )
 
 
-class PathPlan:
+class PathPlan(Trajectory):
     """A part of a path with a time scaling that ends at rest, or where another part goes on.
 
     Attributes:
@@ -293,3 +296,8 @@ class PathPlan:
             PlanningError: if the platform would go back along the path, or too fast for it.
         """
         check_path_limits(self.heights, self.scaling, limits, since)
+
+    def checks_inside(self, region: Workspace, _limits: SliderLimits) -> Iterable[Traced[None]]:
+        """Check the path from where the plan begins."""
+        at_once(check_place(self.heights.driven, region, float(self.scaling.ways[0])))
+        return ()

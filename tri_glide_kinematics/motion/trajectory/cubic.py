@@ -1,12 +1,11 @@
-"""Plans: trajectories of the sliders from a given state to rest, to be sampled at any time."""
+"""Trajectories of constant jerk in each of their pieces, and the certified step of tracking."""
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
-from itertools import accumulate, pairwise
-from typing import NamedTuple, Protocol
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -17,89 +16,21 @@ from tri_glide_kinematics.motion.trajectory.limits import (
     SliderLimits,
 )
 from tri_glide_kinematics.motion.trajectory.phases import Phases, after
+from tri_glide_kinematics.motion.trajectory.trajectory import (
+    AT_REST,
+    SampledPlan,
+    SliderState,
+    Trajectory,
+    new_state,
+)
 from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.workspace import Traced, Workspace
 
 # Breakpoints of two sliders closer than this are one: a jerk this long is below rounding [s].
 SAME_TIME = 1e-11
 
-AT_REST: Vector3 = (0.0, 0.0, 0.0)
 
-
-class SliderState(NamedTuple):
-    """Setpoint of the sliders at one instant; a tuple, as one is made in each control cycle.
-
-    Attributes:
-        heights: Shape (3,) [m].
-        velocities: Shape (3,) [m/s].
-        accelerations: Shape (3,) [m/s^2].
-    """
-
-    heights: Vector3
-    velocities: Vector3
-    accelerations: Vector3
-
-
-# Makes a state of three vectors in half the time that its class takes: one is made in each cycle.
-new_state = tuple.__new__
-
-
-class SampledPlan(NamedTuple):
-    """Setpoints at many instants.
-
-    Attributes:
-        times: Shape (n,) [s].
-        heights: Shape (n, 3) [m].
-        velocities: Shape (n, 3) [m/s].
-        accelerations: Shape (n, 3) [m/s^2].
-    """
-
-    times: FloatArray
-    heights: FloatArray
-    velocities: FloatArray
-    accelerations: FloatArray
-
-
-class WayToCheck(NamedTuple):
-    """What is to be compared with travel and workspace, as ``Workspace.path_check`` does it.
-
-    Attributes:
-        lowest: heights of the sliders. Shape (3,) [m].
-        highest: likewise. Shape (3,) [m].
-        at: the motion over a number that goes from 0 to ``length``.
-        length: see there.
-        acceleration: largest one over that number.
-    """
-
-    lowest: FloatArray
-    highest: FloatArray
-    at: Callable[[float], SliderState]
-    length: float
-    acceleration: float
-
-
-class Trajectory(Protocol):
-    """A motion of the sliders up to rest; heights, velocities and accelerations are continuous."""
-
-    @property
-    def duration(self) -> float:
-        """Time from the start until all sliders rest [s]."""
-
-    def at(self, time: float) -> SliderState:
-        """Return the setpoint at a ``time`` [s]; outside, that of the start or of the end."""
-
-    def sample(self, times: FloatArray) -> SampledPlan:
-        """Return the setpoints at many ``times``. Shape (n,) [s]."""
-
-    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
-        """Raise an error if a limit may be exceeded from the time ``since`` [s] on.
-
-        Raises:
-            SliderLimitError: names the slider and the limit.
-            PlanningError: if the platform would go back along its line or path.
-        """
-
-
-class CubicPlan:
+class CubicPlan(Trajectory):
     """Constant jerk in each piece, as ruckig plans it.
 
     Attributes:
@@ -249,69 +180,13 @@ class CubicPlan:
         heights = np.concatenate((final, height, *turns))
         return heights.min(axis=0), heights.max(axis=0)
 
-    def way_to_check(self, _limits: SliderLimits) -> WayToCheck:
-        """Return all of the way."""
+    def checks_inside(self, region: Workspace, _limits: SliderLimits) -> Iterable[Traced[None]]:
+        """Check travel, and return the check of all of the way."""
+        self.check_travel(*self.height_extremes(), region)
         # Accelerations are largest where pieces begin.
         peaks = np.abs(self.pieces[2]).max(axis=0, initial=0.0)
         largest = math.hypot(*peaks.tolist())
-        return WayToCheck(*self.height_extremes(), self.at, self.duration, largest)
-
-
-class SequencePlan:
-    """One plan after the other; each ends where the next begins, and the last one at rest."""
-
-    __slots__ = ("_ends", "_plans", "_skipped", "duration")
-
-    def __init__(self, plans: Sequence[Trajectory], skipped: float = 0.0) -> None:
-        """Join the ``plans``, of whose first one ``skipped`` seconds are past already."""
-        self._plans: tuple[Trajectory, ...] = ()
-        self._skipped = 0.0
-        first, *others = plans
-        if isinstance(first, SequencePlan):
-            skipped += first._skipped
-            plans = (*first._plans, *others)
-        ends = list(accumulate(plan.duration for plan in plans))
-        past = min(bisect_right(ends, skipped), len(plans) - 1)
-        begin = ends[past - 1] if past else 0.0
-        self._plans = tuple(plans[past:])
-        self._skipped = skipped - begin
-        self._ends = [end - begin for end in ends[past:]]
-        self.duration = max(self._ends[-1] - self._skipped, 0.0)
-
-    def at(self, time: float) -> SliderState:
-        """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
-        time += self._skipped
-        index = min(bisect_right(self._ends, time), len(self._plans) - 1)
-        return self._plans[index].at(time - self._ends[index - 1] if index else time)
-
-    def sample(self, times: FloatArray) -> SampledPlan:
-        """Return the setpoints at many ``times``. Shape (n,) [s]."""
-        shifted = times + self._skipped
-        owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
-        sampled = SampledPlan(times, *(np.empty((len(times), 3)) for _ in range(3)))
-        for index in np.unique(owner).tolist():
-            mine = owner == index
-            part = self._plans[index].sample(
-                shifted[mine] - (self._ends[index - 1] if index else 0.0)
-            )
-            for values, of_part in zip(sampled[1:], part[1:]):
-                values[mine] = of_part
-        return sampled
-
-    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
-        """Check what is left of each plan, as that does."""
-        for plan, past in self.parts(since):
-            plan.check_limits(limits, past)
-
-    def parts(self, time: float) -> list[tuple[Trajectory, float]]:
-        """Return the plans that are not over at ``time`` [s], and how much of each is past."""
-        time += self._skipped
-        begins = [0.0, *self._ends]
-        return [
-            (plan, max(time - begin, 0.0))
-            for plan, begin, end in zip(self._plans, begins, self._ends)
-            if end > time
-        ]
+        return (region.path_check(self.at, self.duration, largest),)
 
 
 class _SliderProfile:
@@ -382,10 +257,11 @@ class StraightPlan(CubicPlan):
         self._rows = rows
         self._row = rows[0] if rows else (0.0,) * 18
 
-    def way_to_check(self, _limits: SliderLimits) -> WayToCheck:
-        """Return all of the way."""
+    def checks_inside(self, region: Workspace, _limits: SliderLimits) -> Iterable[Traced[None]]:
+        """Check travel, and return the check of all of the way."""
+        self.check_travel(*self.height_extremes(), region)
         # Over the way there is no acceleration, whatever there is over time.
-        return WayToCheck(*self.height_extremes(), self.at_way, self.length, 0.0)
+        return (region.path_check(self.at_way, self.length, 0.0),)
 
     def at_way(self, distance: float) -> SliderState:
         """Return place and motion after ``distance`` [m] of the leading slider, at its 1 m/s."""
@@ -417,7 +293,7 @@ class StraightPlan(CubicPlan):
         )
 
 
-class TrackedStep:
+class TrackedStep(Trajectory):
     """A certified plan: one step, then a braking to rest.
 
     As a rule the next cycle replaces the plan after its step. So only the state after the step is
@@ -482,3 +358,7 @@ class TrackedStep:
     def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
         """Compare the exact extremes with the limits, as a ``CubicPlan`` does."""
         self.as_cubic().check_limits(limits, since)
+
+    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
+        """Check travel, and return the check of all of the way, as a ``CubicPlan`` does."""
+        return self.as_cubic().checks_inside(region, limits)

@@ -23,9 +23,10 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.motion.path import DrivenPath, Indices
-from tri_glide_kinematics.motion.trajectory.cubic import SliderState, new_state
+from tri_glide_kinematics.motion.trajectory.trajectory import SliderState, new_state
 from tri_glide_kinematics.tri_glide import ArmTooShortError, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.workspace import Workspace
 
 
 class StraightLine:
@@ -35,6 +36,7 @@ class StraightLine:
         start: where it begins. Shape (3,) [m].
         direction: unit vector. Shape (3,).
         length: [m].
+        known_inside: workspace of which it is known that it holds all of the segment, or None.
         slope: vertical component of the direction.
         curvature: m of the module's formulas, common to all arms.
         arms: for each arm $R^2$ [m^2] and $x$ [m] at the start.
@@ -50,6 +52,7 @@ class StraightLine:
         "arms",
         "curvature",
         "direction",
+        "known_inside",
         "length",
         "slope",
         "start",
@@ -75,6 +78,7 @@ class StraightLine:
         self.start: Vector3 = (x, y, z)
         self.direction: Vector3 = (ux, uy, uz)
         self.length = length
+        self.known_inside: Workspace | None = None
         self.slope = uz
         self.curvature = m = -(ux * ux + uy * uy)
         arms, values = [], []

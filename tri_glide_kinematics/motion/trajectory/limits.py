@@ -20,6 +20,9 @@ RELATIVE_ROUNDING = 1e-8
 # A slider may pass an end of its travel by this: rounding [m].
 TRAVEL_ROUNDING = 1e-9
 
+# A motion ends this far from the edge of the workspace, and needs as much room to begin [m].
+EDGE_CLEARANCE = 1e-6
+
 
 @dataclass(frozen=True)
 class SliderLimits:

@@ -1,0 +1,197 @@
+"""A trajectory: a motion of the sliders up to rest that can be asked whether it keeps all limits.
+
+Each check raises the error that names what would be broken, where and by how much.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError, SliderTravelError
+from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING, SliderLimits
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.workspace import Traced, Workspace
+
+AT_REST: Vector3 = (0.0, 0.0, 0.0)
+
+
+class SliderState(NamedTuple):
+    """Setpoint of the sliders at one instant; a tuple, as one is made in each control cycle.
+
+    Attributes:
+        heights: Shape (3,) [m].
+        velocities: Shape (3,) [m/s].
+        accelerations: Shape (3,) [m/s^2].
+    """
+
+    heights: Vector3
+    velocities: Vector3
+    accelerations: Vector3
+
+
+# Makes a state of three vectors in half the time that its class takes: one is made in each cycle.
+new_state = tuple.__new__
+
+
+class SampledPlan(NamedTuple):
+    """Setpoints at many instants.
+
+    Attributes:
+        times: Shape (n,) [s].
+        heights: Shape (n, 3) [m].
+        velocities: Shape (n, 3) [m/s].
+        accelerations: Shape (n, 3) [m/s^2].
+    """
+
+    times: FloatArray
+    heights: FloatArray
+    velocities: FloatArray
+    accelerations: FloatArray
+
+
+class Trajectory(ABC):
+    """A motion of the sliders up to rest; heights, velocities and accelerations are continuous.
+
+    Attributes:
+        duration: time from the start until all sliders rest [s].
+    """
+
+    __slots__ = ()
+
+    duration: float
+
+    @abstractmethod
+    def at(self, time: float) -> SliderState:
+        """Return the setpoint at a ``time`` [s]; outside, that of the start or of the end."""
+
+    @abstractmethod
+    def sample(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints at many ``times``. Shape (n,) [s]."""
+
+    @abstractmethod
+    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+        """Raise an error if a limit may be exceeded from the time ``since`` [s] on.
+
+        Raises:
+            SliderLimitError: names the slider and the limit.
+            PlanningError: if the platform would go back along its line or path.
+        """
+
+    @abstractmethod
+    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
+        """Return what is left to check of travel and workspace; see ``check_inside``."""
+
+    def keeps_limits(self, limits: SliderLimits, since: float = 0.0) -> bool:
+        """Return whether ``limits`` hold from the time ``since`` [s] on."""
+        try:
+            self.check_limits(limits, since)
+        except SliderLimitError:
+            return False
+        return True
+
+    def check_inside(self, region: Workspace, limits: SliderLimits) -> None:
+        """Raise an error if the sliders leave their travel, or the platform its workspace.
+
+        Args:
+            region: where the platform may be, and the ends of the travel.
+            limits: of the sliders, which the trajectory keeps.
+
+        Raises:
+            SliderTravelError: if a slider leaves its travel.
+            KinematicsError: if the platform leaves the ``region``.
+        """
+        for check in self.checks_inside(region, limits):
+            check.result()
+
+    def check_travel(self, lowest: FloatArray, highest: FloatArray, region: Workspace) -> None:
+        """Raise an error if a slider leaves its travel, or goes on where it is outside already.
+
+        Args:
+            lowest: heights of the sliders on the way. Shape (3,) [m].
+            highest: likewise. Shape (3,) [m].
+            region: its limits hold the ends of the travel, though it may be wider.
+
+        Raises:
+            SliderTravelError: names the slider.
+        """
+        heights, travel = self.at(0.0).heights, region.limits
+        for i in range(3):
+            lower = min(travel.lower_heights[i], heights[i]) - TRAVEL_ROUNDING
+            upper = max(travel.upper_heights[i], heights[i]) + TRAVEL_ROUNDING
+            if not lower <= lowest[i]:
+                raise SliderTravelError(i, float(lowest[i]), travel.lower_heights[i])
+            if not highest[i] <= upper:
+                raise SliderTravelError(i, float(highest[i]), travel.upper_heights[i])
+
+    def parts(self, time: float) -> list[tuple[Trajectory, float]]:
+        """Return the trajectories that it is made of, and how much of each is past at ``time`` [s].
+
+        Of several, those that are over are left out.
+        """
+        return [(self, time)]
+
+
+class SequencePlan(Trajectory):
+    """One plan after the other; each ends where the next begins, and the last one at rest."""
+
+    __slots__ = ("_ends", "_plans", "_skipped", "duration")
+
+    def __init__(self, plans: Sequence[Trajectory], skipped: float = 0.0) -> None:
+        """Join the ``plans``, of whose first one ``skipped`` seconds are past already."""
+        first, *others = plans
+        parts = first.parts(0.0) or [(first, 0.0)]
+        plans = (*(plan for plan, _ in parts), *others)
+        skipped += parts[0][1]
+        ends = list(accumulate(plan.duration for plan in plans))
+        past = min(bisect_right(ends, skipped), len(plans) - 1)
+        begin = ends[past - 1] if past else 0.0
+        self._plans = tuple(plans[past:])
+        self._skipped = skipped - begin
+        self._ends = [end - begin for end in ends[past:]]
+        self.duration = max(self._ends[-1] - self._skipped, 0.0)
+
+    def at(self, time: float) -> SliderState:
+        """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
+        time += self._skipped
+        index = min(bisect_right(self._ends, time), len(self._plans) - 1)
+        return self._plans[index].at(time - self._ends[index - 1] if index else time)
+
+    def sample(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints at many ``times``. Shape (n,) [s]."""
+        shifted = times + self._skipped
+        owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
+        sampled = SampledPlan(times, *(np.empty((len(times), 3)) for _ in range(3)))
+        for index in np.unique(owner).tolist():
+            mine = owner == index
+            part = self._plans[index].sample(
+                shifted[mine] - (self._ends[index - 1] if index else 0.0)
+            )
+            for values, of_part in zip(sampled[1:], part[1:]):
+                values[mine] = of_part
+        return sampled
+
+    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+        """Check what is left of each plan, as that does."""
+        for plan, past in self.parts(since):
+            plan.check_limits(limits, past)
+
+    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
+        """Return what is left to check of each plan."""
+        for plan in self._plans:
+            yield from plan.checks_inside(region, limits)
+
+    def parts(self, time: float) -> list[tuple[Trajectory, float]]:
+        """Return the plans that are not over at ``time`` [s], and how much of each is past."""
+        time += self._skipped
+        begins = [0.0, *self._ends]
+        return [
+            (plan, max(time - begin, 0.0))
+            for plan, begin, end in zip(self._plans, begins, self._ends)
+            if end > time
+        ]
