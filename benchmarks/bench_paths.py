@@ -31,7 +31,7 @@ from tri_glide_kinematics.motion.trajectory import (
     PathStart,
     SliderLimits,
     TimeScaling,
-    path_bounds,
+    derivative_bounds,
 )
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
@@ -138,7 +138,7 @@ def drive(path: PlatformPath, limits: SliderLimits = LIMITS) -> Drive:
             start, held = PathStart(last.ends_at, 0.0, 0.0), None
             continue
         planning, longest = planning + whole, max(longest, piece)
-        uses = np.maximum(uses, path_bounds(curve, found.scaling).parts(limits).max(axis=1))
+        uses = np.maximum(uses, derivative_bounds(curve, found.scaling).parts(limits).max(axis=1))
         last, scaling = found, found.scaling
         if math.isinf(found.continue_at):
             parts.append(scaling._replace(times=scaling.times + now))

@@ -32,7 +32,6 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderState,
     StraightLine,
     derivative_bounds,
-    slowdown,
 )
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
@@ -75,7 +74,7 @@ def test_sliders_keep_their_limits(measured):
 @pytest.mark.parametrize("end", [(0.1, 0.05, 0.35), (-0.05, 0.08, 0.2), (0.02, 0.01, 0.31)])
 def test_one_limit_is_used_in_full_from_rest(limits, end):
     plan = LinearMotion(MACHINE).from_rest(line_between((0.02, 0.01, 0.3), end), limits)
-    factors = slowdown(derivative_bounds(plan.line, plan.scaling), limits)
+    factors = derivative_bounds(plan.line, plan.scaling).slowdown(limits)
     assert factors.max() == pytest.approx(1.0, rel=1e-9)
 
 

@@ -21,7 +21,7 @@ NORMS = (SpeedNorm(6, 0.0), SpeedNorm(6, 1.1), SpeedNorm(12, 0.0), SpeedNorm(12,
 def test_weight_is_the_p_norm_and_the_coordinate_its_integral(line, norm, speed):
     parametrisation = parametrise(line, LIMITS, norm, speed)
     ways = np.linspace(0.0, line.length, 20_001)
-    _, first, second, third = line.derivatives(ways)
+    _, first, second, third = line.derivatives(ways).heights
     p = norm.exponent
     terms = np.concatenate(
         (
@@ -52,7 +52,7 @@ def test_weight_is_the_p_norm_and_the_coordinate_its_integral(line, norm, speed)
 @pytest.mark.parametrize("norm", NORMS)
 def test_largest_rate_acceleration_and_jerk_bring_one_slider_to_its_limit(norm):
     parametrisation = parametrise(ACROSS, LIMITS, norm)
-    _, first, _, _ = ACROSS.derivatives(parametrisation.ways)
+    _, first, _, _ = ACROSS.derivatives(parametrisation.ways).heights
     steps = (np.abs(first) / parametrisation.weights).T
     assert (steps * parametrisation.rates.min() / LIMITS.velocity).max() == pytest.approx(1.0)
     assert (

@@ -5,7 +5,7 @@ from timed_paths import AT_BEGIN, LIMITS, dense_path, random_path, seen
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import brake, plan_window
-from tri_glide_kinematics.motion.trajectory import PlanningError, check_path_limits
+from tri_glide_kinematics.motion.trajectory import PlanningError, check_along
 
 
 @pytest.mark.parametrize("path", [random_path(4), random_path(7), dense_path(600)])
@@ -24,7 +24,7 @@ def test_a_braking_goes_on_smoothly_and_keeps_the_limits(path):
         begin = tuple(float(values[0]) for values in braking.scaling[1:])
         assert begin == pytest.approx(start, rel=0.0, abs=1e-12)
         assert braking.scaling.speeds[-1] == 0.0
-        check_path_limits(curve, braking.scaling, LIMITS)
+        check_along(curve, braking.scaling, LIMITS)
     # At some instants all that the sliders can do is used already.
     assert found >= 10
 

@@ -7,7 +7,7 @@ from timed_paths import driven, joined, seen
 from testing.jerk_on_paths import chatter, circle, polyline, square
 from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.motion.path_timing import MOST_CELLS, SHORTEST_CELL
-from tri_glide_kinematics.motion.trajectory import check_path_limits
+from tri_glide_kinematics.motion.trajectory import check_along
 
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 
@@ -54,7 +54,7 @@ def test_more_jerk_than_before_costs_no_time(path, limits_of):
     for jerk in (1000.0, 20_000.0, 1e6):
         found = driven(curve, limits_of(jerk))
         for window in found.windows:
-            check_path_limits(curve, window.scaling, limits_of(jerk))
+            check_along(curve, window.scaling, limits_of(jerk))
         assert found.duration <= 1.01 * least
         least = min(least, found.duration)
         # A window that goes on does so behind two fifths of its cells.
@@ -68,5 +68,5 @@ def test_a_slow_slider_is_looked_ahead_for():
     curve = seen(polyline(109, points=4))
     found = driven(curve, limits)
     for window in found.windows:
-        check_path_limits(curve, window.scaling, limits)
+        check_along(curve, window.scaling, limits)
     assert len(found.windows) < 6

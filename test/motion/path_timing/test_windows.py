@@ -16,7 +16,7 @@ from tri_glide_kinematics.motion.trajectory import (
     PathTimingError,
     PlanningError,
     StraightLine,
-    check_path_limits,
+    check_along,
 )
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
@@ -37,7 +37,7 @@ def test_limits_hold_by_bounds_and_by_differences(seed):
     curve = seen(random_path(seed))
     found = driven(curve)
     for window in found.windows:
-        check_path_limits(curve, window.scaling, LIMITS)
+        check_along(curve, window.scaling, LIMITS)
     values = curve.derivatives(found.ways).heights[0]
     for limit, more in zip(LIMITS.table, (1e-6, 1e-6, 1e-3)):
         values = np.diff(values, axis=1) / DT
@@ -49,7 +49,7 @@ def test_other_limits_hold(limits):
     curve = seen(random_path(3))
     chosen = SliderLimits.uniform(*limits)
     for window in driven(curve, chosen).windows:
-        check_path_limits(curve, window.scaling, chosen)
+        check_along(curve, window.scaling, chosen)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -105,7 +105,7 @@ def test_windows_go_on_without_a_jump(path):
         assert begin == pytest.approx(start, rel=0.0, abs=1e-12)
         # Whatever is held comes to rest.
         assert window.scaling.speeds[-1] == 0.0 and window.scaling.accelerations[-1] == 0.0
-        check_path_limits(curve, window.scaling, LIMITS)
+        check_along(curve, window.scaling, LIMITS)
 
 
 def test_a_short_first_window_costs_no_time(monkeypatch):

@@ -7,10 +7,12 @@ from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import plan_window
 from tri_glide_kinematics.motion.trajectory import (
+    Bounds,
     PlanningError,
     SliderLimitError,
-    check_path_limits,
-    path_bounds,
+    blocks,
+    check_along,
+    derivative_bounds,
 )
 from tri_glide_kinematics.motion.trajectory import curve_bounds as module
 
@@ -45,7 +47,7 @@ def sampled(curve, scaling, count=24):
 @pytest.mark.parametrize("path", PATHS)
 def test_bounds_are_bounds_and_near(path):
     curve, scaling = planned(path)
-    bounds = np.array(path_bounds(curve, scaling)[:3])
+    bounds = np.array(derivative_bounds(curve, scaling)[:3])
     values = np.abs(sampled(curve, scaling)).max(axis=2)
     excess = (values - bounds) / LIMITS.table[..., np.newaxis]
     assert excess.max() < 1e-9
@@ -58,51 +60,53 @@ def test_bounds_of_rough_knots_are_bounds():
     for path in PATHS:
         curve, scaling = planned(path)
         rough = type(scaling)(*(np.append(values[:-1:3], values[-1]) for values in scaling))
-        bounds = np.array(path_bounds(curve, rough)[:3])
+        bounds = np.array(derivative_bounds(curve, rough)[:3])
         values = np.abs(sampled(curve, rough)).max(axis=2)
         assert ((values - bounds) / LIMITS.table[..., np.newaxis]).max() < 1e-9
 
 
 def test_how_many_pieces_are_bounded_together_makes_no_difference(monkeypatch):
     curve, scaling = planned(dense_path(150))
-    together = path_bounds(curve, scaling)
+    together = derivative_bounds(curve, scaling)
     monkeypatch.setattr(module, "_BLOCK", 60)
-    assert sum(1 for _ in module.bounds_in_pieces(curve, scaling)) > 20
-    for one, other in zip(path_bounds(curve, scaling), together):
+    found = [derivative_bounds(curve, block) for block in blocks(curve, scaling)]
+    assert len(found) > 4
+    for one, other in zip(Bounds.joined(found), together):
         assert np.asarray(one) == pytest.approx(np.asarray(other), rel=1e-9)
 
 
 def test_slower_is_the_law_of_scaling():
     curve, scaling = planned(PATHS[1])
-    bounds, slower = path_bounds(curve, scaling), path_bounds(curve, scaling.slower(1.3))
+    bounds = derivative_bounds(curve, scaling)
+    slower = derivative_bounds(curve, scaling.slower(1.3))
     for order, (values, less) in enumerate(zip(bounds[:3], slower[:3]), start=1):
         assert less * 1.3**order == pytest.approx(values, rel=2e-6, abs=1e-5)
 
 
 def test_what_is_too_fast_is_refused():
     curve, scaling = planned(PATHS[0])
-    check_path_limits(curve, scaling, LIMITS)
+    check_along(curve, scaling, LIMITS)
     faster = scaling.slower(0.98)
     with pytest.raises(SliderLimitError) as refused:
-        check_path_limits(curve, faster, LIMITS)
+        check_along(curve, faster, LIMITS)
     assert refused.value.value > refused.value.limit
     late = float(faster.times[-3])
     with pytest.raises(SliderLimitError) as refused:
-        check_path_limits(curve, faster, LIMITS, since=late)
+        check_along(curve, faster, LIMITS, since=late)
     assert refused.value.time >= late
 
 
 def test_a_platform_too_fast_for_the_path_is_refused():
     path = PlatformPath.start((-0.05, 0.0, 0.3)).line_to((0.05, 0.0, 0.3), speed=0.05)
     curve, scaling = planned(path)
-    check_path_limits(curve, scaling, LIMITS)
+    check_along(curve, scaling, LIMITS)
     with pytest.raises(PlanningError, match="as fast as the path asks for"):
-        check_path_limits(curve, scaling.slower(0.99), SliderLimits.uniform(2.0, 20.0, 400.0))
+        check_along(curve, scaling.slower(0.99), SliderLimits.uniform(2.0, 20.0, 400.0))
 
 
 def test_the_way_back_is_refused():
     curve, scaling = planned(PATHS[0])
     middle = len(scaling.times) // 2
     scaling.speeds[middle] = -1e-3
-    with pytest.raises(PlanningError, match="back along the path"):
-        check_path_limits(curve, scaling, LIMITS)
+    with pytest.raises(PlanningError, match="would go back"):
+        check_along(curve, scaling, LIMITS)

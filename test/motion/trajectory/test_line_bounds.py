@@ -17,7 +17,6 @@ from tri_glide_kinematics.motion.trajectory import (
     StraightLine,
     TimeScaling,
     derivative_bounds,
-    slowdown,
 )
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace
@@ -103,7 +102,7 @@ def test_bounds_hold_between_the_knots_and_are_tight(blended):
 def test_slower_by_the_slowdown_just_keeps_the_limits():
     for plan in plans(20, 4, blended=False):
         scaling = plan.scaling.slower(0.6)
-        factor = float(slowdown(derivative_bounds(plan.line, scaling), LIMITS).max())
+        factor = float(derivative_bounds(plan.line, scaling).slowdown(LIMITS).max())
         assert factor > 1.0
         LinePlan(plan.line, scaling.slower(factor)).check_limits(LIMITS)
         with pytest.raises(SliderLimitError) as caught:

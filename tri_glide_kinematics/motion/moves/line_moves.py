@@ -44,10 +44,8 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderState,
     StraightLine,
     TimeScaling,
-    check_line_bounds,
     derivative_bounds,
     shortest_piece,
-    slowdown,
     total_duration,
     with_knots_of,
 )
@@ -117,7 +115,7 @@ class LinearMotion:
             yield
             timed = self._jogs.time_scaling(entry, parametrisation, factors)
             yield
-            slowdowns = slowdown(derivative_bounds(entry.line, timed.scaling, entry.blend), limits)
+            slowdowns = derivative_bounds(entry.line, timed.scaling, entry.blend).slowdown(limits)
             if slowdowns.max() <= 1.0 + RELATIVE_ROUNDING:
                 break
             factors = factors.after(timed, slowdowns)
@@ -421,12 +419,12 @@ class LineJoining:
             scaling = self._timing.in_motion(entry, parametrisation, factors)
             plan = LinePlan(entry.line, scaling, blend)
             bounds = derivative_bounds(entry.line, scaling, blend)
-            slower = slowdown(bounds, limits)
+            slower = bounds.slowdown(limits)
             begins = scaling.times[:-1] < (blend.duration if blend is not None else 0.0)
             begin = float(slower[begins].max(initial=0.0))
             after = float(slower[~begins].max(initial=0.0))
             try:
-                check_line_bounds(bounds, scaling.times, limits)
+                bounds.check(scaling.times, limits)
             except SliderLimitError as error:
                 if best is None and attempt == ATTEMPTS - 1:
                     raise

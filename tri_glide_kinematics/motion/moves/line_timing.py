@@ -30,7 +30,6 @@ from tri_glide_kinematics.motion.trajectory import (
     merged,
     rest_to_rest,
     shortest_piece,
-    slowdown,
     total_duration,
     with_knots_of,
 )
@@ -102,7 +101,7 @@ class LineTiming:
         # This is looked at before the motion is stretched, which would hide it.
         if not bounds.backwards <= NO_WAY_BACK * float(scaling.speeds.max()):
             raise PlanningError("the line comes too close to where an arm lies flat")
-        return scaling.slower(float(slowdown(bounds, limits).max()))
+        return scaling.slower(float(bounds.slowdown(limits).max()))
 
     def in_motion(
         self,
@@ -186,7 +185,7 @@ class LineTiming:
         line, speed, acceleration, blend = entry
         scaling = TimeScaling(
             *hardest_braking(
-                lambda ways: line.derivatives(ways)[1:],
+                lambda ways: tuple(line.derivatives(ways).heights[1:]),
                 (0.0, speed, acceleration),
                 limits,
                 fraction=fraction,

@@ -165,7 +165,7 @@ def parametrise(
         PlanningError: if the weight changes too much between two places to be interpolated.
     """
     ways = line.length * PLACES
-    _, first, second, third = line.derivatives(ways)
+    _, first, second, third = line.derivatives(ways).heights
     bounds = limits.table[..., np.newaxis]
     velocity, acceleration, jerk = np.abs(np.array((first, second, third)) / bounds)
     squared = velocity * velocity

@@ -49,7 +49,7 @@ def first_guess(
         held: a motion from the start to rest that keeps the limits, if there is one.
     """
     slow = _steady(grid)
-    count = len(grid.parameters) - 1
+    count = len(grid.cells.parameters) - 1
     if start[1] == 0.0:
         return np.concatenate((slow[:1], slow, slow[-1:]))
     slow = np.minimum(slow, start[1] ** 2)
@@ -57,10 +57,10 @@ def first_guess(
         held = _slowing(curve, start, float(slow.min()) ** 0.5, limits)
     if held is None:
         return np.concatenate((slow[:1], slow, slow[-1:]))
-    parameters = grid.parameters
-    middles = grid.rest_map.derivatives(0.5 * (parameters[1:] + parameters[:-1]))
-    slopes = np.concatenate((grid.ways[1], middles[1]))
-    ways = np.concatenate((grid.ways[0], middles[0]))
+    parameters = grid.cells.parameters
+    middles = grid.cells.rest_map.derivatives(0.5 * (parameters[1:] + parameters[:-1]))
+    slopes = np.concatenate((grid.cells.ways[1], middles[1]))
+    ways = np.concatenate((grid.cells.ways[0], middles[0]))
     speeds = np.where(ways < held.ways[-1], _speeds(held, ways), 0.0)
     fastest = _MOST * float(held.speeds.max()) ** 2
     values = np.square(speeds / np.maximum(slopes, _LEAST_SLOPE))
@@ -84,7 +84,7 @@ def _steady(grid: TimingGrid) -> FloatArray:
         )
         slopes = 2.0 * _FLAT * (acceleration / np.abs(grid.heights.first)).min(axis=(0, 1))
     steady = np.minimum(steady, grid.limits.squared_speed)
-    spans = np.diff(grid.parameters)
+    spans = np.diff(grid.cells.parameters)
     # Next to rest the heights hardly depend on the parameter; no slope has to be so large there.
     with np.errstate(divide="ignore"):
         slopes = np.minimum(slopes, steady.max() / spans)

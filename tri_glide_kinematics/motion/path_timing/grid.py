@@ -13,14 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.path import distinct
 from tri_glide_kinematics.motion.path_timing.problem import CellHeights, CellLimits
 from tri_glide_kinematics.motion.path_timing.rest_map import REACH, RestMap
 from tri_glide_kinematics.motion.path_timing.speed_estimate import (
     SAMPLES,
     SpeedEstimate,
-    estimated,
     samples,
 )
 from tri_glide_kinematics.motion.trajectory import PathHeights, SliderLimits
@@ -54,15 +52,13 @@ _ASKED_WIDTH = 3.0
 _FASTEST = 1e6
 
 
-class TimingGrid(NamedTuple):
-    """Cells of a window of a path.
+class Cells(NamedTuple):
+    """How a window of a path is divided into n cells.
 
     Attributes:
         rest_map: the parameter u.
         parameters: u where cells begin, and where the last one ends. Shape (n + 1,) [m].
         ways: the way there, and three derivatives by u. Shape (4, n + 1).
-        heights: of the sliders, by u.
-        limits: of all cells.
         usable: what of the sliders' limits the cells can use.
         is_cut: whether the window ends before the next stop.
     """
@@ -70,80 +66,116 @@ class TimingGrid(NamedTuple):
     rest_map: RestMap
     parameters: FloatArray
     ways: FloatArray
-    heights: CellHeights
-    limits: CellLimits
     usable: SliderLimits
     is_cut: bool
 
-    def divided(self, curve: PathHeights, cells: BoolArray) -> Interruptible[TimingGrid]:
-        """Return the grid with some ``cells``, shape (n,), divided into two."""
-        parameters = self.parameters
-        middles = 0.5 * (parameters[1:] + parameters[:-1])[cells]
-        places = np.flatnonzero(cells) + 1
+    def divided(self, which: BoolArray) -> Cells:
+        """Return the cells with some of them, ``which``, shape (n,), divided into two."""
+        middles = self.middle_parameters[which]
+        places = np.flatnonzero(which) + 1
         ways = np.insert(self.ways, places, self.rest_map.derivatives(middles), axis=1)
-        breaks = curve.driven.breaks
-        breaks = breaks[(breaks > self.rest_map.begin) & (breaks < self.rest_map.end)]
-        parameters = np.insert(parameters, places, middles)
-        middles = self.rest_map.derivatives(0.5 * (parameters[1:] + parameters[:-1]))
-        seen = yield from _seen(curve, ways, middles, breaks, self.usable)
-        return TimingGrid(self.rest_map, parameters, ways, *seen, self.usable, self.is_cut)
+        return self._replace(parameters=np.insert(self.parameters, places, middles), ways=ways)
+
+    @property
+    def middle_parameters(self) -> FloatArray:
+        """The parameter u in the middle of each cell. Shape (n,) [m]."""
+        return 0.5 * (self.parameters[1:] + self.parameters[:-1])
 
 
-def timing_grid(
-    heights: PathHeights,
-    begin: float,
-    speed: float,
-    limits: SliderLimits,
-    first_places: FloatArray | None = None,
-    until: float = math.inf,
-    most: int = MOST_CELLS,
-    most_pieces: int = MOST_PIECES,
-) -> Interruptible[TimingGrid]:
-    """Return the cells from ``begin`` [m] to the next stop, or as far as is looked ahead.
+class CellEnds(NamedTuple):
+    """Derivatives of the slider heights by the way, where n cells begin and where they end.
+
+    Attributes:
+        heights: from first to third. Shape (3, 2, 3, n).
+        rates: of the driven way by the way. Shape (2, n).
+    """
+
+    heights: FloatArray
+    rates: FloatArray
+
+
+class TimingGrid(NamedTuple):
+    """The cells of a window of a path, and what they allow.
+
+    Attributes:
+        cells: how it is divided.
+        heights: of the sliders, by u.
+        limits: of all cells.
+    """
+
+    cells: Cells
+    heights: CellHeights
+    limits: CellLimits
+
+
+class Extent(NamedTuple):
+    """How far a window leads.
+
+    Attributes:
+        begin: place on the path [m].
+        end: likewise [m].
+        breaks: of the path between them [m].
+        is_cut: whether it ends before the next stop.
+    """
+
+    begin: float
+    end: float
+    breaks: FloatArray
+    is_cut: bool
+
+    @property
+    def samples(self) -> FloatArray:
+        """Places for an estimate of the speed. Shape (n,) [m]."""
+        return samples(self.begin, self.end, self.breaks)
+
+    def cut(self, estimate: SpeedEstimate, most: int = MOST_CELLS) -> Extent:
+        """Return the part that has so many cells at ``most`` after an ``estimate``."""
+        if not estimate.cells[-1] > most:
+            return self
+        index = int(np.searchsorted(estimate.cells, most))
+        end = float(estimate.places[max(index, 2)])
+        return Extent(self.begin, end, self.breaks[self.breaks < end], is_cut=True)
+
+
+def extent(
+    heights: PathHeights, begin: float, until: float = math.inf, most_pieces: int = MOST_PIECES
+) -> Extent:
+    """Return what there is from ``begin`` [m] to the next stop.
 
     Args:
         heights: of the sliders along the path.
         begin: place on the path, before its last stop [m].
-        speed: there; 0 at rest [m/s].
-        limits: of the sliders.
-        first_places: where the first cells end, ascending, if that is known [m].
         until: where the motion is to end at the latest [m].
-        most: number of cells, but for those that keep cells apart at breaks.
         most_pieces: of the path.
-
-    Raises:
-        PathTimingError: if an arm does not reach some place.
     """
     driven = heights.driven
     end = min(float(driven.stops[np.searchsorted(driven.stops, begin, "right")]), until)
     breaks = driven.breaks
     first = int(np.searchsorted(breaks, begin, "right"))
     last = int(np.searchsorted(breaks, end, "left"))
-    is_cut = last - first > most_pieces
-    if is_cut:
+    if last - first > most_pieces:
         last = first + most_pieces
-        end = float(breaks[last])
-    inside = breaks[first:last]
-    estimate = yield from estimated(heights, samples(begin, end, inside), speed, limits)
-    yield
-    if estimate.cells[-1] > most:
-        is_cut = True
-        index = int(np.searchsorted(estimate.cells, most))
-        end = float(estimate.places[max(index, 2)])
-        inside = inside[inside < end]
-        estimate = yield from estimated(
-            heights, samples(begin, end, inside), speed, limits, estimate.each
-        )
-        yield
+        return Extent(begin, float(breaks[last]), breaks[first:last], is_cut=True)
+    return Extent(begin, end, breaks[first:last], is_cut=False)
+
+
+def cells_of(
+    extent: Extent, estimate: SpeedEstimate, speed: float, first_places: FloatArray | None = None
+) -> Cells:
+    """Return the cells of a window.
+
+    Args:
+        extent: of the window.
+        estimate: of the speed in it.
+        speed: where it begins; 0 at rest [m/s].
+        first_places: where the first cells end, ascending, if that is known [m].
+    """
     at_begin, at_end = _widths(estimate)
-    rest_map = RestMap(begin, end, 0.0 if speed > 0.0 else at_begin, at_end)
-    parameters, ways = _cells(rest_map, estimate, inside)
+    rest_map = RestMap(extent.begin, extent.end, 0.0 if speed > 0.0 else at_begin, at_end)
+    parameters, ways = _cells(rest_map, estimate, extent.breaks)
     if first_places is not None:
         parameters, ways = _begun(rest_map, parameters, ways, first_places)
-    yield
-    middles = rest_map.derivatives(0.5 * (parameters[1:] + parameters[:-1]))
-    seen = yield from _seen(heights, ways, middles, inside, estimate.limits)
-    return TimingGrid(rest_map, parameters, ways, *seen, estimate.limits, is_cut)
+    return Cells(rest_map, parameters, ways, estimate.limits, extent.is_cut)
 
 
 def _widths(estimate: SpeedEstimate) -> tuple[float, float]:
@@ -216,41 +248,34 @@ def _begun(
     )
 
 
-def _seen(
-    heights: PathHeights,
-    ways: FloatArray,
-    middles: FloatArray,
-    breaks: FloatArray,
-    limits: SliderLimits,
-) -> Interruptible[tuple[CellHeights, CellLimits]]:
-    """Return heights by u, and limits of the cells.
-
-    Args:
-        heights: of the sliders along the path.
-        ways: where cells begin and end, and three derivatives by u. Shape (4, n + 1).
-        middles: likewise, in the middle of each cell in u. Shape (4, n).
-        breaks: between them [m].
-        limits: of the sliders.
-    """
-    driven = heights.driven
-    count = ways.shape[1] - 1
-    places, s1, s2, s3 = np.stack((ways[:, :-1], ways[:, 1:]), axis=1)
+def cell_ends(curve: PathHeights, cells: Cells) -> CellEnds:
+    """Return the derivatives of the slider heights where ``cells`` begin and where they end."""
+    driven, places = curve.driven, cells.ways[0]
     # What lies before a break counts for the end of the cell before it.
     pieces = np.concatenate(
-        (driven.pieces_of(places[0]), np.searchsorted(driven.breaks, places[1], "left") - 1)
+        (driven.pieces_of(places[:-1]), np.searchsorted(driven.breaks, places[1:], "left") - 1)
     )
-    both, rates = heights.derivatives_on(pieces, places.ravel())
-    _, h1, h2, h3 = both.reshape(4, 3, 2, count).swapaxes(1, 2)
-    yield
-    highest, lowest = yield from _widened(heights, ways[0], breaks, h3)
-    yield
-    s1, s2, s3 = s1[:, np.newaxis], s2[:, np.newaxis], s3[:, np.newaxis]
+    both, rates = curve.derivatives_on(pieces, np.concatenate((places[:-1], places[1:])))
+    count = len(places) - 1
+    heights = both[1:].reshape(3, 3, 2, count).swapaxes(1, 2)
+    return CellEnds(heights, rates.reshape(2, count))
+
+
+def timing_grid(curve: PathHeights, cells: Cells, ends: CellEnds) -> TimingGrid:
+    """Return what some ``cells`` of a path allow, of which the ``ends`` are known."""
+    breaks, rest_map = curve.driven.breaks, cells.rest_map
+    breaks = breaks[(breaks > rest_map.begin) & (breaks < rest_map.end)]
+    h1, h2, h3 = ends.heights
+    highest, lowest = _widened(curve, cells.ways[0], breaks, h3)
+    _, s1, s2, s3 = np.stack((cells.ways[:, :-1], cells.ways[:, 1:]), axis=1)[:, :, np.newaxis]
     first, square = h1 * s1, s1 * s1
     rest = 3.0 * h2 * s1 * s2 + h1 * s3
-    velocity, acceleration, jerk = limits.table[..., np.newaxis]
-    squared = _squared_speeds(heights, middles, velocity, (first, rates.reshape(2, -1) * s1[:, 0]))
-    shape = (3, count)
-    return (
+    velocity, acceleration, jerk = cells.usable.table[..., np.newaxis]
+    middles = rest_map.derivatives(cells.middle_parameters)
+    squared = _squared_speeds(curve, middles, velocity, (first, ends.rates * s1[:, 0]))
+    shape = first.shape[1:]
+    return TimingGrid(
+        cells,
         CellHeights(
             first,
             h2 * square + h1 * s2,
@@ -287,7 +312,7 @@ def _squared_speeds(
 
 def _widened(
     heights: PathHeights, knots: FloatArray, breaks: FloatArray, thirds: FloatArray
-) -> Interruptible[tuple[FloatArray, FloatArray]]:
+) -> tuple[FloatArray, FloatArray]:
     """Return the largest and the least third derivatives by the way that cells have to allow.
 
     Args:
@@ -304,7 +329,6 @@ def _widened(
     owner, hidden_breaks = owner[hidden], breaks[hidden]
     pieces = heights.driven.pieces_of(hidden_breaks)
     before = heights.derivatives_on(pieces - 1, hidden_breaks).heights[3]
-    yield
     after = heights.derivatives_on(pieces, hidden_breaks).heights[3]
     firsts = np.flatnonzero(np.diff(owner, prepend=-1))
     owners = owner[firsts]

@@ -13,6 +13,7 @@ optimum more than all of it damps the steps, as the constraints of the jerk are 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from functools import partial
 from importlib.machinery import PathFinder
 from importlib.util import find_spec, module_from_spec
@@ -22,7 +23,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.path_timing.problem import TimingProblem
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -94,10 +94,10 @@ class Solution(NamedTuple):
     converged: bool
 
 
-def solve(
+def solutions(
     problem: TimingProblem, guess: FloatArray, is_near: bool = False
-) -> Interruptible[Solution]:
-    """Solve a problem.
+) -> Iterator[Solution]:
+    """Yield what is found after each step; the last one tells whether it is the solution.
 
     Args:
         problem: to be solved.
@@ -134,7 +134,7 @@ def solve(
     lam = (first_gap / size) * float((weights / np.sqrt(b[2:])).sum()) / s
     stuck = 0
     for step in range(MOST_STEPS):
-        yield
+        yield Solution(c, step, False)
         table[:, 7:] = linear[:, 7:] + (places * b[:2] ** -1.5)[:, _OF_ROW]
         root = weights / np.sqrt(b[2:])
         total = float(root.sum())
@@ -145,11 +145,11 @@ def solve(
         miss = float(np.abs(primal).max())
         rough = float((np.abs(dual) * c).max())
         if gap < GAP * total and miss < MISS and rough < GAP * total:
-            return Solution(c, step, True)
+            yield Solution(c, step, True)
+            return
         ratio = lam / s
         curvature = 0.75 * _CURVATURES[gap < _NEAR * total]
         bands = _bands(table, ratio, rows.inside, curvature * root / np.square(b[2:]))
-        yield
         # Nothing multiplies these: right sides are zero.
         bands[0, given] = 1.0
         bands[1:, given[:-1]] = 0.0
@@ -173,7 +173,7 @@ def solve(
         b = b + length * db
         s = s + length * ds
         lam = lam + _NEARNESS * _longest(lam, dl) * dl
-    return Solution(c, MOST_STEPS, False)
+    yield Solution(c, MOST_STEPS, False)
 
 
 # The rows of jerks at both places, upwards and downwards; and which b is theirs.

@@ -24,7 +24,7 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderLimits,
     TimeScaling,
     Trajectory,
-    check_path_limits,
+    check_along,
     evaluate,
     total_duration,
 )
@@ -62,7 +62,7 @@ def brake_hard(
         )
     )
     yield
-    check_path_limits(curve, scaling, limits, above=_ABOVE_SPEED)
+    check_along(curve, scaling, limits, above=_ABOVE_SPEED)
     return PathScaling(scaling, np.inf)
 
 
@@ -177,7 +177,7 @@ class PathPlanner:
         Raises:
             PathTimingError: if none is found.
         """
-        start, held = plan.on_path(time), plan.scaling.since(time)
+        start, held = plan.on_curve(time), plan.scaling.since(time)
         planning = plan_window(heights, start, limits, held)
         with SOUND:
             return PathPlan(heights, (yield from planning))
@@ -220,7 +220,7 @@ class PathPlanner:
         Raises:
             KinematicsError: if it does not keep all limits, or takes more than ``longest`` [s].
         """
-        start = plan.on_path(time)
+        start = plan.on_curve(time)
         braking = brake_hard(plan.heights, start, limits, longest)
         with SOUND:
             return PathPlan(plan.heights, (yield from braking))
@@ -235,7 +235,7 @@ class PathPlanner:
             return (yield from self.brake_hard(plan, time, limits, inf))
         except KinematicsError:
             yield
-        start = plan.on_path(time)
+        start = plan.on_curve(time)
         braking = brake(plan.heights, start, limits)
         with SOUND:
             return PathPlan(plan.heights, (yield from braking))

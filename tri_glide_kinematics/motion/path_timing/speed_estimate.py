@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.path import distinct
 from tri_glide_kinematics.motion.trajectory import PathHeights, PathTimingError, SliderLimits
 from tri_glide_kinematics.vectors import FloatArray
@@ -82,7 +81,7 @@ def estimated(
     speed: float,
     limits: SliderLimits,
     each: float | None = None,
-) -> Interruptible[SpeedEstimate]:
+) -> SpeedEstimate:
     """Return an estimate of the motion from a ``speed`` at the first place to rest at the last.
 
     Args:
@@ -100,7 +99,6 @@ def estimated(
     if len(unreached):
         place = float(places[unreached[0]])
         raise PathTimingError.at(heights.driven, place, "an arm does not reach so far")
-    yield
     steps = np.diff(places)
     velocity, acceleration, _ = limits.table[..., np.newaxis]
     with np.errstate(divide="ignore"):
@@ -127,7 +125,6 @@ def estimated(
         brakings = _brakings(speeds, along, jerk_along)
         ramp = float((limits.table[1] / limits.table[2]).min())
         each = _cell(_times(steps, speeds), brakings, ramp)
-        yield
     limits = _usable(limits, each)
     steady, speeds, jerk_along = with_jerk(limits.table[2])
     times = _times(steps, speeds)

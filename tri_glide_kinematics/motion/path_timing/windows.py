@@ -22,11 +22,16 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.path_timing.first_guess import first_guess
 from tri_glide_kinematics.motion.path_timing.grid import (
     FIRST_PIECES,
+    Cells,
+    Extent,
     TimingGrid,
+    cell_ends,
+    cells_of,
+    extent,
     pieces_ahead,
     timing_grid,
 )
-from tri_glide_kinematics.motion.path_timing.interior_point import solve
+from tri_glide_kinematics.motion.path_timing.interior_point import solutions
 from tri_glide_kinematics.motion.path_timing.problem import (
     CellLimits,
     SplineRows,
@@ -35,9 +40,11 @@ from tri_glide_kinematics.motion.path_timing.problem import (
     spline_rows,
     timing_problem,
 )
+from tri_glide_kinematics.motion.path_timing.speed_estimate import estimated
 from tri_glide_kinematics.motion.trajectory import (
     NO_BACKWARD_SPEED,
     RELATIVE_ROUNDING,
+    Bounds,
     PathHeights,
     PathScaling,
     PathStart,
@@ -45,7 +52,9 @@ from tri_glide_kinematics.motion.trajectory import (
     PlanningError,
     SliderLimits,
     TimeScaling,
-    bounds_in_pieces,
+    blocks,
+    bounds_of,
+    smooth_parts,
 )
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -143,15 +152,16 @@ class TimingSearch:
         if guess is None:
             guess = first_guess(self._curve, grid, self._begin, self._limits, self._held)
             yield
-        spans = np.diff(grid.parameters)
+        spans = np.diff(grid.cells.parameters)
         rows = spline_rows(spans, not moving)
         state = _state(grid, self._begin) if moving else None
         allowed = _tightened(grid.limits, self._own)
         problem = timing_problem(rows, spans, grid.heights, allowed, state)
         yield
-        solution = yield from solve(problem, guess, is_near)
+        for each in solutions(problem, guess, is_near):
+            yield
+            solution = each
         self.converged = solution.converged
-        yield
         yield from self._take(spans, rows, solution.coefficients)
         if self.scaling is None:
             return
@@ -163,12 +173,12 @@ class TimingSearch:
         self._own = np.repeat(own, 1 + coarse, axis=1)
         self._guess = solution.coefficients
         if coarse.any():
-            self._grid = yield from grid.divided(self._curve, coarse)
+            self._grid = yield from _grid(self._curve, grid.cells.divided(coarse))
             self._guess = divided(self._guess, rows, coarse)
 
     def go_steadily(self) -> Interruptible[None]:
         """Take a b that is the same everywhere; from rest only."""
-        spans = np.diff(self._grid.parameters)
+        spans = np.diff(self._grid.cells.parameters)
         steady = feasible_constant(self._grid.heights, self._grid.limits)
         rows = spline_rows(spans, True)
         yield from self._take(spans, rows, np.full(len(spans) + 2, steady))
@@ -177,15 +187,15 @@ class TimingSearch:
         self, spans: FloatArray, rows: SplineRows, coefficients: FloatArray
     ) -> Interruptible[None]:
         """Look at the motion that ``coefficients`` of the spline describe."""
-        self.scaling = time_scaling(spans, rows, self._grid.ways, coefficients)
+        self.scaling = time_scaling(spans, rows, self._grid.cells.ways, coefficients)
         if self.scaling is None:
             self.converged = False
             return
-        self.scaling = self.scaling.with_ends(self._begin, self._grid.rest_map.end)
+        self.scaling = self.scaling.with_ends(self._begin, self._grid.cells.rest_map.end)
         yield
-        bounds = yield from bounds_in_pieces(self._curve, self.scaling)
+        bounds = yield from _bounds(self._curve, self.scaling)
         self.parts = bounds.parts(self._limits)
-        self.slower = slowdown(self.parts)
+        self.slower = float(bounds.slowdown(self._limits).max())
         if not bounds.backwards <= NO_BACKWARD_SPEED or not np.isfinite(self.slower):
             self.scaling = None
             self.converged = False
@@ -193,28 +203,22 @@ class TimingSearch:
     def error(self) -> PathTimingError:
         """Return the error that says that nothing was found."""
         worst = int(np.nan_to_num(self.parts, nan=inf).max(axis=0).argmax())
-        place = float(self._grid.ways[0, worst])
+        place = float(self._grid.cells.ways[0, worst])
         return PathTimingError.at(self._curve.driven, place, "no motion keeps the limits")
-
-
-def slowdown(parts: FloatArray) -> float:
-    """Return by which factor a motion has to be slower, for ``parts`` of the limits (3, n)."""
-    velocity, acceleration, jerk = parts.max(axis=1).tolist()
-    return float(max(velocity, acceleration**0.5, jerk ** (1.0 / 3.0)))
 
 
 def _state(grid: TimingGrid, start: PathStart) -> tuple[float, float]:
     """Return b and its slope where a motion goes on."""
-    s1, s2 = grid.ways[1:3, 0].tolist()
+    s1, s2 = grid.cells.ways[1:3, 0].tolist()
     b = (start.speed / s1) ** 2
     return b, 2.0 * (start.acceleration - s2 * b) / s1
 
 
 def _margins(grid: TimingGrid, moving: bool) -> FloatArray:
     """Return the parts of the limits that cells are planned with. Shape (3, n)."""
-    count = len(grid.parameters) - 1
+    count = len(grid.cells.parameters) - 1
     result = _MARGINS * np.ones(count)
-    if grid.is_cut:
+    if grid.cells.is_cut:
         later = np.minimum(np.arange(count) / (COMMITTED[0] * count), 1.0)
         result += (_LATER_MARGINS - _MARGINS) * later
     if moving:
@@ -275,34 +279,74 @@ def plan_window(
     """
     if not start.place < min(curve.driven.length, until):
         raise PlanningError("the path is at its end")
-    if start.speed > 0.0:
-        if held is not None:
-            # What is held is one of the motions that are looked for, as long as cells are the same.
-            places = held.ways[1 : 1 + _SAME_CELLS]
-            most = pieces_ahead(curve, start.place, float(held.ways[-1]))
-            grid = yield from timing_grid(
-                curve,
-                start.place,
-                start.speed,
-                limits,
-                first_places=places,
-                until=until,
-                most_pieces=most,
-            )
+    if not start.speed > 0.0:
+        grid = yield from _window(
+            curve, extent(curve, start.place, until, FIRST_PIECES), 0.0, limits
+        )
+        return (yield from _from_rest(curve, grid, start, limits))
+    if held is not None:
+        # What is held is one of the motions that are looked for, as long as cells are the same.
+        places = held.ways[1 : 1 + _SAME_CELLS]
+        most = pieces_ahead(curve, start.place, float(held.ways[-1]))
+        ahead = extent(curve, start.place, until, most)
+        grid = yield from _window(curve, ahead, start.speed, limits, places)
+        try:
+            return (yield from _in_motion(curve, grid, start, limits, held))
+        except PathTimingError:
+            # Another guess may lead to one.
             yield
-            try:
-                return (yield from _in_motion(curve, grid, start, limits, held))
-            except PathTimingError:
-                # Another guess may lead to one.
-                yield
-        grid = yield from timing_grid(curve, start.place, start.speed, limits, until=until)
-        yield
-        return (yield from _in_motion(curve, grid, start, limits, None))
-    grid = yield from timing_grid(
-        curve, start.place, 0.0, limits, until=until, most_pieces=FIRST_PIECES
-    )
+    grid = yield from _window(curve, extent(curve, start.place, until), start.speed, limits)
+    return (yield from _in_motion(curve, grid, start, limits, None))
+
+
+def _window(
+    curve: PathHeights,
+    ahead: Extent,
+    speed: float,
+    limits: SliderLimits,
+    first_places: FloatArray | None = None,
+) -> Interruptible[TimingGrid]:
+    """Return the cells of a window, and what they allow.
+
+    Args:
+        curve: the path.
+        ahead: how far the window may lead.
+        speed: where it begins [m/s].
+        limits: of the sliders.
+        first_places: where the first cells end, ascending, if that is known [m].
+
+    Raises:
+        PathTimingError: if an arm does not reach some place.
+    """
+    estimate = estimated(curve, ahead.samples, speed, limits)
     yield
-    return (yield from _from_rest(curve, grid, start, limits))
+    part = ahead.cut(estimate)
+    if part is not ahead:
+        estimate = estimated(curve, part.samples, speed, limits, estimate.each)
+        yield
+    cells = cells_of(part, estimate, speed, first_places)
+    yield
+    return (yield from _grid(curve, cells))
+
+
+def _grid(curve: PathHeights, cells: Cells) -> Interruptible[TimingGrid]:
+    """Return what some ``cells`` of a path allow."""
+    ends = cell_ends(curve, cells)
+    yield
+    grid = timing_grid(curve, cells, ends)
+    yield
+    return grid
+
+
+def _bounds(curve: PathHeights, scaling: TimeScaling) -> Interruptible[Bounds]:
+    """Return the bounds along a path, found block by block."""
+    found = []
+    for block in blocks(curve, scaling):
+        parts = smooth_parts(curve, block)
+        yield
+        found.append(bounds_of(curve, parts))
+        yield
+    return Bounds.joined(found)
 
 
 def _from_rest(
@@ -333,7 +377,7 @@ def _from_rest(
         best = search.scaling.slower(search.slower * _ABOVE_ROUNDING)
         best_parts = search.parts
     best = yield from _certified(curve, best, limits)
-    return PathScaling(best, _continuation(best, best_parts, grid.is_cut))
+    return PathScaling(best, _continuation(best, best_parts, grid.cells.is_cut))
 
 
 def _certified(
@@ -345,8 +389,8 @@ def _certified(
         PlanningError: if its knots are too close to be more than rounding.
     """
     for _ in range(_ROUNDS):
-        bounds = yield from bounds_in_pieces(curve, scaling)
-        slower = slowdown(bounds.parts(limits))
+        bounds = yield from _bounds(curve, scaling)
+        slower = float(bounds.slowdown(limits).max())
         if slower <= 1.0 + RELATIVE_ROUNDING:
             return scaling
         scaling = scaling.slower(slower * _ABOVE_ROUNDING)
@@ -366,7 +410,7 @@ def _in_motion(
         yield from search.improve()
         if search.scaling is not None and search.slower <= 1.0:
             scaling = search.scaling
-            return PathScaling(scaling, _continuation(scaling, search.parts, grid.is_cut))
+            return PathScaling(scaling, _continuation(scaling, search.parts, grid.cells.is_cut))
         if not search.converged:
             break
     raise search.error()

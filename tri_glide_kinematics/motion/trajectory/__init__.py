@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.trajectory.along_curve import CurvePlan as CurvePlan
     from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan as LinePlan
     from tri_glide_kinematics.motion.trajectory.along_curve import PathPlan as PathPlan
     from tri_glide_kinematics.motion.trajectory.cubic import SAME_TIME as SAME_TIME
@@ -14,20 +15,15 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.curve_bounds import (
         NO_BACKWARD_SPEED as NO_BACKWARD_SPEED,
     )
-    from tri_glide_kinematics.motion.trajectory.curve_bounds import (
-        bounds_in_pieces as bounds_in_pieces,
-    )
-    from tri_glide_kinematics.motion.trajectory.curve_bounds import (
-        check_line_bounds as check_line_bounds,
-    )
-    from tri_glide_kinematics.motion.trajectory.curve_bounds import (
-        check_path_limits as check_path_limits,
-    )
+    from tri_glide_kinematics.motion.trajectory.curve_bounds import Bounds as Bounds
+    from tri_glide_kinematics.motion.trajectory.curve_bounds import blocks as blocks
+    from tri_glide_kinematics.motion.trajectory.curve_bounds import bounds_of as bounds_of
+    from tri_glide_kinematics.motion.trajectory.curve_bounds import check_along as check_along
     from tri_glide_kinematics.motion.trajectory.curve_bounds import (
         derivative_bounds as derivative_bounds,
     )
-    from tri_glide_kinematics.motion.trajectory.curve_bounds import path_bounds as path_bounds
-    from tri_glide_kinematics.motion.trajectory.curve_bounds import slowdown as slowdown
+    from tri_glide_kinematics.motion.trajectory.curve_bounds import smooth_parts as smooth_parts
+    from tri_glide_kinematics.motion.trajectory.curves import Curve as Curve
     from tri_glide_kinematics.motion.trajectory.curves import PathHeights as PathHeights
     from tri_glide_kinematics.motion.trajectory.curves import StraightLine as StraightLine
     from tri_glide_kinematics.motion.trajectory.errors import SOUND as SOUND

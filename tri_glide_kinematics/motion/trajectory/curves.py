@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from math import sqrt
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -27,6 +27,69 @@ from tri_glide_kinematics.motion.trajectory.trajectory import SliderState, new_s
 from tri_glide_kinematics.tri_glide import ArmTooShortError, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
+
+# The breaks of a curve that has none.
+_NO_BREAKS = np.empty(0)
+
+
+class HeightDerivatives(NamedTuple):
+    """Slider heights along a path, at n places.
+
+    Attributes:
+        heights: and first, second and third derivative by s. Shape (4, 3, n).
+        rates: of the driven way by s, the magnitude of $p'$. Shape (n,).
+    """
+
+    heights: FloatArray
+    rates: FloatArray
+
+
+class CurveParts(NamedTuple):
+    """What a curve is like in m parts of it, from where each begins to where it ends.
+
+    Attributes:
+        at_ends: first, second and third derivative of the slider heights by s, where parts begin
+            and then where they end. Shape (3, 3, 2 m).
+        by_way: upper bounds in each part of the absolute derivatives of the slider heights by s,
+            from first to fifth. Shape (5, 3, m).
+        rates: of the driven way by s, where parts begin and then where they end. Shape (2 m,).
+        place: upper bounds in each part of the magnitudes of the platform's derivatives by s, from
+            first to third. Shape (3, m).
+        speed_limits: largest speeds of the platform. Shape (m,), or one for all [m/s].
+    """
+
+    at_ends: FloatArray
+    by_way: FloatArray
+    rates: FloatArray
+    place: FloatArray
+    speed_limits: FloatArray | float
+
+
+class Curve(Protocol):
+    """Where the platform moves, seen from the sliders."""
+
+    @property
+    def breaks(self) -> FloatArray:
+        """Ascending ways at which a derivative up to the fifth may jump. Shape (n,) [m]."""
+
+    def state(self, way: float, speed: float, acceleration: float) -> SliderState:
+        """Return the setpoint at one place.
+
+        Args:
+            way: place on the curve [m].
+            speed: of it [m/s].
+            acceleration: of it [m/s^2].
+        """
+
+    def derivatives(self, ways: FloatArray) -> HeightDerivatives:
+        """Return heights and their derivatives at ``ways``. Shape (n,) [m]."""
+
+    def in_parts(self, ways: FloatArray) -> CurveParts:
+        """Return what the curve is like in parts between breaks.
+
+        Args:
+            ways: where parts begin, and then where they end. Shape (2 m,) [m].
+        """
 
 
 class StraightLine:
@@ -127,21 +190,76 @@ class StraightLine:
         h1, h2, h3 = heights
         return h1, h2, h3
 
+    @property
+    def breaks(self) -> FloatArray:
+        """There are none."""
+        return _NO_BREAKS
+
     def heights(self, ways: FloatArray) -> FloatArray:
         """Return the slider heights at many distances ``ways``, shape (n,) [m]. Shape (3, n)."""
-        return np.asarray(self.start[2] + self.slope * ways + self._rise(ways)[1])
+        return self._heights(ways, self._rise(ways)[1])
 
-    def derivatives(
-        self, ways: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return rise R, and first, second and third derivative of the heights at ``ways`` [m].
+    def derivatives(self, ways: FloatArray) -> HeightDerivatives:
+        """Return heights and their derivatives at ``ways``, shape (n,) [m]."""
+        rise, *derivatives = self._derivatives(ways)
+        table = np.array((self._heights(ways, rise), *derivatives))
+        return HeightDerivatives(table, np.ones(len(ways)))
+
+    def state(self, way: float, speed: float, acceleration: float) -> SliderState:
+        """Return the setpoint at one place, in plain floats: it is called in each control cycle.
 
         Args:
-            ways: Shape (n,) [m].
-
-        Returns:
-            Four arrays, each of the shape (3, n).
+            way: place on the line [m].
+            speed: of it [m/s].
+            acceleration: of it [m/s^2].
         """
+        (s1, x1), (s2, x2), (s3, x3) = self.arms
+        m, slope = self.curvature, self.slope
+        base, change, square = self.start[2] + slope * way, m * way, speed * speed
+        y1, y2, y3 = x1 + change, x2 + change, x3 + change
+        r1 = math.sqrt(s1 + way * (x1 + y1))
+        r2 = math.sqrt(s2 + way * (x2 + y2))
+        r3 = math.sqrt(s3 + way * (x3 + y3))
+        g1, g2, g3 = y1 / r1, y2 / r2, y3 / r3
+        f1, f2, f3 = g1 + slope, g2 + slope, g3 + slope
+        return new_state(
+            SliderState,
+            (
+                (base + r1, base + r2, base + r3),
+                (f1 * speed, f2 * speed, f3 * speed),
+                (
+                    f1 * acceleration + (m - g1 * g1) / r1 * square,
+                    f2 * acceleration + (m - g2 * g2) / r2 * square,
+                    f3 * acceleration + (m - g3 * g3) / r3 * square,
+                ),
+            ),
+        )
+
+    def in_parts(self, ways: FloatArray) -> CurveParts:
+        """Return what the line is like in parts.
+
+        Args:
+            ways: where parts begin, and then where they end. Shape (2 m,) [m].
+        """
+        rise, *at_ends = self._derivatives(ways)
+        count = len(ways) // 2
+        steepest = np.abs(at_ends[0] - self.slope).reshape(3, 2, count).max(axis=1)
+        flatness = 1.0 / rise.reshape(3, 2, count).min(axis=1)
+        ratio = steepest * flatness
+        g2 = (steepest * steepest - self.curvature) * flatness
+        g4 = g2 * g2 * flatness
+        by_way = (steepest + abs(self.slope), g2, 3.0 * ratio * g2, 15.0 * g4, 105.0 * ratio * g4)
+        place = np.zeros((3, count))
+        place[0] = 1.0
+        return CurveParts(np.array(at_ends), np.array(by_way), np.ones(2 * count), place, math.inf)
+
+    def _heights(self, ways: FloatArray, rise: FloatArray) -> FloatArray:
+        return np.asarray(self.start[2] + self.slope * ways + rise)
+
+    def _derivatives(
+        self, ways: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return rise R, and three derivatives of the heights at ``ways``. Each (3, n)."""
         x, rise = self._rise(ways)
         first = x / rise
         second = (self.curvature - first * first) / rise
@@ -156,18 +274,6 @@ class StraightLine:
 
 # However small the scale is, no path is to be driven more slowly [m/s].
 SLOWEST = 1e-7
-
-
-class HeightDerivatives(NamedTuple):
-    """Slider heights along a path, at n places.
-
-    Attributes:
-        heights: and first, second and third derivative by s. Shape (4, 3, n).
-        rates: of the driven way by s, the magnitude of $p'$. Shape (n,).
-    """
-
-    heights: FloatArray
-    rates: FloatArray
 
 
 class PathHeights:
@@ -251,6 +357,69 @@ class PathHeights:
         g2 = -(3.0 * (x1 * x2 + y1 * y2 + g * g1) + dx * x3 + dy * y3) * flatness
         heights[3] = g2 + z3
         return HeightDerivatives(heights, np.sqrt(level + z1 * z1))
+
+    @property
+    def breaks(self) -> FloatArray:
+        """Ascending ways between which the path is smooth. Shape (n,) [m]."""
+        return self.driven.breaks
+
+    def in_parts(self, ways: FloatArray) -> CurveParts:
+        """Return what the path is like in parts between breaks.
+
+        Args:
+            ways: where parts begin, and then where they end. Shape (2 m,) [m].
+        """
+        begins, ends = ways.reshape(2, -1)
+        middles = 0.5 * (begins + ends)
+        pieces = self.driven.pieces_of(middles)
+        table = self.driven.derivatives_on(np.concatenate((pieces, pieces)), ways, 5)
+        (_, *at_ends), rates = self.seen_from_sliders(table)
+        by_way, place = self._largest_by_way(table, ends - begins)
+        return CurveParts(np.array(at_ends), by_way, rates, place, self.speed_limits(middles))
+
+    def _largest_by_way(
+        self, table: FloatArray, length: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return bounds of the derivatives of the heights, and of the platform's place, by the way.
+
+        Args:
+            table: derivatives of the platform's position up to the fifth, where parts begin and
+                then where they end. Shape (6, 2 m, 3).
+            length: of the parts. Shape (m,) [m].
+
+        Returns:
+            From the first to the fifth, shape (5, 3, m), and from the first to the third, shape
+            (3, m).
+        """
+        count = len(length)
+        half = 0.5 * length
+        dx, dy, squares = self.relative(table[0])
+        # The horizontal parts alone bend the arms.
+        level = np.sqrt(np.square(table[1:, :, :2]).sum(axis=2)).reshape(5, 2, count).max(axis=1)
+        upright = np.abs(table[1:, :, 2]).reshape(5, 2, count).max(axis=1)
+        # Of a tilted circle only the whole has a constant magnitude.
+        level[4] = upright[4] = np.hypot(level[4], upright[4])
+        for order in (3, 2, 1, 0):
+            level[order] += half * level[order + 1]
+            upright[order] += half * upright[order + 1]
+        p1, p2, p3, p4, p5 = level
+        away = np.sqrt(dx * dx + dy * dy).reshape(3, 2, count).max(axis=1) + half * p1
+        x1 = p1 * p1 + away * p2
+        x2 = 3.0 * p1 * p2 + away * p3
+        x3 = 3.0 * p2 * p2 + 4.0 * p1 * p3 + away * p4
+        x4 = 10.0 * p2 * p3 + 5.0 * p1 * p4 + away * p5
+        x0 = np.abs(dx * table[1, :, 0] + dy * table[1, :, 1]).reshape(3, 2, count).max(axis=1)
+        x0 += half * x1
+        rise = squares.reshape(3, 2, count).min(axis=1) - (0.25 * length * length) * x1
+        with np.errstate(invalid="ignore"):
+            flatness = 1.0 / np.sqrt(rise)
+        g = x0 * flatness
+        g1 = (x1 + g * g) * flatness
+        g2 = (x2 + 3.0 * g * g1) * flatness
+        g3 = (x3 + 3.0 * g1 * g1 + 4.0 * g * g2) * flatness
+        g4 = (x4 + 10.0 * g1 * g2 + 5.0 * g * g3) * flatness
+        by_way = np.array((g, g1, g2, g3, g4)) + upright[:, np.newaxis]
+        return by_way, np.hypot(level[:3], upright[:3])
 
     def state(self, way: float, speed: float, acceleration: float) -> SliderState:
         """Return the setpoint at one place, in plain floats: it is called in each control cycle.
