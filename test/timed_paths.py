@@ -74,7 +74,7 @@ def driven(curve: PathHeights, limits: SliderLimits = LIMITS) -> Driven:
         found = at_once(plan_window(curve, starts[-1], limits, held))
         windows.append(found)
         until = min(found.continue_at, float(found.scaling.times[-1]))
-        starts.append(found.start_at(until))
+        starts.append(start_at(found, until))
         held = found.scaling.since(until) if until < found.scaling.times[-1] else None
         now += until
         begins.append(now)
@@ -85,6 +85,11 @@ def driven(curve: PathHeights, limits: SliderLimits = LIMITS) -> Driven:
         inside = index == number
         ways[inside] = window.scaling.evaluate(times[inside] - begins[number])[0]
     return Driven(windows, starts[:-1], ways, now)
+
+
+def start_at(window: PathScaling, time: float) -> PathStart:
+    """Return from where the motion of a ``window`` goes on at a ``time`` [s]."""
+    return PathStart(*(float(values[0]) for values in window.scaling.evaluate(np.array([time]))))
 
 
 def joined(found: Driven) -> TimeScaling:

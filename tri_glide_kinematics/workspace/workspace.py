@@ -2,7 +2,7 @@
 
 A place is inside if a set of limits holds (``WorkspaceLimits``). Along a straight line of the
 platform, travel, reach, box and cylinder are solved for, and the condition number is traced; along
-any other path all limits are traced (``workspace_tracing`` states the tolerance that this leaves).
+any other path all limits are traced (``tracing.py`` states the tolerance that this leaves).
 Each limit may be exceeded by a nanometre, for rounding.
 
 A machine that is found outside must be able to come back: ``Workspace.widened_to`` returns the

@@ -10,7 +10,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import DriveLimits, Follow
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
-from tri_glide_kinematics.motion.moves import NEARLY, SAME_PLACE, MotionPlanner
+from tri_glide_kinematics.motion.moves import NEARLY, REACHED, MotionPlanner
 from tri_glide_kinematics.motion.path_timing import PathPlanner
 from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan
 from tri_glide_kinematics.workspace import Workspace
@@ -83,7 +83,7 @@ class PathReplanning:
         goal = replace(goal, place=place, from_rest=False)
         x, y, z, *_ = heights.driven.state(place)
         begin = (x, y, z)
-        if math.dist(begin, self._machine.forward(state.heights)) > SAME_PLACE:
+        if math.dist(begin, self._machine.forward(state.heights)) > REACHED:
             region = self._planner.region(state)
             approach = yield from self._planner.line(state, begin, limits.effective, region)
             return HeldMotion(approach, goal, PlanRole.LEADS_TO_GOAL, region, limits)

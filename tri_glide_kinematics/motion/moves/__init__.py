@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.moves.line_timing import TimedJog as TimedJog
     from tri_glide_kinematics.motion.moves.parametrisation import SpeedNorm as SpeedNorm
     from tri_glide_kinematics.motion.moves.parametrisation import parametrise as parametrise
-    from tri_glide_kinematics.motion.moves.search import SAME_PLACE as SAME_PLACE
+    from tri_glide_kinematics.motion.moves.search import REACHED as REACHED
     from tri_glide_kinematics.motion.moves.search import MotionKind as MotionKind
     from tri_glide_kinematics.motion.moves.search import MotionPlanner as MotionPlanner
     from tri_glide_kinematics.motion.moves.search import plan_move as plan_move

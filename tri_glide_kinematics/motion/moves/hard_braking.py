@@ -49,7 +49,7 @@ LANDING_PIECES = 5
 AHEAD = 3.0
 
 # Places at which the curve is looked at, up to so many times the way that is expected.
-PLACES = 48
+LOOKED_AT = 48
 FARTHEST = 2.0
 
 # A slope that is less is none.
@@ -131,18 +131,18 @@ class _Curve:
         if not length > 0.0:
             raise PlanningError("there is no way to brake on")
         with np.errstate(invalid="ignore"):
-            table = np.array(derivatives(np.linspace(start, start + length, PLACES)))
-        rows = table.transpose(2, 0, 1).reshape(PLACES, 9)
+            table = np.array(derivatives(np.linspace(start, start + length, LOOKED_AT)))
+        rows = table.transpose(2, 0, 1).reshape(LOOKED_AT, 9)
         within = np.isfinite(rows).all(axis=1)
-        count = PLACES if within.all() else int(within.argmin())
+        count = LOOKED_AT if within.all() else int(within.argmin())
         if count < 2:
             raise PlanningError("the braking would lead out of reach")
         # The way that is expected, not that which is looked at to be sure.
-        self._slopes = np.abs(table[0, :, : min(count, int(PLACES / FARTHEST))])
+        self._slopes = np.abs(table[0, :, : min(count, int(LOOKED_AT / FARTHEST))])
         self._table = rows[:count]
         self._rows: list[list[float]] = self._table.tolist()
         self._start = start
-        self._density = (PLACES - 1) / length
+        self._density = (LOOKED_AT - 1) / length
 
     def least_of(self, bounds: Sequence[float]) -> float:
         """Return what the ``bounds`` of the sliders leave along all of the expected way."""

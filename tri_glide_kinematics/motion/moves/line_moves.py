@@ -198,10 +198,10 @@ WELL_USED = 0.98
 LEAST_BEGIN = 0.1
 
 # Fractions of acceleration and jerk that blends of moves use; the line has what is left.
-BLEND_FRACTIONS = (0.2, 0.4, 0.6)
+MOVE_BLEND_FRACTIONS = (0.2, 0.4, 0.6)
 
 # A blend may take this many times as long as a stop.
-LONGEST_BLEND = 4.0
+LONGEST_MOVE_BLEND = 4.0
 
 # Fractions of a braking that are over when a new line begins.
 DELAYS = (0.3, 0.5, 0.7, 0.8, 0.9, 1.0)
@@ -257,7 +257,7 @@ class LineJoining:
             Those that are expected to be over first come first; there may be none.
         """
         ways: list[WayOnto] = []
-        for fraction in BLEND_FRACTIONS:
+        for fraction in MOVE_BLEND_FRACTIONS:
             try:
                 ways.append((yield from self._blending(state, builder, limits, fraction)))
             except KinematicsError:
@@ -330,7 +330,7 @@ class LineJoining:
         entry = self._entry.moving(state, builder, limits, fraction)
         yield
         entry = yield from _limited(entry, builder)
-        check_length(entry.blend, state, limits, LONGEST_BLEND)
+        check_length(entry.blend, state, limits, LONGEST_MOVE_BLEND)
         parametrisation = parametrise(entry.line, limits, NORM)
         factors = MovingFactors(1.0 - fraction, 1.0)
         phases = self._timing.phases(entry, parametrisation, factors)

@@ -37,11 +37,11 @@ from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace
 
 # Fraction of acceleration and jerk that blends use at most; the line has what is left.
-BLEND_FRACTIONS = (0.3, 0.6)
-FROM_REST_BLEND_FRACTION = 0.1
+JOG_BLEND_FRACTIONS = (0.3, 0.6)
+JOG_BLEND_FRACTION_FROM_REST = 0.1
 
 # Targets closer than this are reached [m].
-SAME_PLACE = 1e-9
+REACHED = 1e-9
 
 
 class MotionKind(Enum):
@@ -134,11 +134,11 @@ class MotionPlanner:
         """
         builder = LineToEdge(region, direction, speed)
         if not moving:
-            fraction = FROM_REST_BLEND_FRACTION
+            fraction = JOG_BLEND_FRACTION_FROM_REST
             return (yield from self._lines.jog(state, builder, limits, fraction, speed))
 
         def candidates() -> Iterator[Candidate]:
-            for fraction in BLEND_FRACTIONS:
+            for fraction in JOG_BLEND_FRACTIONS:
                 jog = partial(self._lines.jog, state, builder, limits, fraction, speed)
                 yield partial(self._blended, jog, limits, region)
             for braking in self.stopping.candidates(state, limits, region):
@@ -182,7 +182,7 @@ class MotionPlanner:
             KinematicsError: if the line leaves the ``region``.
         """
         start = self._machine.forward(state.heights)
-        if math.dist(start, position) < SAME_PLACE:
+        if math.dist(start, position) < REACHED:
             return CubicPlan(state, ((), (), ()))
         yield from found(region.way_check(start, position))
         yield

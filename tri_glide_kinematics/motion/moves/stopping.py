@@ -50,7 +50,7 @@ GENTLE_LINE_BRAKING = (0.9, 0.5)
 ALONG_PIECES = 5
 
 # A stop may be traced at this many places; more would take too long for a control cycle.
-TRACE_SAMPLES = 140
+STOP_SAMPLES = 140
 
 # Makes a trajectory, or raises a KinematicsError.
 Candidate = Callable[[], Interruptible[Trajectory]]
@@ -186,7 +186,7 @@ class Stopping:
         Raises:
             PlanningError: if it cannot be shown to keep all limits.
         """
-        proof = first_certified(region, state, (stop.ways,), limits, TRACE_SAMPLES)
+        proof = first_certified(region, state, (stop.ways,), limits, STOP_SAMPLES)
         certified = yield from found(proof)
         if certified is None:
             raise PlanningError("the sliders' stop leads out of the limits")

@@ -22,7 +22,7 @@ _GENTLE = 0.3
 _FLAT = 0.1
 
 # Steps of Newton's method from times between knots.
-_STEPS = 4
+_NEWTON_STEPS = 4
 
 # Next to the rest at the end of a window, where the way hardly depends on the parameter, a guess is
 # no larger than this multiple of the largest, and found with this slope at least.
@@ -114,7 +114,7 @@ def _slowing(
 def _speeds(scaling: TimeScaling, ways: FloatArray) -> FloatArray:
     """Return the speeds of a ``scaling`` at ``ways`` [m]; behind its end, the last. Shape (n,)."""
     times = np.interp(ways, np.maximum.accumulate(scaling.ways), scaling.times)
-    for _ in range(_STEPS):
+    for _ in range(_NEWTON_STEPS):
         way, speed, _ = scaling.evaluate(times)
         times = times - (way - ways) / np.maximum(speed, 1e-3 * scaling.speeds.max())
         times = np.clip(times, 0.0, scaling.times[-1])

@@ -33,7 +33,7 @@ MOST_PIECES = 1500
 # From rest it looks at fewer, so that the motion begins soon; what goes on from there looks so many
 # times as far as what is held still leads: where it is continued, that may be a fifth of it.
 FIRST_PIECES = 300
-FARTHER = 12
+AHEAD_OF_HELD = 12
 
 # Cells that a piece of the path gets of its own.
 _CELLS_OF_PIECE = 3.0
@@ -193,7 +193,7 @@ def _widths(estimate: SpeedEstimate) -> tuple[float, float]:
 def pieces_ahead(heights: PathHeights, begin: float, end: float) -> int:
     """Return how many pieces of a path to look at after a motion from ``begin`` to ``end`` [m]."""
     first, last = np.searchsorted(heights.driven.breaks, (begin, end))
-    return int(np.clip(FARTHER * (last - first), FIRST_PIECES, MOST_PIECES))
+    return int(np.clip(AHEAD_OF_HELD * (last - first), FIRST_PIECES, MOST_PIECES))
 
 
 def _cells(

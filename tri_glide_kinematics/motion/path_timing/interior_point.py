@@ -64,7 +64,7 @@ MISS = 1e-4
 
 # So many steps in a row that are shorter than this part of Newton's mean that there is no solution.
 _STUCK = 0.02
-_PATIENCE = 5
+_STUCK_STEPS = 5
 
 # Part of the way to where a slack, a multiplier or b is zero that a step goes at most.
 _NEARNESS = 0.99
@@ -97,7 +97,7 @@ class Solution(NamedTuple):
 def solutions(
     problem: TimingProblem, guess: FloatArray, is_near: bool = False
 ) -> Iterator[Solution]:
-    """Yield what is found after each step; the last one tells whether it is the solution.
+    """Yield what is found, twice in each step; the last one tells whether it is the solution.
 
     Args:
         problem: to be solved.
@@ -150,6 +150,7 @@ def solutions(
         ratio = lam / s
         curvature = 0.75 * _CURVATURES[gap < _NEAR * total]
         bands = _bands(table, ratio, rows.inside, curvature * root / np.square(b[2:]))
+        yield Solution(c, step, False)
         # Nothing multiplies these: right sides are zero.
         bands[0, given] = 1.0
         bands[1:, given[:-1]] = 0.0
@@ -167,7 +168,7 @@ def solutions(
         db = _applied(watched, dc)
         length = min(_NEARNESS * _longest(s, ds), 0.9 * _longest(b, db))
         stuck = stuck + 1 if length < _STUCK else 0
-        if stuck == _PATIENCE:
+        if stuck == _STUCK_STEPS:
             break
         c = c + length * dc
         b = b + length * db

@@ -35,7 +35,7 @@ from tri_glide_kinematics.workspace import Workspace
 _ABOVE_SPEED = 0.01
 
 # A braking leads so much farther, one after another, than one that only the slopes limit.
-_FARTHER = (1.15, 1.6, 2.5, 4.0)
+_BRAKING_WAYS = (1.15, 1.6, 2.5, 4.0)
 
 
 def brake_hard(
@@ -81,7 +81,7 @@ def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interru
         raise PlanningError("the platform rests")
     stop = _next_stop(curve, start.place)
     shortest = _shortest(curve, start, limits)
-    for factor in _FARTHER:
+    for factor in _BRAKING_WAYS:
         until = min(start.place + factor * shortest, stop)
         try:
             found = yield from plan_window(curve, start, limits, until=until)

@@ -19,7 +19,7 @@ from tri_glide_kinematics.vectors import FloatArray
 REACH = 0.6
 
 # Newton's method for the parameter; from its starting value fewer are enough.
-_STEPS = 6
+_NEWTON_STEPS = 6
 
 
 class RestMap(NamedTuple):
@@ -91,7 +91,7 @@ def _inverse(ways: FloatArray) -> FloatArray:
     ways = np.maximum(ways, 0.0)
     x = np.cbrt(0.5 * ways)
     x = np.minimum(x * (1.0 + x * (1.0 / 3.0 + 0.4 * x * x)), 1.0)
-    for _ in range(_STEPS):
+    for _ in range(_NEWTON_STEPS):
         square = x * x
         slope = square * (6.0 - 8.0 * x + 3.0 * square)
         miss = square * x * (2.0 - 2.0 * x + 0.6 * square) - ways

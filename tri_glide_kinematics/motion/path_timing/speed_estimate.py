@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.path import distinct
-from tri_glide_kinematics.motion.trajectory import PathHeights, PathTimingError, SliderLimits
+from tri_glide_kinematics.motion.trajectory import PathHeights, SliderLimits
 from tri_glide_kinematics.vectors import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -98,7 +98,7 @@ def estimated(
     unreached = np.flatnonzero(~np.isfinite(first).all(axis=0))
     if len(unreached):
         place = float(places[unreached[0]])
-        raise PathTimingError.at(heights.driven, place, "an arm does not reach so far")
+        raise heights.timing_error(place, "an arm does not reach so far")
     steps = np.diff(places)
     velocity, acceleration, _ = limits.table[..., np.newaxis]
     with np.errstate(divide="ignore"):

@@ -204,7 +204,7 @@ class TimingSearch:
         """Return the error that says that nothing was found."""
         worst = int(np.nan_to_num(self.parts, nan=inf).max(axis=0).argmax())
         place = float(self._grid.cells.ways[0, worst])
-        return PathTimingError.at(self._curve.driven, place, "no motion keeps the limits")
+        return self._curve.timing_error(place, "no motion keeps the limits")
 
 
 def _state(grid: TimingGrid, start: PathStart) -> tuple[float, float]:
@@ -344,7 +344,9 @@ def _bounds(curve: PathHeights, scaling: TimeScaling) -> Interruptible[Bounds]:
     for block in blocks(curve, scaling):
         parts = smooth_parts(curve, block)
         yield
-        found.append(bounds_of(curve, parts))
+        seen = curve.in_parts(parts.ways)
+        yield
+        found.append(bounds_of(parts, seen))
         yield
     return Bounds.joined(found)
 

@@ -81,7 +81,7 @@ class CubicPlan(Trajectory):
                 return self._final
             row = self._row = self._rows[bisect_right(self._starts, time) - 1]
             start, end, h1, v1, a1, j1, h2, v2, a2, j2, h3, v3, a3, j3 = row
-        # The cubic of ``constant_jerk.after``, unrolled: calls for each slider take twice as long.
+        # The cubic of ``phases.after``, unrolled: calls for each slider take twice as long.
         t = time - start
         half, sixth = 0.5 * t, t / 6.0
         b1, b2, b3 = a1 + j1 * t, a2 + j2 * t, a3 + j3 * t
@@ -278,7 +278,7 @@ class StraightPlan(CubicPlan):
                 return self._final
             row = self._row = self._rows[bisect_right(self._starts, time) - 1]
             start, end, v0, w0, b0, j, h1, h2, h3, s1, s2, s3, k1, k2, k3, d1, d2, d3 = row
-        # The cubic of ``constant_jerk.after``, unrolled for the leader.
+        # The cubic of ``phases.after``, unrolled for the leader.
         t = time - start
         b = b0 + t * j
         v = v0 + t * (b0 + b)

@@ -36,7 +36,7 @@ import numpy as np
 from tri_glide_kinematics.motion.path import Indices
 from tri_glide_kinematics.motion.trajectory import quintics
 from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
-from tri_glide_kinematics.motion.trajectory.curves import Curve
+from tri_glide_kinematics.motion.trajectory.curves import Curve, CurveParts
 from tri_glide_kinematics.motion.trajectory.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.trajectory.limits import (
     QUANTITIES,
@@ -55,10 +55,10 @@ _AT_KNOT = 1e-9
 # Steps of the search for the instant at which a break is passed, and how exact it is, as a part of
 # the longest piece.
 _INSTANT = 1e-11
-_STEPS = 40
+_HALLEY_STEPS = 40
 
 # Parts that are looked at together, about: few together cost nearly as much as many.
-_BLOCK = 350
+_BLOCK = 250
 
 
 class Bounds(NamedTuple):
@@ -148,7 +148,8 @@ def derivative_bounds(curve: Curve, scaling: TimeScaling, blend: CubicPlan | Non
         scaling: how far along it is at each time.
         blend: offsets of the sliders that are added to them.
     """
-    return bounds_of(curve, smooth_parts(curve, scaling), blend)
+    parts = smooth_parts(curve, scaling)
+    return bounds_of(parts, curve.in_parts(parts.ways), blend)
 
 
 def check_along(
@@ -178,7 +179,7 @@ def check_along(
     # A braking may lead out of reach; the NaN that this gives fails every comparison.
     with np.errstate(invalid="ignore"):
         bounds = Bounds.joined(
-            bounds_of(curve, smooth_parts(curve, block), blend) for block in blocks(curve, scaling)
+            derivative_bounds(curve, block, blend) for block in blocks(curve, scaling)
         )
     bounds.check(scaling.times, limits, above)
 
@@ -304,7 +305,7 @@ def _instants(ways: FloatArray, coefficients: FloatArray, dt: FloatArray) -> Flo
     # As at a constant speed.
     time = np.clip((ways - begin) / (end - begin), 0.0, 1.0) * dt
     tolerance = _INSTANT * float(dt.max())
-    for _ in range(_STEPS):
+    for _ in range(_HALLEY_STEPS):
         value, slope, second = quintics.evaluate(coefficients, time)
         miss = value - ways
         before = miss < 0.0
@@ -320,11 +321,16 @@ def _instants(ways: FloatArray, coefficients: FloatArray, dt: FloatArray) -> Flo
     return np.asarray(time)
 
 
-def bounds_of(curve: Curve, parts: SmoothParts, blend: CubicPlan | None = None) -> Bounds:
-    """Return the bounds in the pieces that some ``parts`` belong to; see ``derivative_bounds``."""
+def bounds_of(parts: SmoothParts, seen: CurveParts, blend: CubicPlan | None = None) -> Bounds:
+    """Return the bounds in the pieces that some parts belong to; see ``derivative_bounds``.
+
+    Args:
+        parts: of the pieces.
+        seen: what the curve is like in them.
+        blend: offsets of the sliders that are added to them.
+    """
     count = len(parts.piece)
     speeds, accelerations = parts.speeds, parts.accelerations
-    seen = curve.in_parts(parts.ways)
     first, second, third = seen.at_ends
     squared = speeds * speeds
     ends = np.array(

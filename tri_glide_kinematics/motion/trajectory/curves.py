@@ -23,6 +23,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from tri_glide_kinematics.motion.path import DrivenPath, Indices
+from tri_glide_kinematics.motion.trajectory.errors import PathTimingError
 from tri_glide_kinematics.motion.trajectory.trajectory import SliderState, new_state
 from tri_glide_kinematics.tri_glide import ArmTooShortError, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -306,6 +307,11 @@ class PathHeights:
         if speed_scale == self.speed_scale:
             return self
         return PathHeights(self.driven, self.geometry, speed_scale)
+
+    def timing_error(self, place: float, reason: str) -> PathTimingError:
+        """Return the error that no motion is found at a ``place`` [m], for a ``reason``."""
+        segment = int(self.driven.segment_of(np.array([place]))[0])
+        return PathTimingError(segment, place, reason)
 
     def speed_limits(self, ways: FloatArray) -> FloatArray:
         """Return the largest speeds of the platform at ``ways``. Shape (n,) [m/s]."""

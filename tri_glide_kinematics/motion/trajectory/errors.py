@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from types import TracebackType
 
-import numpy as np
-
 from tri_glide_kinematics.errors import KinematicsError, Refusal
-from tri_glide_kinematics.motion.path import DrivenPath
 from tri_glide_kinematics.wording import number_text, vector_text
 
 
@@ -136,11 +133,6 @@ class PathTimingError(PlanningError):
         super().__init__(f"segment {segment + 1} of the path, {place:.6g} m along it: {reason}")
         self.segment = segment
         self.place = place
-
-    @classmethod
-    def at(cls, driven: DrivenPath, place: float, reason: str) -> PathTimingError:
-        """Return the error for a ``place`` on a path [m]."""
-        return cls(int(driven.segment_of(np.array([place]))[0]), place, reason)
 
 
 class _Sound:

@@ -119,8 +119,3 @@ class PathScaling(NamedTuple):
     def ends_at(self) -> float:
         """Place at which it comes to rest [m]."""
         return float(self.scaling.ways[-1])
-
-    def start_at(self, time: float) -> PathStart:
-        """Return from where it goes on at a ``time`` [s]."""
-        way, speed, acceleration = self.scaling.evaluate(np.array([time]))
-        return PathStart(float(way[0]), float(speed[0]), float(acceleration[0]))
