@@ -69,3 +69,14 @@ def test_a_path_is_proved_as_far_as_the_samples_go():
         MACHINE, replace(DEFAULT_LIMITS, box_lower=(-1.0,) * 3, box_upper=(0.15, 1.0, 1.0))
     )
     assert not narrow.path_proof(*arguments, 4000).result()
+
+
+def test_what_is_traced_in_pieces_is_what_is_traced_at_once():
+    start, direction = MACHINE.forward((0.6, 0.6, 0.6)), (1.0, 0.3, 0.2)
+    searched = WORKSPACE.exit_search(start, direction, 1.0)
+    pieces = 1
+    while not searched.go_on(3):
+        pieces += 1
+    assert pieces > 3
+    assert searched.result() == WORKSPACE.exit_distance(start, direction, 1.0)
+    assert searched.then(lambda distance: 2.0 * distance).result() == 2.0 * searched.result()

@@ -1,4 +1,4 @@
-"""What is verified of plans in slider space: exact extremes of heights, and peaks below limits."""
+"""What is verified of trajectories: extremes of heights, peaks below limits, the way inside."""
 
 from __future__ import annotations
 
@@ -11,9 +11,18 @@ from hypothesis import strategies as st
 from motion_plans import LIMITS, dense, heights, moving_plan
 from strategies import reproducible
 
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion import MotionKind, PlatformPath, plan_move, time_path
 from tri_glide_kinematics.motion.trajectory import (
+    SequencePlan,
     SliderLimitError,
+    SliderLimits,
+    Trajectory,
 )
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
 
 
 @reproducible
@@ -57,3 +66,32 @@ def test_limits_are_compared_with_exact_peaks(target, slider, quantity):
     between_samples = 400.0 * sampled.times[1]
     values[slider] = max(peaks[slider] * 1.001 + between_samples, 1e-3)
     plan.check_limits(replace(LIMITS, **{quantity: tuple(values)}))
+
+
+PLACES = ((0.0, 0.0, 0.3), (0.08, 0.02, 0.35))
+INSIDE = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
+BOX = replace(INSIDE, box_lower=(-0.1, -0.1, 0.2), box_upper=(0.05, 0.1, 0.5))
+
+
+def trajectories() -> dict[str, Trajectory]:
+    """Return one of each kind, from one place to the other."""
+    workspace, limits = Workspace(MACHINE, INSIDE), SliderLimits.uniform(1.0, 10.0, 200.0)
+    path = PlatformPath.start(PLACES[0]).line_to(PLACES[1])
+    sliders = plan_move(workspace, limits, *PLACES)
+    line = plan_move(workspace, limits, *PLACES, kind=MotionKind.LINEAR)
+    return {
+        "sliders": sliders,
+        "line": line,
+        "path": time_path(path, workspace, limits),
+        "sequence": SequencePlan((line, plan_move(workspace, limits, PLACES[1], PLACES[0]))),
+    }
+
+
+@pytest.mark.parametrize("kind", ["sliders", "line", "path", "sequence"])
+def test_every_trajectory_can_be_asked_whether_it_keeps_limits_and_stays_inside(kind):
+    plan, limits = trajectories()[kind], SliderLimits.uniform(1.0, 10.0, 200.0)
+    assert plan.keeps_limits(limits)
+    assert not plan.keeps_limits(SliderLimits.uniform(0.05, 10.0, 200.0))
+    plan.check_inside(Workspace(MACHINE, INSIDE), limits)
+    with pytest.raises(KinematicsError):
+        plan.check_inside(Workspace(MACHINE, BOX), limits)
