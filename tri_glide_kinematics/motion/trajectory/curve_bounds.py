@@ -81,6 +81,10 @@ class Bounds(NamedTuple):
     @classmethod
     def joined(cls, blocks: Iterable[Bounds]) -> Bounds:
         """Return the bounds in all pieces of some blocks, one after the other."""
+        first, *others = blocks
+        if not others:
+            return first
+        blocks = (first, *others)
         velocity, acceleration, jerk, platform, backwards = zip(*blocks)
         return cls(
             np.concatenate(velocity, axis=1),
@@ -226,21 +230,23 @@ def smooth_parts(curve: Curve, scaling: TimeScaling) -> SmoothParts:
     """Return the parts of the pieces of a time ``scaling`` between breaks of a ``curve``."""
     times, ways, speeds, accelerations = scaling
     dt = times[1:] - times[:-1]
+    square = dt * dt
+    cube = square * dt
     points = quintics.derivative_control_points(dt, ways, speeds, accelerations)
     speed_points = points[:5] / dt
     largest = np.abs(points)
     orders = np.array(
         (
             np.abs(speed_points).max(axis=0),
-            largest[5:9].max(axis=0) / dt**2,
-            largest[9:12].max(axis=0) / dt**3,
-            largest[12:14].max(axis=0) / dt**4,
-            largest[14] / dt**5,
+            largest[5:9].max(axis=0) / square,
+            largest[9:12].max(axis=0) / cube,
+            largest[12:14].max(axis=0) / (square * square),
+            largest[14] / (square * cube),
         )
     )
     backwards = -min(float(speed_points.min()), 0.0)
     if not len(curve.breaks):
-        jerks = (points[9:12:2] / dt**3).ravel()
+        jerks = (points[9:12:2] / cube).ravel()
         ways, speeds, accelerations = (
             np.concatenate((values[:-1], values[1:])) for values in scaling[1:]
         )
@@ -361,19 +367,24 @@ def bounds_of(parts: SmoothParts, seen: CurveParts, blend: CubicPlan | None = No
     )
     # How far acceleration and jerk may exceed their values at the ends.
     dt = parts.durations
-    of_jerk = fifth * (0.125 * dt * dt)
+    eighth = 0.125 * dt * dt
+    of_jerk = fifth * eighth
     of_acceleration = (0.125 * change + of_jerk) * dt
     result = np.empty((10, count))
     result[:3] = velocity + (of_acceleration + 0.25 * weaker * turning) * dt
     result[3:6] = acceleration + of_acceleration
     result[6:9] = jerk + of_jerk
-    # The velocity of the platform leaves the straight line between its values by its jerk alone.
-    p1, p2, p3 = seen.place
-    of_speed = (p1 * d3 + 3.0 * p2 * d1 * d2 + p3 * d11 * d1) * (0.125 * dt * dt)
-    fastest = np.abs(seen.rates * speeds).reshape(2, count).max(axis=0) + of_speed
-    result[9] = fastest / seen.speed_limits
-    firsts = np.flatnonzero(np.diff(parts.piece, prepend=-1))
-    largest = np.maximum.reduceat(result, firsts, axis=1) if len(firsts) < count else result
+    result[9] = 0.0
+    if seen.platform is not None:
+        rates, (p1, p2, p3), speed_limits = seen.platform
+        # Its velocity leaves the straight line between its values by its jerk alone.
+        of_speed = (p1 * d3 + 3.0 * p2 * d1 * d2 + p3 * d11 * d1) * eighth
+        fastest = np.abs(rates * speeds).reshape(2, count).max(axis=0) + of_speed
+        result[9] = fastest / speed_limits
+    largest = result
+    if parts.piece[-1] + 1 < count:
+        firsts = np.flatnonzero(np.diff(parts.piece, prepend=-1))
+        largest = np.maximum.reduceat(result, firsts, axis=1)
     return Bounds(largest[:3], largest[3:6], largest[6:9], largest[9], parts.backwards)
 
 

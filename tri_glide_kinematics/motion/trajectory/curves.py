@@ -45,6 +45,21 @@ class HeightDerivatives(NamedTuple):
     rates: FloatArray
 
 
+class PlatformParts(NamedTuple):
+    """How fast the platform is, and may be, in m parts of a curve.
+
+    Attributes:
+        rates: of the driven way by s, where parts begin and then where they end. Shape (2 m,).
+        place: upper bounds in each part of the magnitudes of the platform's derivatives by s, from
+            first to third. Shape (3, m).
+        speed_limits: largest speeds of the platform. Shape (m,) [m/s].
+    """
+
+    rates: FloatArray
+    place: FloatArray
+    speed_limits: FloatArray
+
+
 class CurveParts(NamedTuple):
     """What a curve is like in m parts of it, from where each begins to where it ends.
 
@@ -53,17 +68,12 @@ class CurveParts(NamedTuple):
             and then where they end. Shape (3, 3, 2 m).
         by_way: upper bounds in each part of the absolute derivatives of the slider heights by s,
             from first to fifth. Shape (5, 3, m).
-        rates: of the driven way by s, where parts begin and then where they end. Shape (2 m,).
-        place: upper bounds in each part of the magnitudes of the platform's derivatives by s, from
-            first to third. Shape (3, m).
-        speed_limits: largest speeds of the platform. Shape (m,), or one for all [m/s].
+        platform: its speed; None if the curve asks for none.
     """
 
     at_ends: FloatArray
     by_way: FloatArray
-    rates: FloatArray
-    place: FloatArray
-    speed_limits: FloatArray | float
+    platform: PlatformParts | None
 
 
 class Curve(Protocol):
@@ -250,9 +260,7 @@ class StraightLine:
         g2 = (steepest * steepest - self.curvature) * flatness
         g4 = g2 * g2 * flatness
         by_way = (steepest + abs(self.slope), g2, 3.0 * ratio * g2, 15.0 * g4, 105.0 * ratio * g4)
-        place = np.zeros((3, count))
-        place[0] = 1.0
-        return CurveParts(np.array(at_ends), np.array(by_way), np.ones(2 * count), place, math.inf)
+        return CurveParts(np.array(at_ends), np.array(by_way), None)
 
     def _heights(self, ways: FloatArray, rise: FloatArray) -> FloatArray:
         return np.asarray(self.start[2] + self.slope * ways + rise)
@@ -381,7 +389,8 @@ class PathHeights:
         table = self.driven.derivatives_on(np.concatenate((pieces, pieces)), ways, 5)
         (_, *at_ends), rates = self.seen_from_sliders(table)
         by_way, place = self._largest_by_way(table, ends - begins)
-        return CurveParts(np.array(at_ends), by_way, rates, place, self.speed_limits(middles))
+        platform = PlatformParts(rates, place, self.speed_limits(middles))
+        return CurveParts(np.array(at_ends), by_way, platform)
 
     def _largest_by_way(
         self, table: FloatArray, length: FloatArray
