@@ -23,9 +23,8 @@ from tri_glide_kinematics.motion.engine.commands import (
     jog_of,
     path_of,
 )
-from tri_glide_kinematics.motion.engine.execution import PlanExecution
+from tri_glide_kinematics.motion.engine.execution import PlanExecution, PlanHolder
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
-from tri_glide_kinematics.motion.engine.plan_holder import PlanHolder
 from tri_glide_kinematics.motion.engine.progress import PathProgress
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
