@@ -21,10 +21,10 @@ from tri_glide_kinematics.control import (
     InPositionBounds,
     MotionController,
     OperatingState,
+    Streams,
     SupervisionBounds,
     Supervisor,
 )
-from tri_glide_kinematics.control.commands import Streams
 from tri_glide_kinematics.motion import MotionEngine, SliderLimits
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3

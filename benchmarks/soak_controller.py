@@ -33,10 +33,11 @@ from tri_glide_kinematics.control import (
     ControllerStatus,
     InPositionBounds,
     MotionController,
+    Streams,
     SupervisionBounds,
     Supervisor,
+    TargetPath,
 )
-from tri_glide_kinematics.control.commands import Streams, TargetPath
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import (

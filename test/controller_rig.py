@@ -7,16 +7,19 @@ from functools import partial
 from tri_glide_kinematics.control import (
     Cause,
     CommandedMotion,
+    EngineCommands,
+    Goals,
     InPositionBounds,
     MotionController,
+    NewestTarget,
     Operation,
     Reason,
     StartingPlace,
     StateMachine,
+    Streams,
     SupervisionBounds,
     Supervisor,
 )
-from tri_glide_kinematics.control.commands import EngineCommands, Goals, NewestTarget, Streams
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits

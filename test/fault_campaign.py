@@ -12,8 +12,7 @@ from typing import NamedTuple
 from controller_rig import LIMITS, PERIOD
 from machine_states import STATES
 
-from tri_glide_kinematics.control import Cause, Reason
-from tri_glide_kinematics.control.commands import TargetPath
+from tri_glide_kinematics.control import Cause, Reason, TargetPath
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 from tri_glide_kinematics.ros.inputs import path_points

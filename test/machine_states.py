@@ -6,7 +6,7 @@ from contextlib import suppress
 
 from controller_rig import MACHINE, Rig
 
-from tri_glide_kinematics.control.commands import TargetPath
+from tri_glide_kinematics.control import TargetPath
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind
 from tri_glide_kinematics.motion.path import FlatPath

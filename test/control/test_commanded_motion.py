@@ -11,8 +11,9 @@ from tri_glide_kinematics.control import (
     STOPPING,
     WAITING,
     CommandRefusedError,
+    GoalCode,
+    TargetPosition,
 )
-from tri_glide_kinematics.control.commands import GoalCode, TargetPosition
 from tri_glide_kinematics.errors import Refusal
 
 

@@ -12,8 +12,15 @@ from controller_rig import LIMITS, PERIOD
 from machine_states import FAR, STATES
 
 import tri_glide_kinematics
-from tri_glide_kinematics.control import DISABLED, FAULT, WAITING, BrokenError, Cause, Reason
-from tri_glide_kinematics.control.commands import GoalCode
+from tri_glide_kinematics.control import (
+    DISABLED,
+    FAULT,
+    WAITING,
+    BrokenError,
+    Cause,
+    GoalCode,
+    Reason,
+)
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import Pursuit, Replanning
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse

@@ -7,8 +7,7 @@ import random
 import pytest
 from controller_rig import LIMITS, MACHINE, Rig, ended
 
-from tri_glide_kinematics.control import IDLE, MOVING, PAUSED, Cause, Reason
-from tri_glide_kinematics.control.commands import GoalCode, TargetPath
+from tri_glide_kinematics.control import IDLE, MOVING, PAUSED, Cause, GoalCode, Reason, TargetPath
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion import MotionKind, MotionPhase
 from tri_glide_kinematics.motion.path import FlatPath

@@ -2,8 +2,8 @@
 
 A ``controller`` is made of the ``operation`` of a machine, a ``commanded_motion`` and ``commands``.
 For other rooms: ``controller``, ``status`` and ``operating_state``; ``supervision`` and
-``in_position`` for its bounds; ``health``, ``controller_health``, ``loop_statistics`` and
-``reason_log`` for what a node says about itself; ``simulated_sliders``.
+``newest_target`` for its bounds; ``health``, ``controller_health`` and ``loop_statistics`` for what
+a node says about itself; ``simulated_sliders``.
 """
 
 from typing import TYPE_CHECKING
@@ -12,6 +12,18 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.control.commanded_motion import CommandedMotion as CommandedMotion
+    from tri_glide_kinematics.control.commands import COMMAND_INTERVAL as COMMAND_INTERVAL
+    from tri_glide_kinematics.control.commands import CarriedOut as CarriedOut
+    from tri_glide_kinematics.control.commands import EngineCommands as EngineCommands
+    from tri_glide_kinematics.control.commands import Inbox as Inbox
+    from tri_glide_kinematics.control.commands import Kind as Kind
+    from tri_glide_kinematics.control.commands import NewLimits as NewLimits
+    from tri_glide_kinematics.control.commands import Target as Target
+    from tri_glide_kinematics.control.commands import TargetKind as TargetKind
+    from tri_glide_kinematics.control.commands import TargetPath as TargetPath
+    from tri_glide_kinematics.control.commands import TargetPosition as TargetPosition
+    from tri_glide_kinematics.control.commands import TargetVelocity as TargetVelocity
+    from tri_glide_kinematics.control.commands import TrackedTarget as TrackedTarget
     from tri_glide_kinematics.control.controller import MotionController as MotionController
     from tri_glide_kinematics.control.controller_health import delay_counts as delay_counts
     from tri_glide_kinematics.control.controller_health import health_of as health_of
@@ -19,12 +31,19 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.controller_health import status_of as status_of
     from tri_glide_kinematics.control.errors import BrokenError as BrokenError
     from tri_glide_kinematics.control.errors import CommandRefusedError as CommandRefusedError
+    from tri_glide_kinematics.control.goals import GRACE as GRACE
+    from tri_glide_kinematics.control.goals import Goal as Goal
+    from tri_glide_kinematics.control.goals import GoalCode as GoalCode
+    from tri_glide_kinematics.control.goals import Goals as Goals
+    from tri_glide_kinematics.control.goals import Outcome as Outcome
     from tri_glide_kinematics.control.health import Health as Health
     from tri_glide_kinematics.control.health import Level as Level
-    from tri_glide_kinematics.control.in_position import Arrival as Arrival
-    from tri_glide_kinematics.control.in_position import InPosition as InPosition
-    from tri_glide_kinematics.control.in_position import InPositionBounds as InPositionBounds
     from tri_glide_kinematics.control.loop_statistics import LoopStatistics as LoopStatistics
+    from tri_glide_kinematics.control.newest_target import CAUSE_OF as CAUSE_OF
+    from tri_glide_kinematics.control.newest_target import Arrival as Arrival
+    from tri_glide_kinematics.control.newest_target import InPosition as InPosition
+    from tri_glide_kinematics.control.newest_target import InPositionBounds as InPositionBounds
+    from tri_glide_kinematics.control.newest_target import NewestTarget as NewestTarget
     from tri_glide_kinematics.control.operating_state import DISABLED as DISABLED
     from tri_glide_kinematics.control.operating_state import FAULT as FAULT
     from tri_glide_kinematics.control.operating_state import FOLLOWERS as FOLLOWERS
@@ -36,21 +55,24 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.operating_state import STOPPING as STOPPING
     from tri_glide_kinematics.control.operating_state import TRACKING as TRACKING
     from tri_glide_kinematics.control.operating_state import WAITING as WAITING
+    from tri_glide_kinematics.control.operating_state import Cause as Cause
     from tri_glide_kinematics.control.operating_state import (
         ForbiddenTransitionError as ForbiddenTransitionError,
     )
     from tri_glide_kinematics.control.operating_state import OperatingState as OperatingState
+    from tri_glide_kinematics.control.operating_state import Reason as Reason
     from tri_glide_kinematics.control.operating_state import StateMachine as StateMachine
     from tri_glide_kinematics.control.operation import TRAVEL_TOLERANCE as TRAVEL_TOLERANCE
     from tri_glide_kinematics.control.operation import Operation as Operation
     from tri_glide_kinematics.control.operation import StartingPlace as StartingPlace
-    from tri_glide_kinematics.control.reason import Cause as Cause
-    from tri_glide_kinematics.control.reason import Reason as Reason
     from tri_glide_kinematics.control.simulated_sliders import SimulatedPlate as SimulatedPlate
     from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders as SimulatedSliders
     from tri_glide_kinematics.control.simulated_sliders import SliderFaults as SliderFaults
     from tri_glide_kinematics.control.simulated_sliders import TrueMachine as TrueMachine
     from tri_glide_kinematics.control.status import ControllerStatus as ControllerStatus
+    from tri_glide_kinematics.control.streams import SLOWEST_STREAM as SLOWEST_STREAM
+    from tri_glide_kinematics.control.streams import Streams as Streams
+    from tri_glide_kinematics.control.streams import twist_stream as twist_stream
     from tri_glide_kinematics.control.supervision import SILENT_CYCLES as SILENT_CYCLES
     from tri_glide_kinematics.control.supervision import SupervisionBounds as SupervisionBounds
     from tri_glide_kinematics.control.supervision import Supervisor as Supervisor

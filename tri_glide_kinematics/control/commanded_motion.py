@@ -8,11 +8,6 @@ from dataclasses import replace
 from tri_glide_kinematics.control.commands import (
     CarriedOut,
     EngineCommands,
-    Goal,
-    GoalCode,
-    Goals,
-    NewestTarget,
-    Streams,
     Target,
     TargetPath,
     TargetPosition,
@@ -20,16 +15,20 @@ from tri_glide_kinematics.control.commands import (
     TrackedTarget,
 )
 from tri_glide_kinematics.control.errors import CommandRefusedError
+from tri_glide_kinematics.control.goals import Goal, GoalCode, Goals
+from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     JOGGING,
     MOVING,
     ON_THE_WAY,
     PAUSED,
     TRACKING,
+    Cause,
+    Reason,
     StateMachine,
 )
 from tri_glide_kinematics.control.operation import Operation
-from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import MotionEngine, jog_of
 from tri_glide_kinematics.motion.trajectory import SliderLimits

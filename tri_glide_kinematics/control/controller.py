@@ -5,15 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from tri_glide_kinematics.control.commanded_motion import CommandedMotion
-from tri_glide_kinematics.control.commands import (
-    EngineCommands,
-    GoalCode,
-    Goals,
-    NewestTarget,
-    Streams,
-)
+from tri_glide_kinematics.control.commands import EngineCommands
 from tri_glide_kinematics.control.errors import BrokenError, CommandRefusedError
-from tri_glide_kinematics.control.in_position import Arrival, InPositionBounds
+from tri_glide_kinematics.control.goals import GoalCode, Goals
+from tri_glide_kinematics.control.newest_target import Arrival, InPositionBounds, NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
     FAULT,
@@ -23,13 +18,15 @@ from tri_glide_kinematics.control.operating_state import (
     STOPPING,
     TRACKING,
     WAITING,
+    Cause,
     OperatingState,
+    Reason,
     StateMachine,
     at_rest,
 )
 from tri_glide_kinematics.control.operation import NO_MEASUREMENT, Operation, StartingPlace
-from tri_glide_kinematics.control.reason import Cause, Reason
 from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, PathProgress

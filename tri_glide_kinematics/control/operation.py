@@ -6,14 +6,10 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 
-from tri_glide_kinematics.control.commands import (
-    EngineCommands,
-    GoalCode,
-    Goals,
-    NewestTarget,
-    Streams,
-)
+from tri_glide_kinematics.control.commands import EngineCommands
 from tri_glide_kinematics.control.errors import BrokenError, CommandRefusedError
+from tri_glide_kinematics.control.goals import GoalCode, Goals
+from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
     FAULT,
@@ -21,10 +17,12 @@ from tri_glide_kinematics.control.operating_state import (
     IN_MOTION,
     STOPPING,
     WAITING,
+    Cause,
     OperatingState,
+    Reason,
     StateMachine,
 )
-from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.motion.engine import MotionEngine

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.control.operating_state import Cause, Reason
 from tri_glide_kinematics.wording import number_text
 
 # The machine is silent only if it says nothing while we listen: after a late cycle of our own the

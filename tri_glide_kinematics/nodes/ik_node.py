@@ -19,10 +19,10 @@ from tri_glide_kinematics.control import (
     LoopStatistics,
     MotionController,
     Reason,
+    Streams,
     Supervisor,
     health_of,
 )
-from tri_glide_kinematics.control.commands import Streams
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
 from tri_glide_kinematics.motion.moves import MotionKind

@@ -17,7 +17,7 @@ from testing.client import Client
 from testing.domain import own_context
 from testing.goals import SentGoal
 from tri_glide_interfaces.action import MoveTo
-from tri_glide_kinematics.control.commands import Goal, GoalCode, TargetPosition
+from tri_glide_kinematics.control import Goal, GoalCode, TargetPosition
 from tri_glide_kinematics.ros.serving import (
     ActionServer,
     PatientServices,

@@ -12,10 +12,11 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from tri_glide_interfaces.action import FollowPath, MoveTo
-from tri_glide_kinematics.control import CommandRefusedError, MotionController
-from tri_glide_kinematics.control.commands import (
+from tri_glide_kinematics.control import (
+    CommandRefusedError,
     Goal,
     GoalCode,
+    MotionController,
     Outcome,
     TargetPath,
     TargetPosition,

@@ -23,7 +23,7 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.type_support import check_for_type_support
 
-from tri_glide_kinematics.control.commands import Goal, GoalCode
+from tri_glide_kinematics.control import Goal, GoalCode
 from tri_glide_kinematics.ros.cdr import read_kinds_within_bytes
 from tri_glide_kinematics.ros.loop import ErrorLog
 from tri_glide_kinematics.ros.messages import set_stamp

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control import Cause
-from tri_glide_kinematics.control.commands import (
+from tri_glide_kinematics.control import (
+    Cause,
     EngineCommands,
     Streams,
     TargetPosition,

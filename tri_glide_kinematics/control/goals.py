@@ -6,10 +6,13 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
-from tri_glide_kinematics.control.commands.engine_commands import EngineCommands
-from tri_glide_kinematics.control.commands.inbox import Command, Target, TargetPath
-from tri_glide_kinematics.control.commands.newest_target import NewestTarget
-from tri_glide_kinematics.control.in_position import Arrival, InPosition, InPositionBounds
+from tri_glide_kinematics.control.commands import Command, EngineCommands, Target, TargetPath
+from tri_glide_kinematics.control.newest_target import (
+    Arrival,
+    InPosition,
+    InPositionBounds,
+    NewestTarget,
+)
 
 # A newer command ends a goal when it is carried out, as it may still be refused. Its plan takes
 # some milliseconds; but after this time the one who waits is told in any case [s]. It is between

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control import Arrival, Cause, InPositionBounds, Reason
-from tri_glide_kinematics.control.commands import (
+from tri_glide_kinematics.control import (
     CAUSE_OF,
+    Arrival,
     CarriedOut,
+    Cause,
+    InPositionBounds,
     NewestTarget,
+    Reason,
     TargetPath,
     TargetPosition,
 )

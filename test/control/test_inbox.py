@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from tri_glide_kinematics.control.commands import (
+from tri_glide_kinematics.control import (
     COMMAND_INTERVAL,
     Inbox,
     Kind,

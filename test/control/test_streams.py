@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control import Cause, CommandRefusedError, Reason
-from tri_glide_kinematics.control.commands import SLOWEST_STREAM, twist_stream
+from tri_glide_kinematics.control import (
+    SLOWEST_STREAM,
+    Cause,
+    CommandRefusedError,
+    Reason,
+    twist_stream,
+)
 
 TIMEOUT, START = 0.1, 50.0
 

@@ -7,13 +7,18 @@ import random
 import pytest
 from controller_rig import HOME, IN_POSITION, LIMITS, MACHINE, PERIOD, TARGET, Parts, Rig, ended
 
-from tri_glide_kinematics.control import FAULT, IDLE, MOVING, Cause, CommandRefusedError, Reason
-from tri_glide_kinematics.control.commands import (
+from tri_glide_kinematics.control import (
+    FAULT,
     GRACE,
+    IDLE,
+    MOVING,
     CarriedOut,
+    Cause,
+    CommandRefusedError,
     Goal,
     GoalCode,
     Outcome,
+    Reason,
     TargetPath,
     TargetPosition,
 )

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from tri_glide_kinematics.control.errors import CommandRefusedError
-from tri_glide_kinematics.control.reason import Cause, Reason
+from tri_glide_kinematics.control.operating_state import Cause, Reason
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.wording import number_text
 
