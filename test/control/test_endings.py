@@ -43,7 +43,7 @@ def break_planner(monkeypatch):
     def fail(*_, **__):
         raise BrokenPlannerError("no plan")
 
-    for name in ("with_goal", "braked", "tried_again", "continued", "_planned"):
+    for name in ("with_goal", "braked", "tried_again", "continued", "planned"):
         monkeypatch.setattr(Replanning, name, fail)
     monkeypatch.setattr(Pursuit, "next", fail)
 

@@ -30,7 +30,7 @@ from tri_glide_kinematics.control.operating_state import (
 from tri_glide_kinematics.control.operation import Operation
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.errors import KinematicsError, Refusal
-from tri_glide_kinematics.motion.engine import MotionEngine, jog_of
+from tri_glide_kinematics.motion.engine import Jog, MotionEngine
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.vectors import Vector3
 
@@ -102,7 +102,7 @@ class CommandedMotion:
         Raises:
             KinematicsError: with the reason, if it is refused; what went on goes on.
         """
-        released = jog_of(velocity) is None
+        released = Jog(velocity).is_still
         pause = self._streams.twists.receive(now, released)
         if released:
             self._commands.drop_twist()

@@ -23,7 +23,7 @@ from tri_glide_kinematics.motion.trajectory import SliderLimits
 
 FULL = DriveLimits(LIMITS, 1.0)
 SLOW = DriveLimits(SliderLimits.uniform(0.01, 1.0, 20.0), 1.0)
-GOALS = (Move(TARGET), Move(OTHER), Jog((0.6, 0.0, 0.8), 0.1))
+GOALS = (Move(TARGET), Move(OTHER), Jog((0.06, 0.0, 0.08)))
 
 
 def assert_goes_on(before: HeldMotion, time: float, after: HeldMotion) -> None:
@@ -60,7 +60,7 @@ def test_goal_without_a_plan_is_refused(kind):
 @each_kind
 def test_stop_brakes_and_has_no_goal(kind):
     replanning, held, time = on_the_way(kind)
-    after = at_once(replanning.braked(replace(held, goal=None), time))
+    after = at_once(replanning.braked(held.with_goal(None), time))
     assert_goes_on(held, time, after)
     assert (after.goal, after.role) == (None, PlanRole.BRAKES)
     # The held plan, which leads to rest as well, goes on if no braking is over sooner.

@@ -1,32 +1,51 @@
-"""What the motion engine is asked for, as data."""
+"""What a machine may be asked for: one class for each kind of command.
+
+A command is one object from when it comes in until it ends. It is this very object that waits, is
+planned, is carried out and ends, whatever equals it. All that differs between kinds stands in their
+classes, so a new kind is a new class.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, IntEnum
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from tri_glide_kinematics.checks import positive
-from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.moves import MotionPlanner
 from tri_glide_kinematics.motion.path import PlatformPath
-from tri_glide_kinematics.motion.tracking import SLOWEST_JOG
+from tri_glide_kinematics.motion.tracking import SLOWEST_JOG, Wanted, WantedVelocity
 from tri_glide_kinematics.motion.trajectory import (
-    PathHeights,
+    NoPathError,
+    NoRoomError,
     SequencePlan,
     SliderLimits,
     SliderState,
     Trajectory,
 )
 from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.wording import vector_text
 from tri_glide_kinematics.workspace import Workspace
+
+if TYPE_CHECKING:
+    # What carries commands out asks them what differs between kinds, and they ask it in turn.
+    from tri_glide_kinematics.motion.engine.execution import PlanExecution
+    from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
+    from tri_glide_kinematics.motion.engine.pursuit import Pursuit
+    from tri_glide_kinematics.motion.engine.replanning import Replanning
 
 # Jogs are the same if their directions differ by less than this [rad], and their speeds by less
 # than this fraction.
 SAME_JOG = 1e-9
+
+
+# Makes a path, from the end of the one that it extends [m] or from where it begins.
+PathMaking = Callable[[Vector3 | None], Interruptible[PlatformPath]]
 
 
 class MotionPhase(Enum):
@@ -41,22 +60,189 @@ class MotionPhase(Enum):
     STOPPING = "stopping"
 
 
-@dataclass(frozen=True)
-class Move:
-    """Move the platform to a position and rest there.
+class TargetKind(IntEnum):
+    """What a target asks for, as programs read it in ``MachineState``."""
+
+    POSITION = 1
+    VELOCITY = 2
+    MOVING = 3
+    PATH = 4
+
+
+class GoalCode(IntEnum):
+    """How a command ended, as who waits for it reads it."""
+
+    SUCCEEDED = 0
+    CANCELED = 1
+    SUPERSEDED = 2
+    REFUSED = 3
+    NOT_REACHED = 4
+    STOPPED = 5
+    FAULT = 6
+    DISABLED = 7
+    SHUTDOWN = 8
+
+
+class Outcome(NamedTuple):
+    """How a command ended, and that in words."""
+
+    code: GoalCode
+    text: str
+
+
+class Command:
+    """Something that a machine is asked to do.
 
     Attributes:
-        position: Shape (3,) [m].
+        kind: what a target asks for; None of what is no target.
+        phase: what the engine does while it is carried out.
+        has_end: whether the platform comes to rest of itself.
+        has_line: whether the platform moves on a line, on which a stop should stay.
+        is_checked_whole: whether all of it is looked at before it begins, which may take long.
+        waits_on: whether it is to be begun again where its planning is given up for a stop.
+        extends: whether it goes on from the end of the path that is followed.
+        position: of the target, where it has one. Shape (3,) [m].
+        velocity: of the target, where it has one. Shape (3,) [m/s].
+        received: when it came in, by the clock of the caller; NaN if nobody asks [s].
+        pause: how long after the last one of its stream that was [s].
+        is_goal: whether its sender waits for its end.
+        is_cancelled: whether the machine only comes to rest, as its sender wanted.
+        outcome: how it ended; None until then. It is set once.
     """
 
-    phase: ClassVar = MotionPhase.MOVING
+    kind: ClassVar[TargetKind | None] = None
+    phase: ClassVar[MotionPhase]
+    has_end: ClassVar[bool] = True
+    has_line: ClassVar[bool] = True
+    is_checked_whole: ClassVar[bool] = False
+    waits_on: bool = False
+    extends: bool = False
+    position: Vector3 | None = None
+    velocity: Vector3 | None = None
 
+    def __init__(self, *, received: float = math.nan, pause: float = 0.0) -> None:
+        """Note when it came in."""
+        self.received = received
+        self.pause = pause
+        self.is_goal = False
+        self.is_cancelled = False
+        self.outcome: Outcome | None = None
+
+    def __repr__(self) -> str:
+        """Return its kind, and what it asks for in words."""
+        return f"<{type(self).__name__}: {self}>"
+
+    @property
+    def is_target(self) -> bool:
+        """Whether it asks for a motion."""
+        return self.kind is not None
+
+    @property
+    def destination(self) -> Vector3 | None:
+        """Where the platform is to rest at last [m]; None if nobody knows."""
+        return None
+
+    @property
+    def motion_text(self) -> str:
+        """The motion, in words, while it is carried out."""
+        return str(self)
+
+    def end(self, code: GoalCode, text: str) -> None:
+        """Note how it ended, unless that is known."""
+        if self.outcome is None:
+            self.outcome = Outcome(code, text)
+
+    def has_turn(self, now: float, period: float) -> None:
+        """Note that it is given to the engine ``now`` [s], one ``period`` [s] before a setpoint."""
+
+    def making(self, end: Vector3 | None) -> Interruptible[None] | None:
+        """Return what makes the parts of it that are not there yet; None if all is there.
+
+        Args:
+            end: of the path that it extends [m]; None if it extends none.
+        """
+        return None
+
+    def begin(self, execution: PlanExecution) -> None:
+        """Ask ``execution`` for what this is.
+
+        Raises:
+            NotStartedError: before the start.
+            KinematicsError: if it is refused at once.
+        """
+        raise NotImplementedError
+
+    def next_held(
+        self, replanning: Replanning, held: HeldMotion, time: float
+    ) -> Interruptible[HeldMotion]:
+        """Return what is held with this as its goal; while limits are pending it has no plan yet.
+
+        Raises:
+            KinematicsError: if there is no plan.
+        """
+        if held.pending is None:
+            limits = held.limits
+            return (yield from replanning.planned(held, time, self, limits, or_after=True))
+        return held.with_goal(self)
+
+    def planned(
+        self,
+        planner: MotionPlanner,
+        state: SliderState,
+        limits: DriveLimits,
+        region: Workspace,
+        moving: bool,
+        after: SequencePlan | None,
+    ) -> Interruptible[Trajectory]:
+        """Return a plan that leads there; the arguments are those of ``MotionPlanner.move``."""
+        raise NotImplementedError
+
+    def wanted(self, pursuit: Pursuit, limits: DriveLimits, dt: float) -> Wanted:
+        """Return what a step of ``dt`` [s] is to lead to, while this is tracked."""
+        raise NotImplementedError
+
+    def stepped(self, execution: PlanExecution, *, is_certified: bool) -> None:
+        """Look after a step of tracking, which may have been ``is_certified`` or not."""
+
+    def ends_at_edge(self, refusal: KinematicsError) -> bool:
+        """Return whether a ``refusal`` says that the platform is at the edge, and is held there."""
+        return False
+
+    def edge(self, workspace: Workspace) -> KinematicsError | None:
+        """Return why the platform is held at the edge of ``workspace`` while this goes on."""
+        return None
+
+
+class Move(Command):
+    """Move the platform to a position and rest there."""
+
+    kind = TargetKind.POSITION
+    phase = MotionPhase.MOVING
+    waits_on = True
     position: Vector3
+
+    def __init__(self, position: Vector3) -> None:
+        """Move to a ``position``. Shape (3,) [m]."""
+        super().__init__()
+        self.position = position
+
+    def __str__(self) -> str:
+        """Return the target in words."""
+        return f"target {vector_text(self.position, 6)} m"
 
     @property
     def destination(self) -> Vector3 | None:
         """Where the platform is to rest at last [m]."""
         return self.position
+
+    def begin(self, execution: PlanExecution) -> None:
+        """Ask for a plan; the position that is moved to, or was reached, changes nothing."""
+        goal = execution.holder.held.goal
+        if goal is not None and goal.destination == self.position:
+            execution.keep_goal()
+        else:
+            execution.workspace.check_position(self.position)
+            execution.prepare_goal(self)
 
     def planned(
         self,
@@ -71,24 +257,77 @@ class Move:
         return planner.move(state, self.position, limits.effective, region, moving, after)
 
 
-@dataclass(frozen=True)
-class Jog:
-    """Move the platform along a direction.
+class Jog(Command):
+    """Move the platform along a direction, up to the edge of the workspace at most.
 
     Attributes:
-        direction: unit vector. Shape (3,).
         speed: of the platform [m/s].
+        direction: unit vector; of no use where it ``is_still``. Shape (3,).
     """
 
-    phase: ClassVar = MotionPhase.JOGGING
+    kind = TargetKind.VELOCITY
+    phase = MotionPhase.JOGGING
+    velocity: Vector3
 
-    direction: Vector3
-    speed: float
+    def __init__(
+        self, velocity: Vector3, *, received: float = math.nan, pause: float = 0.0
+    ) -> None:
+        """Move with a ``velocity``. Shape (3,) [m/s]."""
+        super().__init__(received=received, pause=pause)
+        self.velocity = velocity
+        x, y, z = velocity
+        self.speed = math.hypot(x, y, z)
+        self.direction: Vector3 = velocity
+        if not self.is_still:
+            self.direction = (x / self.speed, y / self.speed, z / self.speed)
+
+    def __str__(self) -> str:
+        """Return the target in words."""
+        return f"twist {vector_text(self.velocity, 6)} m/s"
 
     @property
-    def destination(self) -> Vector3 | None:
-        """Where the platform is to rest at last: nobody knows."""
-        return None
+    def is_still(self) -> bool:
+        """Whether this is no velocity at all."""
+        return self.speed < SLOWEST_JOG
+
+    def renews(self, goal: Command | None) -> bool:
+        """Return whether this asks for what a ``goal`` asked for."""
+        return (
+            isinstance(goal, Jog)
+            and math.dist(goal.direction, self.direction) < SAME_JOG
+            and abs(goal.speed - self.speed) < SAME_JOG * goal.speed
+        )
+
+    def begin(self, execution: PlanExecution) -> None:
+        """Go over to it at once if a step is certified, else ask for a plan.
+
+        The same velocity again changes nothing while the platform moves; none at all is a stop.
+        """
+        held = execution.holder.held
+        is_idle = held.phase(execution.holder.time) is MotionPhase.IDLE
+        if self.is_still:
+            execution.stop()
+        elif not is_idle and self.renews(held.goal):
+            execution.keep_goal()
+        elif is_idle or not self._is_tracked_at_once(execution):
+            execution.prepare_goal(self)
+
+    def _is_tracked_at_once(self, execution: PlanExecution) -> bool:
+        """Go over to it in motion, if there is a certified step; return whether there is.
+
+        Outside the workspace, as from rest, it is planned.
+        """
+        held = execution.holder.held
+        if held.region is not execution.workspace:
+            return False
+        tracking = held.with_goal(self)
+        if not execution.tracks or held.goal is None or held.goal.kind is not self.kind:
+            step = execution.certified_step(tracking)
+            if step is None:
+                return False
+            tracking = step
+        execution.track(tracking)
+        return True
 
     def planned(
         self,
@@ -97,88 +336,223 @@ class Jog:
         limits: DriveLimits,
         region: Workspace,
         moving: bool,
-        _after: SequencePlan | None,
+        after: SequencePlan | None,
     ) -> Interruptible[Trajectory]:
         """Return a plan up to the edge; the arguments are those of ``MotionPlanner.jog``."""
         speed = self.speed * limits.speed_scale
         return planner.jog(state, self.direction, speed, limits.effective, region, moving)
 
-    def is_renewed_by(self, other: Jog) -> bool:
-        """Return whether ``other`` asks for the same."""
-        return (
-            math.dist(self.direction, other.direction) < SAME_JOG
-            and abs(self.speed - other.speed) < SAME_JOG * self.speed
-        )
+    def wanted(self, pursuit: Pursuit, limits: DriveLimits, dt: float) -> Wanted:
+        """Return its velocity, as far as the scale lets it."""
+        speed = self.speed * limits.speed_scale
+        x, y, z = self.direction
+        return WantedVelocity((speed * x, speed * y, speed * z))
+
+    def stepped(self, execution: PlanExecution, *, is_certified: bool) -> None:
+        """End the tracking where it has come to rest, or where there is no step.
+
+        Where there is none once, near an edge, there are some and none in turn, and the platform
+        would swerve. So the jog is planned there, as from rest.
+        """
+        held, time = execution.holder.held, execution.holder.time
+        if is_certified:
+            step = held.tracked_step
+            execution.tracks = step is None or not step.ends_at_rest
+        else:
+            execution.tracks = False
+            execution.replace(held.left_to_brake())
+            if held.pending is None and time < held.plan.duration:
+                execution.prepare(execution.making(self))
+        execution.look_ahead()
+
+    def ends_at_edge(self, refusal: KinematicsError) -> bool:
+        """Return whether a ``refusal`` says that there is no room in its direction."""
+        return isinstance(refusal, NoRoomError)
 
 
-@dataclass(frozen=True)
-class Track:
+class Track(Command):
     """Follow a target that moves.
 
     Attributes:
-        position: of the target. Shape (3,) [m].
-        velocity: of the target. Shape (3,) [m/s].
+        seen: when it was there, by the clock of the caller [s].
         age: how long before the present setpoint it was so [s].
     """
 
-    phase: ClassVar = MotionPhase.TRACKING
-
+    kind = TargetKind.MOVING
+    phase = MotionPhase.TRACKING
+    has_end = False
+    has_line = False
     position: Vector3
     velocity: Vector3
-    age: float = 0.0
+
+    def __init__(
+        self,
+        position: Vector3,
+        velocity: Vector3,
+        *,
+        age: float = 0.0,
+        seen: float = math.nan,
+        received: float = math.nan,
+        pause: float = 0.0,
+    ) -> None:
+        """Follow a target at a ``position`` [m] with a ``velocity`` [m/s]. Shapes (3,)."""
+        super().__init__(received=received, pause=pause)
+        self.position = position
+        self.velocity = velocity
+        self.age = age
+        self.seen = seen
+
+    def __str__(self) -> str:
+        """Return the target in words."""
+        return (
+            f"moving target {vector_text(self.position, 6)} m, "
+            f"velocity {vector_text(self.velocity, 6)} m/s"
+        )
 
     @property
-    def destination(self) -> Vector3 | None:
-        """Where the platform is to rest at last: nobody knows."""
+    def motion_text(self) -> str:
+        """The motion, in words, while it is carried out."""
+        return "follows a moving target"
+
+    def has_turn(self, now: float, period: float) -> None:
+        """Work out its age: the next setpoint is for now, the present one a period older."""
+        self.age = max(now, self.received) - period - self.seen
+
+    def begin(self, execution: PlanExecution) -> None:
+        """Track it as soon as a step is certified, and brake until then."""
+        holder = execution.holder
+        held = holder.held
+        execution.keep_goal()
+        goes_on = execution.tracks and held.goal is not None and held.goal.kind is self.kind
+        if not goes_on:
+            execution.workspace.check_heights(held.plan.at(holder.time).heights)
+            execution.workspace.check_position(self.position)
+        execution.pursuit.report(self, begins=not goes_on)
+        if goes_on:
+            execution.replace(held.with_goal(self))
+            return
+        tracking = held.with_goal(self, region=execution.workspace)
+        if holder.time < held.plan.duration and not held.brakes:
+            execution.track(tracking.waiting_to_brake())
+            execution.prepare_braking(urgent=False)
+        else:
+            execution.track(tracking)
+
+    def wanted(self, pursuit: Pursuit, limits: DriveLimits, dt: float) -> Wanted:
+        """Return where the target will be, and how it will move."""
+        return pursuit.target_after(dt)
+
+    def edge(self, workspace: Workspace) -> KinematicsError | None:
+        """Return why the target is not inside ``workspace``, if it is not."""
+        try:
+            workspace.check_position(self.position)
+        except KinematicsError as error:
+            return error
         return None
 
 
-@dataclass(frozen=True, eq=False)
-class Follow:
-    """Follow a path from one of its places on.
+class Follow(Command):
+    """Follow a path.
 
     Attributes:
-        path: as it was asked for; with ``extends``, what comes after the path that is followed.
-        extends: whether it goes on from the end of the path that is followed.
-        heights: of the sliders on the path as driven; None until that is known.
-        place: from which the way goes on where no plan on the path is held [m].
-        is_paused: whether to rest on the way.
-        from_rest: whether the next part can only be planned from rest.
+        path: as it was asked for; of one that ``extends``, what comes after the path that is
+            followed. None until it is made.
+        deviation: the largest distance from it as programmed may be this [m]; NaN until that is
+            known.
     """
 
-    phase: ClassVar = MotionPhase.FOLLOWING
+    kind = TargetKind.PATH
+    phase = MotionPhase.FOLLOWING
+    is_checked_whole = True
 
-    path: PlatformPath
-    extends: bool = False
-    heights: PathHeights | None = None
-    place: float = 0.0
-    is_paused: bool = False
-    from_rest: bool = False
+    def __init__(
+        self, path: PlatformPath | None, name: str = "path", *, extends: bool = False
+    ) -> None:
+        """Follow a ``path`` of one segment at least.
 
-    @property
-    def destination(self) -> Vector3 | None:
-        """Where the platform is to rest at last; None until the path as driven is known [m]."""
-        if self.heights is None:
-            return None
-        x, y, z = self.heights.driven.segments.points[-1].tolist()
-        return x, y, z
+        Args:
+            path: as it is asked for.
+            name: in words.
+            extends: whether it goes on from the end of the path that is followed.
+        """
+        super().__init__()
+        self.path = path
+        self.extends = extends
+        self.waits_on = not extends
+        self.deviation = math.nan
+        self._name = name
+        self._make: PathMaking | None = None
+
+    @classmethod
+    def made(cls, make: PathMaking, name: str, extends: bool = False) -> Follow:
+        """Return a command whose path is made when it is its turn, in pieces.
+
+        Args:
+            make: makes it from the end of the path that it extends [m]; from where it begins if
+                that is None.
+            name: in words.
+            extends: whether it goes on from the end of the path that is followed, if there is one.
+        """
+        command = cls(None, name, extends=extends)
+        command._make = make
+        return command
+
+    def __str__(self) -> str:
+        """Return the target in words."""
+        return self._name
+
+    def making(self, end: Vector3 | None) -> Interruptible[None] | None:
+        """Return what makes its path, from the ``end`` [m] of the one that it extends, if it does.
+
+        It begins where the platform is, so it is made anew each time that it has its turn.
+        """
+        return None if self._make is None else self._made(self._make(end))
+
+    def _made(self, computation: Interruptible[PlatformPath]) -> Interruptible[None]:
+        self.path = yield from computation
+
+    def begin(self, execution: PlanExecution) -> None:
+        """Ask for a plan.
+
+        Raises:
+            NotStartedError: before the start.
+            NoPathError: if it extends a path, and none is followed.
+        """
+        held = execution.holder.held
+        if self.extends and held.path is None:
+            raise NoPathError("to extend")
+        execution.prepare_goal(self)
+
+    def next_held(
+        self, replanning: Replanning, held: HeldMotion, time: float
+    ) -> Interruptible[HeldMotion]:
+        """Return what is held with the path as its goal, or with a longer one.
+
+        Raises:
+            KinematicsError: if the path cannot be driven.
+        """
+        return (yield from replanning.with_path(held, time, self))
 
 
-Command = Move | Jog | Track | Follow
+class NewLimits(Command):
+    """What the sliders may do from now on.
 
+    Attributes:
+        limits: of the sliders.
+    """
 
-def path_of(goal: Command | None) -> Follow | None:
-    """Return a ``goal`` that is a path; None of any other."""
-    return goal if isinstance(goal, Follow) else None
+    def __init__(self, limits: DriveLimits) -> None:
+        """Change the limits to these."""
+        super().__init__()
+        self.limits = limits
 
+    def __str__(self) -> str:
+        """Return what is asked for in words."""
+        return "new limits"
 
-def jog_of(velocity: Vector3) -> Jog | None:
-    """Return the jog with a platform ``velocity`` [m/s]; None if that is no velocity at all."""
-    x, y, z = velocity
-    speed = math.hypot(x, y, z)
-    if speed < SLOWEST_JOG:
-        return None
-    return Jog((x / speed, y / speed, z / speed), speed)
+    def begin(self, execution: PlanExecution) -> None:
+        """Put them in force now, or slow down until that is possible."""
+        execution.change_limits(self.limits)
 
 
 @dataclass(frozen=True)

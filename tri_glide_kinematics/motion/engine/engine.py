@@ -17,14 +17,14 @@ from tri_glide_kinematics.motion.engine.commands import (
     Command,
     DriveLimits,
     Follow,
+    Jog,
     MotionPhase,
     Move,
+    NewLimits,
     Track,
-    jog_of,
-    path_of,
 )
 from tri_glide_kinematics.motion.engine.execution import PlanExecution, PlanHolder
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.progress import PathProgress
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
@@ -130,6 +130,15 @@ class MotionEngine:
             self._execution.replanning.at_rest((h1, h2, h3), self._holder.newest_limits)
         )
 
+    def carry_out(self, command: Command) -> None:
+        """Do what a ``command`` asks for; each of the methods that follow gives one of its own.
+
+        Raises:
+            NotStartedError: before the start.
+            KinematicsError: if it is refused; what is held goes on.
+        """
+        command.begin(self._execution)
+
     def move_to(self, position: Sequence[float]) -> None:
         """Move the platform to a position and rest there.
 
@@ -143,14 +152,9 @@ class MotionEngine:
             NotStartedError: before the start.
             KinematicsError: if the position is no place in the workspace, or there is no way.
         """
-        held = self._holder.held
+        self._holder.check_started()
         x, y, z = finite_vector("position", position, 3)
-        move = Move((x, y, z))
-        if move == held.goal:
-            self.keep_goal()
-        else:
-            self._workspace.check_position((x, y, z))
-            self._prepare_goal(move)
+        self.carry_out(Move((x, y, z)))
 
     def jog(self, velocity: Sequence[float]) -> None:
         """Move the platform along a direction, up to the edge of the workspace at most.
@@ -167,19 +171,9 @@ class MotionEngine:
                 for each twist that leads outwards.
             KinematicsError: if the velocity is no finite vector, or there is no way.
         """
-        held = self._holder.held
+        self._holder.check_started()
         x, y, z = finite_vector("velocity", velocity, 3)
-        jog = jog_of((x, y, z))
-        if jog is None:
-            self.stop()
-        elif (
-            held.jog is not None
-            and held.jog.is_renewed_by(jog)
-            and self.phase is not MotionPhase.IDLE
-        ):
-            self.keep_goal()
-        elif not self._execution.track_jog(jog):
-            self._prepare_goal(jog)
+        self.carry_out(Jog((x, y, z)))
 
     def track(self, position: Sequence[float], velocity: Sequence[float], age: float = 0.0) -> None:
         """Follow a target that moves; it is taken to go on as it does until the next call.
@@ -197,20 +191,10 @@ class MotionEngine:
             KinematicsError: if the numbers are not finite or no vectors, or if the following begins
                 with a target or a platform outside the workspace.
         """
-        held = self._holder.held
+        self._holder.check_started()
         x, y, z = finite_vector("position", position, 3)
         dx, dy, dz = finite_vector("velocity", velocity, 3)
-        target = Track((x, y, z), (dx, dy, dz), finite("age", age))
-        self.keep_goal()
-        begins = not self._execution.tracks or held.tracked_target is None
-        if begins:
-            self._workspace.check_heights(held.plan.at(self._holder.time).heights)
-            self._workspace.check_position(target.position)
-        self._execution.pursuit.report(target, begins=begins)
-        if begins:
-            self._execution.begin_to_track(target)
-        else:
-            self._execution.replace(replace(held, goal=target))
+        self.carry_out(Track((x, y, z), (dx, dy, dz), age=finite("age", age)))
 
     def stop(self) -> None:
         """Come to rest as soon as the limits allow, and forget the goal.
@@ -218,14 +202,7 @@ class MotionEngine:
         Raises:
             NotStartedError: before the start.
         """
-        held = self._holder.held
-        self.keep_goal()
-        if held.goal is None:
-            return
-        self._execution.tracks = False
-        self._execution.preparation = None
-        self._execution.replace(replace(held, goal=None, role=PlanRole.EARLIER))
-        self._execution.prepare_braking(urgent=True, stays=held.tracked_target is None)
+        self._execution.stop()
 
     def follow(self, path: PlatformPath) -> None:
         """Move the platform along a path, without a stop where it is smooth, and rest at its end.
@@ -240,7 +217,7 @@ class MotionEngine:
             NotStartedError: before the start.
             KinematicsError: if a place of it cannot be driven to, with the segment and the place.
         """
-        self._prepare_goal(Follow(path))
+        self.carry_out(Follow(path))
 
     def extend(self, path: PlatformPath) -> None:
         """Go on along another path behind the one that is followed, or was followed last.
@@ -255,9 +232,7 @@ class MotionEngine:
             NoPathError: if no path is followed.
             KinematicsError: if a place of it cannot be driven to, with the segment and the place.
         """
-        if self._holder.held.followed is None:
-            raise NoPathError("to extend")
-        self._prepare_goal(Follow(path, extends=True))
+        self.carry_out(Follow(path, extends=True))
 
     def pause(self) -> None:
         """Come to rest on the path, from where ``resume`` goes on.
@@ -267,21 +242,19 @@ class MotionEngine:
             NoPathError: if no path is followed.
             NewerGoalError: if another goal is being planned already.
         """
-        held, goal = self._followed("to pause on")
-        if goal.is_paused:
+        held, path = self._followed("to pause on")
+        if path.is_paused:
             return
         extension = self._extension
         self._execution.preparation = None
-        paused = replace(
-            held, goal=replace(goal, place=held.place(self._holder.time), is_paused=True)
-        )
+        paused = held.on(replace(path, place=held.place(self._holder.time), is_paused=True))
         if held.role is PlanRole.LEADS_TO_GOAL and self._holder.time < held.plan.duration:
-            paused = replace(paused, role=PlanRole.EARLIER)
+            paused = paused.waiting_to_brake()
         self._execution.replace(paused)
         if paused.waits(self._holder.time):
             self._execution.prepare_braking(urgent=True)
         if extension is not None:
-            self._prepare_goal(extension)
+            self._execution.prepare_goal(extension)
 
     def resume(self) -> None:
         """Go on along the path after a pause; without a pause nothing changes.
@@ -291,22 +264,20 @@ class MotionEngine:
             NoPathError: if no path is followed.
             NewerGoalError: if another goal is being planned already.
         """
-        held, goal = self._followed("to go on")
-        if not goal.is_paused:
+        held, path = self._followed("to go on")
+        if not path.is_paused:
             return
         extension = self._extension
         self._execution.preparation = None
-        self._execution.replace(replace(held, goal=replace(goal, is_paused=False)))
+        self._execution.replace(held.on(replace(path, is_paused=False)))
         if extension is not None:
-            self._prepare_goal(extension)
+            self._execution.prepare_goal(extension)
         elif held.pending is None:
             self._execution.prepare(self._execution.replanning.continued)
 
     def keep_goal(self) -> None:
         """Give up a new goal that is still being prepared; what is held goes on."""
-        if self._execution.goal_in_preparation is not None:
-            self._execution.preparation = None
-            self._execution.look_ahead()
+        self._execution.keep_goal()
 
     def set_limits(self, limits: SliderLimits, speed_scale: float | None = None) -> None:
         """Change the limits of the sliders, and the scale with them if one is given.
@@ -324,7 +295,7 @@ class MotionEngine:
         """
         if speed_scale is None:
             speed_scale = self._holder.newest_limits.speed_scale
-        self._change(DriveLimits(limits, speed_scale))
+        self.carry_out(NewLimits(DriveLimits(limits, speed_scale)))
 
     def set_speed_scale(self, speed_scale: float) -> None:
         """Change the scale of the velocities, as ``set_limits`` changes limits.
@@ -336,7 +307,7 @@ class MotionEngine:
             NotFiniteError: if it is NaN or infinite.
             OutOfBoundsError: if it is not in (0, 1].
         """
-        self._change(DriveLimits(self._holder.newest_limits.sliders, speed_scale))
+        self.set_limits(self._holder.newest_limits.sliders, speed_scale)
 
     @property
     def limits(self) -> SliderLimits:
@@ -472,8 +443,8 @@ class MotionEngine:
     @property
     def is_paused(self) -> bool:
         """Whether the path that is followed is paused, or comes to rest for that."""
-        goal = self._holder.motion.followed if self._holder.motion is not None else None
-        return goal is not None and goal.is_paused
+        path = self._holder.motion.path if self._holder.motion is not None else None
+        return path is not None and path.is_paused
 
     def check_position(self, position: Sequence[float]) -> None:
         """Check what can be said of a target without a plan: that it is inside the workspace.
@@ -490,7 +461,7 @@ class MotionEngine:
     def tracking_distance(self) -> float:
         """How far the platform, by the setpoint, is from the moving target; NaN without one [m]."""
         held = self._holder.motion
-        if held is None or held.tracked_target is None:
+        if held is None or held.goal is None or held.goal.has_end:
             return math.nan
         return self._execution.pursuit.distance(self.state.heights)
 
@@ -511,27 +482,7 @@ class MotionEngine:
         except NoPoseError:
             return math.inf
 
-    def _change(self, limits: DriveLimits) -> None:
-        """Put limits in force now, or slow down until that is possible."""
-        held = self._holder.motion
-        if held is None:
-            self._holder.first_limits = limits
-        elif limits != self._holder.newest_limits:
-            goal = self._execution.goal_in_preparation
-            if path_of(goal) is not None:
-                # The whole path is looked at first; then it waits for the limits, too.
-                self._execution.replace(replace(held, pending=limits))
-                return
-            if goal is not None:
-                # It is planned when the limits are in force.
-                self._execution.tracks = False
-                held = replace(held, goal=goal, role=PlanRole.EARLIER)
-            self._execution.replace(replace(held, pending=limits))
-            # The next step of tracking keeps them, if it can.
-            if not self._execution.tracks:
-                self._execution.prepare(self._execution.replanning.tried_again)
-
-    def _followed(self, purpose: str) -> tuple[HeldMotion, Follow]:
+    def _followed(self, purpose: str) -> tuple[HeldMotion, FollowedPath]:
         """Return what is held, and the path that is followed.
 
         Args:
@@ -546,23 +497,12 @@ class MotionEngine:
         newer = self._execution.goal_in_preparation
         if newer is not None and self._extension is None:
             raise NewerGoalError
-        if held.followed is None or self.phase is MotionPhase.IDLE:
+        if held.path is None or self.phase is MotionPhase.IDLE:
             raise NoPathError(purpose)
-        return held, held.followed
+        return held, held.path
 
     @property
-    def _extension(self) -> Follow | None:
+    def _extension(self) -> Command | None:
         """An extension of the path that is being prepared."""
-        goal = path_of(self._execution.goal_in_preparation)
+        goal = self._execution.goal_in_preparation
         return goal if goal is not None and goal.extends else None
-
-    def _prepare_goal(self, goal: Command) -> None:
-        held = self._holder.held
-        if held.pending is not None and path_of(goal) is None:
-            # It has its turn when the limits are in force; what is prepared for them knows it then.
-            self._execution.tracks = False
-            self._execution.replace(replace(held, goal=goal))
-            if self._execution.preparation is not None:
-                self._execution.prepare(self._execution.replanning.tried_again)
-        else:
-            self._execution.prepare(self._execution.making(goal), goal)

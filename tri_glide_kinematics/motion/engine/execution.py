@@ -13,14 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.engine.commands import (
-    Command,
-    DriveLimits,
-    Jog,
-    MotionPhase,
-    Track,
-    path_of,
-)
+from tri_glide_kinematics.motion.engine.commands import Command, DriveLimits
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.preparation import LeadTime, Making, Preparation, only_held
 from tri_glide_kinematics.motion.engine.progress import PathMeasuring, PathProgress, progress
@@ -74,6 +67,15 @@ class PlanHolder:
             raise NotStartedError
         return self.motion
 
+    def check_started(self) -> None:
+        """Check that something is held.
+
+        Raises:
+            NotStartedError: before the start.
+        """
+        if self.motion is None:
+            raise NotStartedError
+
     @property
     def limits(self) -> DriveLimits:
         """Limits in force."""
@@ -93,23 +95,21 @@ class PlanHolder:
     @property
     def target(self) -> Vector3 | None:
         """Position of the platform that is being moved to or was reached [m]."""
-        goal = self.motion.goal if self.motion else None
-        return goal.destination if goal is not None else None
+        return self.motion.destination if self.motion else None
 
     @property
     def driven_path(self) -> DrivenPath | None:
         """The path that is followed, or was followed last; None without one."""
-        goal = self.motion.followed if self.motion else None
-        return goal.heights.driven if goal is not None and goal.heights is not None else None
+        path = self.motion.path if self.motion else None
+        return path.heights.driven if path is not None else None
 
     @property
     def path_progress(self) -> PathProgress | None:
         """How far the path is driven that is followed, or was followed last; None without one."""
         held = self.motion
-        goal = held.followed if held is not None else None
-        if held is None or goal is None or goal.heights is None:
+        if held is None or held.path is None:
             return None
-        return progress(goal.heights, held.place(self.time), held.plan, self.time)
+        return progress(held.path.heights, held.place(self.time), held.plan, self.time)
 
     @property
     def state(self) -> SliderState:
@@ -147,6 +147,7 @@ class PlanExecution:
 
     Attributes:
         holder: of the plan.
+        workspace: where the platform may be, and of which machine.
         tracks: whether something is tracked, so that a new velocity or target needs no plan.
         preparation: of the next plan; None if there is none.
         replanning: makes what is held next.
@@ -168,7 +169,7 @@ class PlanExecution:
         self.tracks = False
         self.preparation: Preparation | None = None
         self._in_pieces = in_pieces
-        self._workspace = workspace
+        self.workspace = workspace
         self.replanning = Replanning(workspace, kind)
         self.pursuit = Pursuit(workspace)
         self._lead_time = LeadTime()
@@ -252,16 +253,66 @@ class PlanExecution:
         self.tracks = False
         self._retry_at = self._event_at = math.inf
         if self.holder.motion is not None:
-            self.holder.motion = replace(
-                self.holder.motion, goal=None, role=PlanRole.BRAKES, pending=None
+            self.holder.motion = self.holder.motion.with_goal(
+                None, role=PlanRole.BRAKES, pending=None
             )
+
+    def keep_goal(self) -> None:
+        """Give up a new goal that is still being prepared; what is held goes on."""
+        if self.goal_in_preparation is not None:
+            self.preparation = None
+            self.look_ahead()
+
+    def stop(self) -> None:
+        """Come to rest as soon as the limits allow, and forget the goal."""
+        held = self.holder.held
+        self.keep_goal()
+        if held.goal is None:
+            return
+        self.tracks = False
+        self.preparation = None
+        self.replace(held.with_goal(None).waiting_to_brake())
+        self.prepare_braking(urgent=True, stays=held.goal.has_line)
+
+    def change_limits(self, limits: DriveLimits) -> None:
+        """Put limits in force now, or slow down until that is possible."""
+        held = self.holder.motion
+        if held is None:
+            self.holder.first_limits = limits
+        elif limits != self.holder.newest_limits:
+            goal = self.goal_in_preparation
+            if goal is not None and goal.is_checked_whole:
+                # The whole path is looked at first; then it waits for the limits, too.
+                self.replace(replace(held, pending=limits))
+                return
+            if goal is not None:
+                # It is planned when the limits are in force.
+                self.tracks = False
+                held = held.with_goal(goal).waiting_to_brake()
+            self.replace(replace(held, pending=limits))
+            # The next step of tracking keeps them, if it can.
+            if not self.tracks:
+                self.prepare(self.replanning.tried_again)
+
+    def prepare_goal(self, goal: Command) -> None:
+        """Make a plan that leads to a ``goal``, or let that wait for limits."""
+        held = self.holder.held
+        if held.pending is not None and not goal.is_checked_whole:
+            # It has its turn when the limits are in force; what is prepared for them knows it then.
+            self.tracks = False
+            self.replace(held.with_goal(goal))
+            if self.preparation is not None:
+                self.prepare(self.replanning.tried_again)
+        else:
+            self.prepare(self.making(goal), goal)
 
     def prepare(self, making: Making, goal: Command | None = None, *, urgent: bool = False) -> None:
         """Make what is held next, unless that is for later; at rest, a first piece of it.
 
         What is ``urgent`` begins now. If it is not ready after some pieces, it begins later, too.
         """
-        lead_time = self._lead_time if path_of(goal) is None else self._goal_lead_time
+        is_long = goal is not None and goal.is_checked_whole
+        lead_time = self._goal_lead_time if is_long else self._lead_time
         pieces = URGENT_PIECES if urgent else 0
         lead = 0.0 if urgent or not self._in_pieces else lead_time.after(self._last_step)
         start = self.holder.time + lead
@@ -353,35 +404,15 @@ class PlanExecution:
         elif math.isinf(self._retry_at) and math.isfinite(self.holder.held.goes_on_at):
             self._prepare_next_part()
 
-    def track_jog(self, jog: Jog) -> bool:
-        """Go over to a ``jog`` in motion at once, if there is a certified step; return whether.
+    def certified_step(self, held: HeldMotion) -> HeldMotion | None:
+        """Return what is held after the first step towards the goal of ``held``; None without."""
+        return self.pursuit.next(held, self.holder.time, self._last_step or FIRST_STEP)
 
-        From rest, and outside the workspace, a jog is planned.
-        """
-        held = self.holder.held
-        if held.phase(self.holder.time) is MotionPhase.IDLE or held.region is not self._workspace:
-            return False
-        tracking = replace(held, goal=jog)
-        if not self.tracks or held.jog is None:
-            step = self.pursuit.next(tracking, self.holder.time, self._last_step or FIRST_STEP)
-            if step is None:
-                return False
-            tracking = step
+    def track(self, held: HeldMotion) -> None:
+        """Hold what begins to track, or is to do so when a step is certified."""
         self.tracks = True
         self.preparation = None
-        self.replace(tracking)
-        return True
-
-    def begin_to_track(self, target: Track) -> None:
-        """Track a ``target`` as soon as a step is certified, and brake until then."""
-        held = replace(self.holder.held, goal=target, region=self._workspace)
-        self.tracks = True
-        self.preparation = None
-        if self.holder.time < held.plan.duration and held.role is not PlanRole.BRAKES:
-            self.replace(replace(held, role=PlanRole.EARLIER))
-            self.prepare_braking(urgent=False)
-        else:
-            self.replace(held)
+        self.replace(held)
 
     def prepare_braking(self, *, urgent: bool, stays: bool = True) -> None:
         """Make a braking; an ``urgent`` one begins at once, which takes a millisecond.
@@ -406,26 +437,9 @@ class PlanExecution:
             self.replace(tracking)
         elif self.holder.time >= held.plan.duration and held.pending is not None:
             self.replace(replace(held, limits=held.pending, pending=None))
-        if held.jog is not None:
-            self._look_after_jog(held.jog, is_certified=tracking is not None)
+        if held.goal is not None:
+            held.goal.stepped(self, is_certified=tracking is not None)
         return tracking is not None
-
-    def _look_after_jog(self, jog: Jog, *, is_certified: bool) -> None:
-        """End the tracking of a ``jog`` that has come to rest, or for which there is no step.
-
-        Where there is none once, near an edge, there are some and none in turn, and the platform
-        would swerve. So the jog is planned there, as from rest.
-        """
-        held = self.holder.held
-        if is_certified:
-            step = held.tracked_step
-            self.tracks = step is None or not step.ends_at_rest
-        else:
-            self.tracks = False
-            self.replace(replace(held, role=PlanRole.BRAKES))
-            if held.pending is None and self.holder.time < held.plan.duration:
-                self.prepare(self.making(jog))
-        self.look_ahead()
 
     def making(self, goal: Command) -> Making:
         """Return what makes a plan to a ``goal``."""

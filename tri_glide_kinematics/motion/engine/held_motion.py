@@ -24,19 +24,13 @@ which ends at rest as well.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Any
 
-from tri_glide_kinematics.motion.engine.commands import (
-    Command,
-    DriveLimits,
-    Follow,
-    Jog,
-    MotionPhase,
-    Track,
-    path_of,
-)
-from tri_glide_kinematics.motion.trajectory import PathPlan, TrackedStep, Trajectory
+from tri_glide_kinematics.motion.engine.commands import Command, DriveLimits, MotionPhase
+from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan, TrackedStep, Trajectory
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 
@@ -46,6 +40,29 @@ class PlanRole(Enum):
     LEADS_TO_GOAL = "leads to the goal"
     BRAKES = "comes to rest first"
     EARLIER = "is an earlier one, as no braking keeps the limits just now"
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedPath:
+    """How far the path is that is the goal.
+
+    Attributes:
+        heights: of the sliders on the path as driven.
+        place: from which the way goes on where no plan on the path is held [m].
+        is_paused: whether to rest on the way.
+        from_rest: whether the next part can only be planned from rest.
+    """
+
+    heights: PathHeights
+    place: float = 0.0
+    is_paused: bool = False
+    from_rest: bool = False
+
+    @property
+    def end(self) -> Vector3:
+        """Where the platform is to rest at last [m]."""
+        x, y, z = self.heights.driven.segments.points[-1].tolist()
+        return x, y, z
 
 
 @dataclass(frozen=True)
@@ -60,6 +77,7 @@ class HeldMotion:
         region: where the plan was checked to stay.
         limits: in force.
         pending: limits that wait until the motion can keep them; None if there are none.
+        path: that is the goal; None if that is no path, or there is none.
     """
 
     plan: Trajectory
@@ -68,39 +86,52 @@ class HeldMotion:
     region: Workspace
     limits: DriveLimits
     pending: DriveLimits | None = None
+    path: FollowedPath | None = None
+
+    def with_goal(self, goal: Command | None, **changes: Any) -> HeldMotion:
+        """Return this with another goal, which is no path yet, and with other ``changes``."""
+        return replace(self, goal=goal, path=None, **changes)
+
+    def on(self, path: FollowedPath) -> HeldMotion:
+        """Return this somewhere else on its ``path``."""
+        return replace(self, path=path)
+
+    @property
+    def brakes(self) -> bool:
+        """Whether the plan comes to rest first."""
+        return self.role is PlanRole.BRAKES
+
+    def left_to_brake(self) -> HeldMotion:
+        """Return this with its plan as a braking."""
+        return replace(self, role=PlanRole.BRAKES)
+
+    def waiting_to_brake(self) -> HeldMotion:
+        """Return this with its plan as an earlier one, until there is a braking."""
+        return replace(self, role=PlanRole.EARLIER)
 
     def phase(self, time: float) -> MotionPhase:
         """Return what is being done ``time`` seconds after the start of the plan."""
-        goal = self.goal
-        if isinstance(goal, Follow):
-            return self._phase_on_path(goal, time)
-        # Who follows a target has no end.
-        if time >= self.plan.duration and self.pending is None and not isinstance(goal, Track):
-            return MotionPhase.IDLE
-        return MotionPhase.STOPPING if goal is None else goal.phase
-
-    def _phase_on_path(self, goal: Follow, time: float) -> MotionPhase:
         rests = time >= self.plan.duration and self.pending is None
+        if self.path is not None:
+            return self._phase_on_path(self.path, rests)
+        goal = self.goal
+        if goal is None:
+            return MotionPhase.IDLE if rests else MotionPhase.STOPPING
+        return MotionPhase.IDLE if rests and goal.has_end else goal.phase
+
+    def _phase_on_path(self, path: FollowedPath, rests: bool) -> MotionPhase:
         if rests and self.ends_path:
             return MotionPhase.IDLE
-        if goal.is_paused:
+        if path.is_paused:
             return MotionPhase.PAUSED if rests else MotionPhase.STOPPING
         return MotionPhase.FOLLOWING
 
     @property
-    def followed(self) -> Follow | None:
-        """The path that is the goal; None if that is another, or none."""
-        return path_of(self.goal)
-
-    @property
-    def jog(self) -> Jog | None:
-        """The jog that is the goal; None if that is another, or none."""
-        return self.goal if isinstance(self.goal, Jog) else None
-
-    @property
-    def tracked_target(self) -> Track | None:
-        """The moving target that is the goal; None if that is another, or none."""
-        return self.goal if isinstance(self.goal, Track) else None
+    def destination(self) -> Vector3 | None:
+        """Where the platform is to rest at last [m]; None if nobody knows."""
+        if self.path is not None:
+            return self.path.end
+        return self.goal.destination if self.goal is not None else None
 
     @property
     def tracked_step(self) -> TrackedStep | None:
@@ -110,10 +141,10 @@ class HeldMotion:
     @property
     def path_plan(self) -> PathPlan | None:
         """The held plan, if it leads along the path that is the goal."""
-        plan, goal = self.plan, self.followed
-        if not isinstance(plan, PathPlan) or goal is None or goal.heights is None:
+        plan, path = self.plan, self.path
+        if not isinstance(plan, PathPlan) or path is None:
             return None
-        return plan if plan.heights.driven is goal.heights.driven else None
+        return plan if plan.heights.driven is path.heights.driven else None
 
     @property
     def ends_path(self) -> bool:
@@ -124,11 +155,11 @@ class HeldMotion:
     @property
     def goes_on_at(self) -> float:
         """When the next part of the path is to begin [s]; infinite where there is none."""
-        goal = self.followed
-        if goal is None or goal.is_paused or self.ends_path:
+        path = self.path
+        if path is None or path.is_paused or self.ends_path:
             return math.inf
         plan = self.path_plan
-        if plan is None or goal.from_rest or self.role is not PlanRole.LEADS_TO_GOAL:
+        if plan is None or path.from_rest or self.role is not PlanRole.LEADS_TO_GOAL:
             return self.plan.duration
         return plan.continue_at
 
@@ -137,7 +168,7 @@ class HeldMotion:
         plan = self.path_plan
         if plan is not None:
             return plan.place(time)
-        return self.followed.place if self.followed is not None else math.nan
+        return self.path.place if self.path is not None else math.nan
 
     def remaining(self, time: float) -> float:
         """Return the time to the end of what was asked for; inf where it is not known [s].
@@ -146,14 +177,13 @@ class HeldMotion:
         """
         if self.phase(time) is MotionPhase.IDLE:
             return 0.0
-        is_known = self.goal is None or self.role is PlanRole.LEADS_TO_GOAL
-        if self.followed is not None:
-            is_known = is_known and self.ends_path and not self.followed.is_paused
-        elif self.jog is not None:
+        goal, path = self.goal, self.path
+        is_known = goal is None
+        if goal is not None and self.role is PlanRole.LEADS_TO_GOAL:
             # A tracked step is followed by the next one.
-            is_known = is_known and self.tracked_step is None
-        elif self.tracked_target is not None:
-            is_known = False
+            is_known = goal.has_end and self.tracked_step is None
+        if path is not None:
+            is_known = is_known and self.ends_path and not path.is_paused
         return self.plan.duration - time if is_known and self.pending is None else math.inf
 
     def waits(self, time: float) -> bool:

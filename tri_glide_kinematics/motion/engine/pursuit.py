@@ -17,7 +17,6 @@ from tri_glide_kinematics.motion.tracking import (
     Follower,
     MovingTarget,
     TargetMotion,
-    WantedVelocity,
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -48,19 +47,17 @@ class Pursuit:
         Limits that are pending are in force with it. None if no such step is certified.
         """
         limits = held.pending or held.limits
-        jog = held.jog
-        wanted: WantedVelocity | MovingTarget
-        if jog is not None:
-            speed = jog.speed * limits.speed_scale
-            x, y, z = jog.direction
-            wanted = WantedVelocity((speed * x, speed * y, speed * z))
-        else:
-            assert self._target is not None
-            wanted = self._target.at(self._time + dt)
+        assert held.goal is not None
+        wanted = held.goal.wanted(self, limits, dt)
         step = self._follower.step(held.plan.at(time), wanted, limits.effective, dt)
         if step is None:
             return None
         return replace(held, plan=step, role=PlanRole.LEADS_TO_GOAL, limits=limits, pending=None)
+
+    def target_after(self, dt: float) -> MovingTarget:
+        """Return where the target will be in ``dt`` seconds, and how it will move."""
+        assert self._target is not None
+        return self._target.at(self._time + dt)
 
     def advance(self, dt: float) -> None:
         """Let ``dt`` seconds pass."""

@@ -17,12 +17,9 @@ from tri_glide_kinematics.motion.engine.commands import (
     Command,
     DriveLimits,
     Follow,
-    Jog,
-    Move,
-    path_of,
     stays_within,
 )
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.moves import (
     LONGEST_TRACKED,
     NEARLY,
@@ -32,6 +29,7 @@ from tri_glide_kinematics.motion.moves import (
     MotionPlanner,
     own_stop,
 )
+from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import PathPlanner
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
@@ -41,6 +39,7 @@ from tri_glide_kinematics.motion.trajectory import (
     PathPlan,
     SequencePlan,
     SliderState,
+    Trajectory,
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -74,52 +73,65 @@ class PathReplanning:
         """
         if goal.extends:
             return (yield from self._extended(held, time, goal))
-        heights = yield from self._paths.begun(goal.path)
-        ready = replace(goal, heights=heights)
+        path = FollowedPath((yield from self._paths.begun(_made(goal))))
         if held.pending is not None:
-            return replace(held, goal=ready, role=PlanRole.EARLIER)
-        return (yield from self.on_path(held, time, ready, held.limits))
+            return held.with_goal(goal, role=PlanRole.EARLIER).on(path)
+        return (yield from self.on_path(held, time, goal, path, held.limits))
 
     def on_path(
-        self, held: HeldMotion, time: float, goal: Follow, limits: DriveLimits
+        self,
+        held: HeldMotion,
+        time: float,
+        goal: Command | None,
+        path: FollowedPath,
+        limits: DriveLimits,
     ) -> Interruptible[HeldMotion]:
         """Return a plan for what comes next on the path, or on the way to it.
 
         Args:
             held: what is held.
             time: when the plan begins.
-            goal: the path.
+            goal: that the path is.
+            path: how far it is.
             limits: for all of the plan.
 
         Raises:
             KinematicsError: if there is none.
         """
-        if goal.is_paused:
-            return replace(held, goal=goal, limits=limits, pending=None)
-        heights = goal.heights
-        assert heights is not None
+        if path.is_paused:
+            return held.with_goal(goal, limits=limits, pending=None).on(path)
         state = held.plan.at(time)
-        plan = held.path_plan if held.goal is goal else None
+        plan = replace(held, path=path).path_plan
         if time < held.plan.duration:
             if plan is None:
-                leaving = replace(held, goal=goal, role=PlanRole.EARLIER)
+                leaving = held.with_goal(goal, role=PlanRole.EARLIER).on(path)
                 return (yield from self._braking(leaving, time))
-            next_plan = yield from self._going_on(plan, heights, time, limits)
-            return HeldMotion(next_plan, goal, PlanRole.LEADS_TO_GOAL, self._workspace, limits)
-        place = goal.place if plan is None else plan.place(time)
+            next_plan = yield from self._going_on(plan, path.heights, time, limits)
+            return self._leading(next_plan, goal, path, self._workspace, limits)
+        place = path.place if plan is None else plan.place(time)
         if plan is not None and plan.ends_path:
             # There is nothing left to plan.
             return replace(held, role=PlanRole.LEADS_TO_GOAL, limits=limits, pending=None)
-        goal = replace(goal, place=place, from_rest=False)
-        x, y, z, *_ = heights.driven.state(place)
+        path = replace(path, place=place, from_rest=False)
+        x, y, z, *_ = path.heights.driven.state(place)
         begin = (x, y, z)
         if math.dist(begin, self._machine.forward(state.heights)) > REACHED:
             region = self._planner.region(state)
             approach = yield from self._planner.line(state, begin, limits.effective, region)
-            return HeldMotion(approach, goal, PlanRole.LEADS_TO_GOAL, region, limits)
-        scaled = heights.at_speed_scale(limits.speed_scale)
+            return self._leading(approach, goal, path, region, limits)
+        scaled = path.heights.at_speed_scale(limits.speed_scale)
         next_plan = yield from self._paths.from_rest(scaled, place, limits.effective)
-        return HeldMotion(next_plan, goal, PlanRole.LEADS_TO_GOAL, self._workspace, limits)
+        return self._leading(next_plan, goal, path, self._workspace, limits)
+
+    @staticmethod
+    def _leading(
+        plan: Trajectory,
+        goal: Command | None,
+        path: FollowedPath,
+        region: Workspace,
+        limits: DriveLimits,
+    ) -> HeldMotion:
+        return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits, path=path)
 
     def _going_on(
         self, plan: PathPlan, heights: PathHeights, time: float, limits: DriveLimits
@@ -158,8 +170,8 @@ class PathReplanning:
 
         Where the held plan ends before the end of the path, it stays, and the path as it drives it.
         """
-        before, plan = held.followed, held.path_plan
-        assert before is not None and before.heights is not None
+        before, plan = held.path, held.path_plan
+        assert before is not None
         if plan is None or time >= plan.duration:
             place = held.place(time)
             # At the end of a path there is nothing left to pause on.
@@ -168,25 +180,32 @@ class PathReplanning:
             longer = replace(before, place=place)
             longer = yield from self._longer(longer, goal, place)
             if before.is_paused or held.pending is not None or time < held.plan.duration:
-                return replace(held, goal=longer)
-            return (yield from self.on_path(held, time, longer, held.limits))
+                return held.with_goal(goal).on(longer)
+            return (yield from self.on_path(held, time, goal, longer, held.limits))
         if plan.ends_path and held.pending is None and not before.is_paused:
             # To pass the end without a stop, its rounding has to begin before.
             try:
                 longer = yield from self._longer(before, goal, plan.place(time))
-                assert longer.heights is not None
                 next_plan = yield from self._going_on(plan, longer.heights, time, held.limits)
-                return replace(held, plan=next_plan, goal=longer, role=PlanRole.LEADS_TO_GOAL)
+                leading = held.with_goal(goal, role=PlanRole.LEADS_TO_GOAL)
+                return replace(leading, plan=next_plan).on(longer)
             except KinematicsError:
                 pass
         longer = yield from self._longer(before, goal, plan.place(plan.duration))
-        assert longer.heights is not None
-        return replace(held, plan=plan.moved_to(longer.heights, time), goal=longer)
+        same_way = plan.moved_to(longer.heights, time)
+        return held.with_goal(goal, plan=same_way).on(longer)
 
-    def _longer(self, before: Follow, goal: Follow, place: float) -> Interruptible[Follow]:
-        assert before.heights is not None
-        heights = yield from self._paths.extended(before.heights, goal.path, place)
+    def _longer(
+        self, before: FollowedPath, goal: Follow, place: float
+    ) -> Interruptible[FollowedPath]:
+        heights = yield from self._paths.extended(before.heights, _made(goal), place)
         return replace(before, heights=heights)
+
+
+def _made(goal: Follow) -> PlatformPath:
+    """Return the path of a ``goal``, which has been made before it comes here."""
+    assert goal.path is not None
+    return goal.path
 
 
 class Replanned(NamedTuple):
@@ -222,12 +241,15 @@ class Replanning:
         Raises:
             KinematicsError: if there is none.
         """
-        path = path_of(goal)
-        if path is not None and path.heights is None:
-            return (yield from self._paths.with_path(held, time, path))
-        if held.pending is None:
-            return (yield from self._planned(held, time, goal, held.limits, or_after=True))
-        return replace(held, goal=goal)
+        return (yield from goal.next_held(self, held, time))
+
+    def with_path(self, held: HeldMotion, time: float, goal: Follow) -> Interruptible[HeldMotion]:
+        """Return what is held with a path as its ``goal``, or with a longer one.
+
+        Raises:
+            KinematicsError: if the path cannot be driven.
+        """
+        return (yield from self._paths.with_path(held, time, goal))
 
     def braked(
         self, held: HeldMotion, time: float, *, stays: bool = True
@@ -278,13 +300,13 @@ class Replanning:
         """Put pending limits in force if the motion can go on inside them."""
         limits, goal = held.pending, held.goal
         assert limits is not None
-        if held.followed is not None and held.followed.is_paused:
+        if held.path is not None and held.path.is_paused:
             goal = None
         resting = time >= held.plan.duration
         if not resting and goal is not None:
             if stays_within(held.plan.at(time), limits.effective):
                 try:
-                    planned = self._planned(held, time, goal, limits, or_after=False)
+                    planned = self.planned(held, time, goal, limits, or_after=False)
                     return Replanned((yield from planned))
                 except KinematicsError:
                     pass
@@ -296,15 +318,15 @@ class Replanning:
 
     def _resumed(self, held: HeldMotion, time: float, goal: Command) -> Interruptible[Replanned]:
         """Go on to a goal that had to wait; if there is no way, give it up with the reason."""
-        if held.followed is not None:
+        if held.path is not None:
             return (yield from self.continued(held, time))
         try:
-            planned = self._planned(held, time, goal, held.limits, or_after=True)
+            planned = self.planned(held, time, goal, held.limits, or_after=True)
             return Replanned((yield from planned))
         except KinematicsError as error:
-            return Replanned(replace(held, goal=None), error)
+            return Replanned(held.with_goal(None), error)
 
-    def _planned(
+    def planned(
         self, held: HeldMotion, time: float, goal: Command, limits: DriveLimits, *, or_after: bool
     ) -> Interruptible[HeldMotion]:
         """Return a plan that leads to ``goal``.
@@ -319,26 +341,25 @@ class Replanning:
         Raises:
             KinematicsError: if there is none.
         """
-        path = path_of(goal)
-        if path is not None:
-            return (yield from self._paths.on_path(held, time, path, limits))
+        if goal is held.goal and held.path is not None:
+            return (yield from self._paths.on_path(held, time, goal, held.path, limits))
         state, moving = held.plan.at(time), time < held.plan.duration
         region = self._region(held, time)
-        assert isinstance(goal, Move | Jog), "a moving target is tracked, never planned"
         after = SequencePlan((held.plan,), time) if or_after else None
         plan = yield from goal.planned(self._planner, state, limits, region, moving, after)
         return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits)
 
     def continued(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:
         """Return the next part of the path that is followed; give it up if there is none."""
-        goal = held.followed
-        assert goal is not None
+        path = held.path
+        assert path is not None
         try:
-            return Replanned((yield from self._paths.on_path(held, time, goal, held.limits)))
+            going_on = self._paths.on_path(held, time, held.goal, path, held.limits)
+            return Replanned((yield from going_on))
         except KinematicsError as error:
             if time < held.plan.duration:
-                return Replanned(replace(held, goal=replace(goal, from_rest=True)))
-            return Replanned(replace(held, goal=None), error)
+                return Replanned(held.on(replace(path, from_rest=True)))
+            return Replanned(held.with_goal(None), error)
 
     def _region(self, held: HeldMotion, time: float) -> Workspace:
         """Return where the platform may be on a way that begins at a ``time``."""
