@@ -7,7 +7,7 @@ from functools import partial
 from tri_glide_kinematics.control import (
     Cause,
     CommandedMotion,
-    EngineCommands,
+    CommandQueue,
     Goals,
     InPositionBounds,
     MotionController,
@@ -53,7 +53,7 @@ class Parts:
         self.engine = engine()
         self.supervisor = supervisor()
         self.streams = Streams.with_timeouts(TWIST_TIMEOUT, TARGET_TIMEOUT)
-        self.commands = EngineCommands(self.engine, PERIOD, self.streams)
+        self.commands = CommandQueue(self.engine, PERIOD, self.streams)
         self.states = StateMachine(state, Reason(Cause.COMMAND, "first"), lambda: None)
         self.newest_target = NewestTarget(IN_POSITION)
         self.goals = Goals(self.commands, self.newest_target)

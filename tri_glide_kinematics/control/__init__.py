@@ -1,6 +1,7 @@
 """Control: what a machine's controller decides, without ROS and without a clock.
 
-A ``controller`` is made of the ``operation`` of a machine, a ``commanded_motion`` and ``commands``.
+A ``controller`` is made of the ``operation`` of a machine, a ``commanded_motion`` and a
+``command_queue``.
 For other rooms: ``controller``, ``status`` and ``operating_state``; ``supervision`` and
 ``newest_target`` for its bounds; ``health``, ``controller_health`` and ``loop_statistics`` for what
 a node says about itself; ``simulated_sliders``.
@@ -11,19 +12,19 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.control.command_queue import COMMAND_INTERVAL as COMMAND_INTERVAL
+    from tri_glide_kinematics.control.command_queue import CarriedOut as CarriedOut
+    from tri_glide_kinematics.control.command_queue import CommandQueue as CommandQueue
+    from tri_glide_kinematics.control.command_queue import Inbox as Inbox
+    from tri_glide_kinematics.control.command_queue import Kind as Kind
+    from tri_glide_kinematics.control.command_queue import NewLimits as NewLimits
+    from tri_glide_kinematics.control.command_queue import Target as Target
+    from tri_glide_kinematics.control.command_queue import TargetKind as TargetKind
+    from tri_glide_kinematics.control.command_queue import TargetPath as TargetPath
+    from tri_glide_kinematics.control.command_queue import TargetPosition as TargetPosition
+    from tri_glide_kinematics.control.command_queue import TargetVelocity as TargetVelocity
+    from tri_glide_kinematics.control.command_queue import TrackedTarget as TrackedTarget
     from tri_glide_kinematics.control.commanded_motion import CommandedMotion as CommandedMotion
-    from tri_glide_kinematics.control.commands import COMMAND_INTERVAL as COMMAND_INTERVAL
-    from tri_glide_kinematics.control.commands import CarriedOut as CarriedOut
-    from tri_glide_kinematics.control.commands import EngineCommands as EngineCommands
-    from tri_glide_kinematics.control.commands import Inbox as Inbox
-    from tri_glide_kinematics.control.commands import Kind as Kind
-    from tri_glide_kinematics.control.commands import NewLimits as NewLimits
-    from tri_glide_kinematics.control.commands import Target as Target
-    from tri_glide_kinematics.control.commands import TargetKind as TargetKind
-    from tri_glide_kinematics.control.commands import TargetPath as TargetPath
-    from tri_glide_kinematics.control.commands import TargetPosition as TargetPosition
-    from tri_glide_kinematics.control.commands import TargetVelocity as TargetVelocity
-    from tri_glide_kinematics.control.commands import TrackedTarget as TrackedTarget
     from tri_glide_kinematics.control.controller import MotionController as MotionController
     from tri_glide_kinematics.control.controller_health import delay_counts as delay_counts
     from tri_glide_kinematics.control.controller_health import health_of as health_of

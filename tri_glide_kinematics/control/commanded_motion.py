@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from tri_glide_kinematics.control.commands import (
+from tri_glide_kinematics.control.command_queue import (
     CarriedOut,
-    EngineCommands,
+    CommandQueue,
     Target,
     TargetPath,
     TargetPosition,
@@ -48,7 +48,7 @@ class CommandedMotion:
     def __init__(
         self,
         engine: MotionEngine,
-        commands: EngineCommands,
+        commands: CommandQueue,
         states: StateMachine,
         streams: Streams,
         newest_target: NewestTarget,

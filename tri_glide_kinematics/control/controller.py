@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from tri_glide_kinematics.control.command_queue import CommandQueue
 from tri_glide_kinematics.control.commanded_motion import CommandedMotion
-from tri_glide_kinematics.control.commands import EngineCommands
 from tri_glide_kinematics.control.errors import BrokenError, CommandRefusedError
 from tri_glide_kinematics.control.goals import GoalCode, Goals
 from tri_glide_kinematics.control.newest_target import Arrival, InPositionBounds, NewestTarget
@@ -89,7 +89,7 @@ class MotionController:
         self._engine = engine
         self._supervisor = supervisor
         self._period = period
-        self._commands = EngineCommands(engine, period, streams)
+        self._commands = CommandQueue(engine, period, streams)
         self._states = StateMachine(*first, lambda: on_change(self.status))
         self._goals = Goals(self._commands, self.newest_target)
         self._start = StartingPlace(supervisor, travel)

@@ -6,7 +6,7 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
-from tri_glide_kinematics.control.commands import Command, EngineCommands, Target, TargetPath
+from tri_glide_kinematics.control.command_queue import Command, CommandQueue, Target, TargetPath
 from tri_glide_kinematics.control.newest_target import (
     Arrival,
     InPosition,
@@ -91,7 +91,7 @@ class Goals:
         open: these goals, the oldest first.
     """
 
-    def __init__(self, commands: EngineCommands, newest: NewestTarget) -> None:
+    def __init__(self, commands: CommandQueue, newest: NewestTarget) -> None:
         """Know none yet.
 
         Args:

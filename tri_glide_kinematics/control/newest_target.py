@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from tri_glide_kinematics.control.commands import CarriedOut, Target, TargetPath
+from tri_glide_kinematics.control.command_queue import CarriedOut, Target, TargetPath
 from tri_glide_kinematics.control.operating_state import Cause, Reason
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 
-from tri_glide_kinematics.control.commands import EngineCommands
+from tri_glide_kinematics.control.command_queue import CommandQueue
 from tri_glide_kinematics.control.errors import BrokenError, CommandRefusedError
 from tri_glide_kinematics.control.goals import GoalCode, Goals
 from tri_glide_kinematics.control.newest_target import NewestTarget
@@ -104,7 +104,7 @@ class Operation:
     def __init__(
         self,
         engine: MotionEngine,
-        commands: EngineCommands,
+        commands: CommandQueue,
         states: StateMachine,
         streams: Streams,
         newest_target: NewestTarget,

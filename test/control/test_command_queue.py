@@ -6,7 +6,7 @@ import pytest
 
 from tri_glide_kinematics.control import (
     Cause,
-    EngineCommands,
+    CommandQueue,
     Streams,
     TargetPosition,
     TargetVelocity,
@@ -27,7 +27,7 @@ def commands_at(heights):
     )
     engine = MotionEngine(workspace, LIMITS)
     engine.start(heights)
-    return EngineCommands(engine, PERIOD, Streams.with_timeouts(0.1, 0.5)), engine
+    return CommandQueue(engine, PERIOD, Streams.with_timeouts(0.1, 0.5)), engine
 
 
 def test_a_target_waits_while_limits_have_their_turn():

@@ -255,7 +255,7 @@ class PathMaking:
         return None
 
 
-class EngineCommands:
+class CommandQueue:
     """Commands for an engine: a target and limits at most that wait, and one that is planned.
 
     Attributes:
