@@ -36,7 +36,6 @@ from tri_glide_kinematics.control import (
     Streams,
     SupervisionBounds,
     Supervisor,
-    TargetPath,
 )
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
@@ -47,6 +46,7 @@ from tri_glide_kinematics.motion import (
     SliderLimits,
     SliderState,
 )
+from tri_glide_kinematics.motion.engine import Follow
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -277,7 +277,7 @@ class Adversary:
             return random_path(rng, end or here, size)
 
         self._allowed_plans += 1
-        self.controller.pursue(TargetPath(make, "path", extends))
+        self.controller.pursue(Follow.made(make, "path", extends))
 
     def _pause(self) -> None:
         self._allowed_plans += 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from testing.client import Client
 from testing.goals import GoalClient
 from testing.machine import Machine
-from tri_glide_kinematics.control import GoalCode
+from tri_glide_kinematics.motion.engine import GoalCode
 
 NEAR, FAR = (0.0, 0.0, 0.25), (0.08, 0.03, 0.35)
 # A way of seconds, so that what is to end it comes in time.

@@ -8,7 +8,6 @@ from tri_glide_kinematics.control import (
     Cause,
     CommandedMotion,
     CommandQueue,
-    Goals,
     InPositionBounds,
     MotionController,
     NewestTarget,
@@ -53,15 +52,14 @@ class Parts:
         self.engine = engine()
         self.supervisor = supervisor()
         self.streams = Streams.with_timeouts(TWIST_TIMEOUT, TARGET_TIMEOUT)
-        self.commands = CommandQueue(self.engine, PERIOD, self.streams)
         self.states = StateMachine(state, Reason(Cause.COMMAND, "first"), lambda: None)
         self.newest_target = NewestTarget(IN_POSITION)
-        self.goals = Goals(self.commands, self.newest_target)
+        self.queue = CommandQueue(self.engine, PERIOD, self.streams, self.newest_target)
         self.start = StartingPlace(self.supervisor, (LOWER, UPPER))
-        parts = (self.engine, self.commands, self.states, self.streams, self.newest_target)
-        self.operation = Operation(*parts, self.goals, self.start)
+        parts = (self.engine, self.queue, self.states, self.streams, self.newest_target)
+        self.operation = Operation(*parts, self.start)
         self.motion = CommandedMotion(
-            *parts, self.goals, self.operation, lambda text, refusal: self.refusals.append(text)
+            *parts, self.operation, lambda text, refusal: self.refusals.append(text)
         )
 
     def measure(self, heights):
@@ -136,4 +134,4 @@ def ended(rig, goal, most=5000):
         if goal.outcome is not None:
             return goal.outcome
         rig.cycle()
-    raise AssertionError(f"no end of {goal.command} in {most} cycles")
+    raise AssertionError(f"no end of {goal} in {most} cycles")

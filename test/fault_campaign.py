@@ -12,8 +12,9 @@ from typing import NamedTuple
 from controller_rig import LIMITS, PERIOD
 from machine_states import STATES
 
-from tri_glide_kinematics.control import Cause, Reason, TargetPath
+from tri_glide_kinematics.control import Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine import Follow
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 from tri_glide_kinematics.ros.inputs import path_points
 
@@ -22,7 +23,7 @@ CYCLES = 500  # that are watched after a fault: a second
 
 def hostile_bytes(machine):
     machine.controller.follow(
-        TargetPath(lambda _: path_points(b"\0\7\0\0", "tri_glide_base"), "path in 4 bytes")
+        Follow.made(lambda _: path_points(b"\0\7\0\0", "tri_glide_base"), "path in 4 bytes")
     )
 
 

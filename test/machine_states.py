@@ -6,9 +6,9 @@ from contextlib import suppress
 
 from controller_rig import MACHINE, Rig
 
-from tri_glide_kinematics.control import TargetPath
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind
+from tri_glide_kinematics.motion.engine import Follow
 from tri_glide_kinematics.motion.path import FlatPath
 
 PLACE = (0.0, 0.0, 0.25)
@@ -48,7 +48,7 @@ class Machine(Rig):
     def follow(self):
         flat = FlatPath.of([0] * len(CORNERS), [x for p in CORNERS for x in p], (), (), 0.002)
         place = MACHINE.forward(self.controller.commanded_heights)
-        self.controller.follow(TargetPath(lambda _: flat.path_from(place), "path"))
+        self.controller.follow(Follow.made(lambda _: flat.path_from(place), "path"))
 
 
 def waiting():

@@ -16,7 +16,7 @@ from testing.client import LATCHED
 from testing.goals import GoalClient, SentGoal
 from testing.machine import Machine
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.control import GoalCode
+from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.vectors import Vector3
 
 TOLERANCE = 0.0005  # m, position_tolerance by default

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import pytest
-
 from tri_glide_kinematics.control import (
     Cause,
     CommandQueue,
+    InPositionBounds,
+    NewestTarget,
     Streams,
-    TargetPosition,
-    TargetVelocity,
 )
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, NoRoomError, SliderLimits
+from tri_glide_kinematics.motion.engine import Follow, GoalCode, Jog, Move
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 PERIOD = 0.002
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
-TARGET = TargetPosition((0.05, 0.03, 0.3))
+TARGET = (0.05, 0.03, 0.3)
+RELEASED = Jog((0.0, 0.0, 0.0))
 TOP = (0.9, 0.9, 0.9)
 
 
@@ -27,48 +27,71 @@ def commands_at(heights):
     )
     engine = MotionEngine(workspace, LIMITS)
     engine.start(heights)
-    return CommandQueue(engine, PERIOD, Streams.with_timeouts(0.1, 0.5)), engine
+    newest = NewestTarget(InPositionBounds(0.0005, 0.02, 0.5, 0.005))
+    return CommandQueue(engine, PERIOD, Streams.with_timeouts(0.1, 0.5), newest), engine
 
 
 def test_a_target_waits_while_limits_have_their_turn():
     commands, engine = commands_at((0.6, 0.6, 0.6))
     commands.put_limits(LIMITS, 0.5)
     assert commands.carry_out(moving=False) is None
-    commands.put(TARGET)
+    target = Move(TARGET)
+    commands.put(target)
     assert commands.carry_out(moving=False) is None
-    assert commands.target is TARGET
+    assert commands.target is target
     commands.step()
     commands.next_cycle(0.0)
     done = commands.carry_out(moving=False)
-    assert done is not None and done.target is TARGET
-    assert engine.target == TARGET.position and engine.speed_scale == 0.5
+    assert done is not None and done.command is target
+    assert engine.target == TARGET and engine.speed_scale == 0.5
 
 
 def test_the_same_limits_again_take_no_turn():
     commands, _ = commands_at((0.6, 0.6, 0.6))
     commands.put_limits(LIMITS, 1.0)
-    commands.put(TARGET)
+    commands.put(Move(TARGET))
     assert commands.carry_out(moving=False) is not None
 
 
 def test_only_a_waiting_twist_is_dropped_with_twists():
     commands, _ = commands_at((0.6, 0.6, 0.6))
-    commands.put(TARGET)
-    commands.drop_twist()
-    assert commands.target is TARGET
-    commands.put(TargetVelocity((0.0, 0.0, 0.1), 0.0, 0.0))
-    commands.drop_twist()
+    target = Move(TARGET)
+    commands.put(target)
+    commands.drop_stream(RELEASED)
+    assert commands.target is target
+    commands.put(Jog((0.0, 0.0, 0.1), received=0.0))
+    commands.drop_stream(RELEASED)
     assert commands.target is None
 
 
 def test_a_jog_without_room_is_held_and_a_move_goes_on():
-    outwards = TargetVelocity((0.0, 0.0, 0.1), 0.0, 0.0)
+    outwards = Jog((0.0, 0.0, 0.1), received=0.0)
     commands, engine = commands_at(TOP)
     commands.put(outwards)
     done = commands.carry_out(moving=False)
     assert done is not None and done.reason.cause is Cause.EDGE
     commands, engine = commands_at(TOP)
+    outwards = Jog((0.0, 0.0, 0.1), received=0.0)
     commands.put(outwards)
-    with pytest.raises(NoRoomError):
-        commands.carry_out(moving=True)
+    refused = commands.carry_out(moving=True)
+    assert refused is not None and isinstance(refused.refusal, NoRoomError)
+    assert outwards.outcome == (GoalCode.REFUSED, str(refused.refusal))
     assert engine.phase is MotionPhase.IDLE
+
+
+def test_a_path_that_is_still_made_is_not_taken_while_a_newer_command_waits():
+    commands, engine = commands_at((0.6, 0.6, 0.6))
+
+    def make(_):
+        while True:
+            yield
+
+    path, target = Follow.made(make, "endless path"), Move(TARGET)
+    commands.put(path)
+    assert commands.carry_out(moving=False, may_go_on=lambda: False) is None
+    commands.put(target)
+    assert commands.decided(moving=False) is None and path.outcome is None
+    commands.next_cycle(0.0)
+    done = commands.carry_out(moving=False)
+    assert done is not None and done.command is target and engine.target == TARGET
+    assert path.outcome == (GoalCode.SUPERSEDED, f"superseded by {target}")

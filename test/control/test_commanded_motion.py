@@ -5,16 +5,9 @@ from __future__ import annotations
 import pytest
 from controller_rig import HOME, TARGET, Parts
 
-from tri_glide_kinematics.control import (
-    IDLE,
-    MOVING,
-    STOPPING,
-    WAITING,
-    CommandRefusedError,
-    GoalCode,
-    TargetPosition,
-)
+from tri_glide_kinematics.control import IDLE, MOVING, STOPPING, WAITING, CommandRefusedError
 from tri_glide_kinematics.errors import Refusal
+from tri_glide_kinematics.motion.engine import GoalCode, Move
 
 
 def test_a_command_is_carried_out_when_it_is_its_turn():
@@ -24,7 +17,7 @@ def test_a_command_is_carried_out_when_it_is_its_turn():
     goal = parts.motion.pursue_position(TARGET)
     # Limits had the turn of this cycle.
     assert parts.states.state is IDLE and goal.outcome is None
-    parts.commands.next_cycle(0.0)
+    parts.queue.next_cycle(0.0)
     parts.motion.go_on()
     assert parts.states.state is MOVING and parts.motion.leads_to(goal)
     assert parts.engine.target == TARGET
@@ -35,7 +28,7 @@ def test_a_cancelled_motion_brakes():
     parts.engine.start(HOME)
     goal = parts.motion.pursue_position(TARGET)
     for _ in range(20):
-        parts.commands.step()
+        parts.queue.step()
     parts.motion.cancel(goal)
     assert parts.states.state is STOPPING and goal.is_cancelled
 
@@ -45,7 +38,7 @@ def test_what_is_refused_ends_its_goal_and_changes_nothing():
     with pytest.raises(CommandRefusedError) as caught:
         parts.motion.pursue_position(TARGET)
     assert caught.value.refusal is Refusal.WAITING
-    assert parts.goals.open == [] and parts.commands.target is None
+    assert parts.queue.target is None
 
 
 def test_after_a_failure_nothing_is_carried_out():
@@ -54,7 +47,7 @@ def test_after_a_failure_nothing_is_carried_out():
     goal = parts.motion.pursue_position(TARGET)
     parts.operation.fail(ValueError("broken"))
     assert goal.outcome.code is GoalCode.FAULT
-    parts.commands.put(TargetPosition(TARGET))
-    parts.commands.next_cycle(0.0)
+    parts.queue.put(Move(TARGET))
+    parts.queue.next_cycle(0.0)
     parts.motion.go_on()
-    assert parts.commands.target is not None and parts.engine.target is None
+    assert parts.queue.target is not None and parts.engine.target is None

@@ -12,17 +12,9 @@ from controller_rig import LIMITS, PERIOD
 from machine_states import FAR, STATES
 
 import tri_glide_kinematics
-from tri_glide_kinematics.control import (
-    DISABLED,
-    FAULT,
-    WAITING,
-    BrokenError,
-    Cause,
-    GoalCode,
-    Reason,
-)
+from tri_glide_kinematics.control import DISABLED, FAULT, WAITING, BrokenError, Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine import Pursuit, Replanning
+from tri_glide_kinematics.motion.engine import GoalCode, Pursuit, Replanning
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 
 PACKAGE = Path(tri_glide_kinematics.__file__).parent
@@ -191,7 +183,7 @@ def test_wherever_the_program_fails_the_machine_ramps_down(state):
         controller.set_limits(LIMITS, source.choice((0.7, 1.0)))
         machine.renew = surviving(machine.renew)
         heights = [machine.heights]
-        with failing_at_call(source.randrange(1, 2000)):
+        with failing_at_call(source.randrange(1, 1500)):
             for index in range(12):
                 if index == 3:
                     with suppress(BrokenPlannerError, KinematicsError):

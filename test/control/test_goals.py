@@ -8,22 +8,17 @@ import pytest
 from controller_rig import HOME, IN_POSITION, LIMITS, MACHINE, PERIOD, TARGET, Parts, Rig, ended
 
 from tri_glide_kinematics.control import (
+    CYCLES_UNTIL_TOLD,
     FAULT,
-    GRACE,
     IDLE,
     MOVING,
-    CarriedOut,
     Cause,
     CommandRefusedError,
-    Goal,
-    GoalCode,
-    Outcome,
     Reason,
-    TargetPath,
-    TargetPosition,
 )
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind, PlatformPath
+from tri_glide_kinematics.motion.engine import Follow, GoalCode, Move, Outcome
 
 OTHER = (-0.05, 0.02, 0.25)
 
@@ -53,7 +48,7 @@ def test_it_succeeds_only_when_it_is_measured_to_have_settled(rig):
     rig.offset = 0.001
     goal = pursue(rig)
     rig.cycle_until(MOVING)
-    while rig.engine.remaining > 0.0 or rig.controller.newest_target.command is not goal.command:
+    while rig.engine.remaining > 0.0 or rig.controller.newest_target.command is not goal:
         rig.cycle()
     rig.cycle(50)
     assert goal.outcome is None
@@ -113,7 +108,7 @@ def test_a_newer_command_of_any_kind_supersedes_it(rig, name):
     command, text = NEWER[name]
     newer = command(rig)
     # Even if the newer one is planned for longer.
-    ended(rig, goal, most=int(GRACE / PERIOD) + 4)
+    ended(rig, goal, most=CYCLES_UNTIL_TOLD + 2)
     assert goal.outcome == (GoalCode.SUPERSEDED, f"superseded by {text}")
     if newer is not None:
         assert ended(rig, newer).code is GoalCode.SUCCEEDED
@@ -256,7 +251,7 @@ def test_a_way_that_is_found_blocked_later_is_refused_with_the_text_that_is_logg
     code, text = ended(rig, goal)
     assert code is GoalCode.REFUSED
     assert "breaks the upper end of slider travel" in text
-    assert rig.refusals == [f"{goal.command}: {text}"]
+    assert rig.refusals == [f"{goal}: {text}"]
     # What went on goes on, though the one who waited was told that there was a newer command.
     assert ended(rig, before).code is GoalCode.SUPERSEDED
     rig.cycle_until(IDLE)
@@ -279,26 +274,39 @@ def test_limits_that_change_do_not_end_it(rig):
 
 
 def test_an_outcome_is_set_once():
-    goal = Goal(None)
+    goal = Move(TARGET)
     goal.end(GoalCode.FAULT, "first")
     goal.end(GoalCode.SUCCEEDED, "second")
     assert goal.outcome == Outcome(GoalCode.FAULT, "first")
 
 
-def test_goals_alone_know_what_waits_what_is_driven_and_what_is_overtaken():
+def test_who_waits_is_told_of_a_newer_command_after_two_cycles_even_if_that_is_planned():
     parts = Parts(IDLE)
     parts.engine.start(HOME)
-    first, second = TargetPosition(TARGET), TargetPosition((0.0, 0.0, 0.3))
-    goal = parts.goals.add(first)
-    parts.newest_target.take(CarriedOut(first, Reason(Cause.COMMAND, "first")))
-    parts.commands.put(second)
-    for now in (0.0, 0.9 * GRACE):
-        parts.goals.look(now)
-        parts.goals.keep_held()
-        assert goal.outcome is None
-    parts.goals.look(1.1 * GRACE)
-    assert goal.outcome == Outcome(GoalCode.SUPERSEDED, f"superseded by {second}")
-    assert parts.goals.open == [] and parts.goals.was_superseded(first)
+    first, second, third = Move(TARGET), Move((0.0, 0.0, 0.3)), Move(OTHER)
+    parts.newest_target.take(first, Reason(Cause.COMMAND, "first"))
+    parts.queue.put(second)
+    parts.queue.next_cycle(0.0)
+    assert first.outcome is None
+    # The older one that waits cannot come back, so it ends now.
+    parts.queue.put(third)
+    assert second.outcome == Outcome(GoalCode.SUPERSEDED, f"superseded by {third}")
+    parts.queue.next_cycle(0.0)
+    assert first.outcome == Outcome(GoalCode.SUPERSEDED, f"superseded by {third}")
+    assert third.outcome is None
+
+
+def test_who_waits_is_not_told_of_a_newer_command_that_is_gone_in_time():
+    parts = Parts(IDLE)
+    parts.engine.start(HOME)
+    first, second = Move(TARGET), Move(OTHER)
+    parts.newest_target.take(first, Reason(Cause.COMMAND, "first"))
+    parts.queue.put(second)
+    parts.queue.next_cycle(0.0)
+    assert parts.queue.withdraw(second) and not parts.queue.withdraw(second)
+    for _ in range(5):
+        parts.queue.next_cycle(0.0)
+    assert first.outcome is None
 
 
 def test_whatever_comes_each_goal_has_an_end_and_only_the_last_may_succeed(rig):
@@ -354,7 +362,7 @@ def path_that_is_never_made():
         while True:
             yield
 
-    return TargetPath(make, "endless path")
+    return Follow.made(make, "endless path")
 
 
 def test_a_goal_that_has_superseded_another_comes_to_rest_when_it_is_cancelled():
@@ -373,7 +381,7 @@ def test_a_goal_that_has_superseded_another_comes_to_rest_when_it_is_cancelled()
 def test_what_is_to_be_replaced_cannot_be_paused_or_resumed():
     rig = Rig(kind=MotionKind.LINEAR, in_pieces=True)
     rig.cycle(2)
-    rig.controller.pursue(TargetPath(lambda _: line_to(TARGET), "path"))
+    rig.controller.pursue(Follow.made(lambda _: line_to(TARGET), "path"))
     rig.cycle(60)
     newer = rig.controller.pursue(path_that_is_never_made())
     for ask in (rig.controller.pause, rig.controller.resume):

@@ -7,14 +7,12 @@ import pytest
 from tri_glide_kinematics.control import (
     CAUSE_OF,
     Arrival,
-    CarriedOut,
     Cause,
     InPositionBounds,
     NewestTarget,
     Reason,
-    TargetPath,
-    TargetPosition,
 )
+from tri_glide_kinematics.motion.engine import Follow, GoalCode, Move
 
 BOUNDS = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)
 BECAUSE = Reason(Cause.COMMAND, "because")
@@ -24,7 +22,7 @@ NEAR, OFF, FAR = 0.0001, 0.002, 0.02  # m, from the target
 @pytest.fixture
 def target():
     target = NewestTarget(BOUNDS)
-    target.take(CarriedOut(TargetPosition((0.0, 0.0, 0.3)), BECAUSE))
+    target.take(Move((0.0, 0.0, 0.3)), BECAUSE)
     target.judge_from(0.0)
     return target
 
@@ -63,7 +61,7 @@ def test_a_target_that_was_missed_may_still_be_reached(target):
 
 def test_the_next_target_is_not_missed_and_not_judged_yet(target):
     arrival_after(target, OFF, 0.6)
-    target.take(CarriedOut(TargetPosition((0.0, 0.0, 0.2)), BECAUSE))
+    target.take(Move((0.0, 0.0, 0.2)), BECAUSE)
     assert not target.is_missed and target.distance is None
     assert target.arrival(9.0) == (Arrival.SETTLING, None)
     assert "0.2" in target.text
@@ -72,11 +70,29 @@ def test_the_next_target_is_not_missed_and_not_judged_yet(target):
 
 def test_of_a_path_that_was_extended_all_is_driven(target):
     def path(extends):
-        return TargetPath(lambda end: iter(()), "path", extends)
+        return Follow.made(lambda end: iter(()), "path", extends)
 
     first, behind, other = path(False), path(True), path(False)
     for command in (first, behind):
-        target.take(CarriedOut(command, BECAUSE))
+        target.take(command, BECAUSE)
     assert target.driven == (first, behind)
-    target.take(CarriedOut(other, BECAUSE))
-    assert target.is_driven(other) and not target.is_driven(first) and not target.is_driven(behind)
+    target.take(other, BECAUSE)
+    assert target.driven == (other,)
+    superseded = (GoalCode.SUPERSEDED, "superseded by path")
+    assert first.outcome == behind.outcome == superseded and other.outcome is None
+
+
+def test_who_cancels_is_told_at_rest_or_when_another_target_is_taken(target):
+    first, second = target.command, Move((0.0, 0.0, 0.2))
+    target.cancel(first)
+    target.end_driven(GoalCode.SUCCEEDED, "there")
+    assert first.outcome is None
+    target.take(second, BECAUSE)
+    assert first.outcome == (GoalCode.CANCELED, f"cancelled: {first}; then came {second}")
+    target.cancel(second)
+    target.come_to_rest(1.0)
+    target.rest_measured(NEAR, 1.0)
+    target.come_to_rest(1.0 + 0.5 * BOUNDS.settling_time)
+    assert second.outcome is None and target.cancelled == [second]
+    target.come_to_rest(1.0 + BOUNDS.settling_time)
+    assert second.outcome == (GoalCode.CANCELED, f"cancelled: {second}") and not target.cancelled

@@ -83,17 +83,17 @@ def led():
     parts.measure(HOME)
     parts.operation.begin(parts.now)
     # The first setpoint is one of rest.
-    parts.commands.step()
+    parts.queue.step()
     parts.motion.move_to(TARGET)
     for _ in range(20):
-        parts.commands.step()
+        parts.queue.step()
     assert parts.operation.leads and parts.states.state is MOVING
     return parts
 
 
 def come_to_rest(parts):
     while parts.engine.phase is not MotionPhase.IDLE:
-        parts.commands.step()
+        parts.queue.step()
     parts.operation.end_ramp()
 
 

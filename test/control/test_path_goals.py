@@ -7,9 +7,10 @@ import random
 import pytest
 from controller_rig import LIMITS, MACHINE, Rig, ended
 
-from tri_glide_kinematics.control import IDLE, MOVING, PAUSED, Cause, GoalCode, Reason, TargetPath
+from tri_glide_kinematics.control import IDLE, MOVING, PAUSED, Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion import MotionKind, MotionPhase
+from tri_glide_kinematics.motion.engine import Follow, GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
 
 SQUARE = [(0.02, 0.0, 0.25), (0.02, 0.02, 0.25), (0.0, 0.02, 0.25), (0.0, 0.0, 0.25)]
@@ -32,7 +33,7 @@ def target(rig, points, extends=False):
     def make(end):
         return flat.path_from(end or MACHINE.forward(rig.controller.commanded_heights))
 
-    return TargetPath(make, f"path of {len(points)} segments", extends)
+    return Follow.made(make, f"path of {len(points)} segments", extends)
 
 
 def pursue(rig, points=SQUARE, extends=False):

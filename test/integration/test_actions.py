@@ -18,7 +18,7 @@ from testing.goals import ERROR_NONE
 from testing.processes import launched
 from testing.scenarios import HEALTHY
 from tri_glide_interfaces.action import FollowPath, MoveTo
-from tri_glide_kinematics.control import GoalCode
+from tri_glide_kinematics.motion.engine import GoalCode
 
 TOLERANCE = 0.0005  # m, position_tolerance by default
 SUCCEEDED, ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED

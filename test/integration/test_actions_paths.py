@@ -21,8 +21,9 @@ from testing.goals import GoalClient
 from testing.processes import launched
 from tri_glide_interfaces.action import FollowPath
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.control import Cause, GoalCode
+from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.errors import Refusal
+from tri_glide_kinematics.motion.engine import GoalCode
 
 LINE, ARC_THROUGH, ARC_ABOUT = (
     FollowPath.Goal.LINE,

@@ -12,7 +12,7 @@ from testing.goal_storm import GoalStorm
 from testing.goals import GoalClient
 from testing.processes import launched
 from tri_glide_interfaces.action import FollowPath
-from tri_glide_kinematics.control import GoalCode
+from tri_glide_kinematics.motion.engine import GoalCode
 
 LINE, ARC_THROUGH = FollowPath.Goal.LINE, FollowPath.Goal.ARC_THROUGH
 IMPORT = re.compile(r"^import time:.*\|(.*)$", re.MULTILINE)

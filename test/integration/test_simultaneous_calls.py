@@ -11,7 +11,7 @@ from testing.client import Client
 from testing.crowd import Crowd
 from testing.goals import GoalClient
 from tri_glide_interfaces.srv import ListMeasurements, SolveFourBar
-from tri_glide_kinematics.control import GoalCode
+from tri_glide_kinematics.motion.engine import GoalCode
 
 CLIENTS, CALLS, GOALS = 50, 20, 100
 

@@ -13,17 +13,11 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.control.command_queue import COMMAND_INTERVAL as COMMAND_INTERVAL
-    from tri_glide_kinematics.control.command_queue import CarriedOut as CarriedOut
+    from tri_glide_kinematics.control.command_queue import CYCLES_UNTIL_TOLD as CYCLES_UNTIL_TOLD
     from tri_glide_kinematics.control.command_queue import CommandQueue as CommandQueue
+    from tri_glide_kinematics.control.command_queue import Decided as Decided
     from tri_glide_kinematics.control.command_queue import Inbox as Inbox
     from tri_glide_kinematics.control.command_queue import Kind as Kind
-    from tri_glide_kinematics.control.command_queue import NewLimits as NewLimits
-    from tri_glide_kinematics.control.command_queue import Target as Target
-    from tri_glide_kinematics.control.command_queue import TargetKind as TargetKind
-    from tri_glide_kinematics.control.command_queue import TargetPath as TargetPath
-    from tri_glide_kinematics.control.command_queue import TargetPosition as TargetPosition
-    from tri_glide_kinematics.control.command_queue import TargetVelocity as TargetVelocity
-    from tri_glide_kinematics.control.command_queue import TrackedTarget as TrackedTarget
     from tri_glide_kinematics.control.commanded_motion import CommandedMotion as CommandedMotion
     from tri_glide_kinematics.control.controller import MotionController as MotionController
     from tri_glide_kinematics.control.controller_health import delay_counts as delay_counts
@@ -32,11 +26,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.controller_health import status_of as status_of
     from tri_glide_kinematics.control.errors import BrokenError as BrokenError
     from tri_glide_kinematics.control.errors import CommandRefusedError as CommandRefusedError
-    from tri_glide_kinematics.control.goals import GRACE as GRACE
-    from tri_glide_kinematics.control.goals import Goal as Goal
-    from tri_glide_kinematics.control.goals import GoalCode as GoalCode
-    from tri_glide_kinematics.control.goals import Goals as Goals
-    from tri_glide_kinematics.control.goals import Outcome as Outcome
     from tri_glide_kinematics.control.health import Health as Health
     from tri_glide_kinematics.control.health import Level as Level
     from tri_glide_kinematics.control.loop_statistics import LoopStatistics as LoopStatistics

@@ -5,24 +5,36 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
-from enum import Enum, IntEnum
-from typing import ClassVar, NamedTuple
+from enum import Enum
+from typing import NamedTuple
 
 from tri_glide_kinematics.control.errors import CommandRefusedError
+from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import Cause, Reason
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
-from tri_glide_kinematics.motion.path import PlatformPath
-from tri_glide_kinematics.motion.trajectory import NoRoomError, SliderLimits, SliderState
-from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.wording import vector_text
+from tri_glide_kinematics.motion.engine import (
+    Command,
+    DriveLimits,
+    GoalCode,
+    MotionEngine,
+    MotionPhase,
+    NewLimits,
+)
+from tri_glide_kinematics.motion.trajectory import SliderLimits, SliderState
 
 # In motion, two commands of one kind are carried out at least this time apart [s]: each is a new
 # plan, which takes some milliseconds.
 COMMAND_INTERVAL = 0.005
+
+# A newer command ends older ones when it is carried out, as it may still be refused. But who waits
+# for an older one is told when so many cycles have begun since the newer one came in: the last of
+# them begins after one whole cycle of planning.
+CYCLES_UNTIL_TOLD = 2
+
+NO_PATH_BEFORE = "the path that it goes on from was refused"
+NO_PATH_ANY_MORE = "the path that it goes on from is not followed any more"
 
 
 class Kind(Enum):
@@ -31,104 +43,10 @@ class Kind(Enum):
     TARGET = "target"
     LIMITS = "limits"
 
-
-class TargetKind(IntEnum):
-    """What a target asks for, as programs read it in ``MachineState``."""
-
-    POSITION = 1
-    VELOCITY = 2
-    MOVING = 3
-    PATH = 4
-
-
-@dataclass(frozen=True)
-class TargetPosition:
-    """Where the platform is to be moved [m]."""
-
-    kind: ClassVar = TargetKind.POSITION
-    position: Vector3
-    velocity: ClassVar = None
-
-    def __str__(self) -> str:
-        """Return the target in words."""
-        return f"target {vector_text(self.position, 6)} m"
-
-
-@dataclass(frozen=True)
-class TargetVelocity:
-    """How the platform is to move [m/s], when that came in [s], and how long after the last."""
-
-    kind: ClassVar = TargetKind.VELOCITY
-    velocity: Vector3
-    received: float
-    pause: float
-    position: ClassVar = None
-
-    def __str__(self) -> str:
-        """Return the target in words."""
-        return f"twist {vector_text(self.velocity, 6)} m/s"
-
-
-@dataclass(frozen=True)
-class TrackedTarget:
-    """A target that moves.
-
-    Attributes:
-        position: where it was [m].
-        velocity: how it moves [m/s].
-        seen: when it was there, by the clock of the controller [s].
-        received: when that came in [s].
-        pause: how long after the last one that was [s].
-    """
-
-    kind: ClassVar = TargetKind.MOVING
-    position: Vector3
-    velocity: Vector3
-    seen: float
-    received: float
-    pause: float
-
-    def __str__(self) -> str:
-        """Return the target in words."""
-        return (
-            f"moving target {vector_text(self.position, 6)} m, "
-            f"velocity {vector_text(self.velocity, 6)} m/s"
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class TargetPath:
-    """Lines and arcs to follow.
-
-    Attributes:
-        make: makes them, in pieces, from the end of the path that they extend [m]; from where they
-            begin if that is None.
-        name: in words.
-        extends: whether they go on from the end of the path that is followed, if there is one.
-    """
-
-    kind: ClassVar = TargetKind.PATH
-    make: Callable[[Vector3 | None], Interruptible[PlatformPath]]
-    name: str
-    extends: bool = False
-    position: ClassVar = None
-    velocity: ClassVar = None
-
-    def __str__(self) -> str:
-        """Return the target in words."""
-        return self.name
-
-
-@dataclass(frozen=True)
-class NewLimits:
-    """What the drives may do from now on."""
-
-    sliders: SliderLimits
-    speed_scale: float
-
-
-Target = TargetPosition | TargetVelocity | TrackedTarget | TargetPath
-Command = Target | NewLimits
+    @classmethod
+    def of(cls, command: Command) -> Kind:
+        """Return the kind of a ``command``."""
+        return cls.TARGET if command.is_target else cls.LIMITS
 
 
 class Inbox:
@@ -147,9 +65,11 @@ class Inbox:
         self._interval = math.ceil(COMMAND_INTERVAL / period - 1e-9)
         self._last_turn = dict.fromkeys(Kind, -self._interval)
 
-    def put(self, kind: Kind, command: Command) -> None:
-        """Hold the ``command``, in place of an older one of its ``kind``."""
-        self.waiting[kind] = command
+    def put(self, command: Command) -> Command | None:
+        """Hold the ``command``, in place of an older one of its kind, which is returned."""
+        kind = Kind.of(command)
+        older, self.waiting[kind] = self.waiting.get(kind), command
+        return older
 
     def drop(self, kind: Kind) -> Command | None:
         """Forget, and return, what waits of this ``kind``."""
@@ -174,99 +94,28 @@ class Inbox:
         return self.waiting.pop(kind)
 
 
-NO_PATH_BEFORE = "the path that it goes on from was refused"
-TRACKING_REASON = "follows a moving target"
-
-
-class CarriedOut(NamedTuple):
-    """A target that the engine has taken.
+class Decided(NamedTuple):
+    """A command that the engine has taken, or refused.
 
     Attributes:
-        target: where, or how, the platform is to move.
-        reason: for the new state.
+        command: asks for a motion, or was refused.
+        reason: for the new state; None if it was refused.
+        refusal: why it was refused; None if it was taken.
     """
 
-    target: Target
-    reason: Reason
-
-
-class PathMaking:
-    """The path that is begun, until the engine has it.
-
-    Attributes:
-        making: puts it together, in pieces; None if there is nothing to do.
-    """
-
-    def __init__(self, engine: MotionEngine) -> None:
-        """Give paths to ``engine``."""
-        self._engine = engine
-        self.making: Interruptible[PlatformPath] | None = None
-        self._extends = False
-
-    def begin(self, target: TargetPath) -> None:
-        """Begin with a path, in place of another.
-
-        Raises:
-            CommandRefusedError: if it goes on from a path that is not followed any more.
-        """
-        self._extends = target.extends
-        if self._extends and self._engine.driven_path is None:
-            text = "the path that it goes on from is not followed any more"
-            raise CommandRefusedError(text, Refusal.NO_PATH)
-        self.making = target.make(self._engine.target if self._extends else None)
-
-    def give_up(self) -> None:
-        """Forget what is begun."""
-        self.making = None
-
-    def work(self, may_go_on: Callable[[], bool]) -> KinematicsError | None:
-        """Go on by one piece at least, if there is something, and while ``may_go_on``.
-
-        Returns:
-            Why the path is refused, if it is.
-        """
-        while self.making is not None:
-            try:
-                next(self.making)
-            except StopIteration as end:
-                self.making = None
-                return self._refusal_of(end.value)
-            except KinematicsError as error:
-                self.making = None
-                return error
-            except Exception as error:
-                # It is made of what somebody has sent: no bytes end more than their own command.
-                self.making = None
-                text = f"there is no path: {type(error).__name__}: {error}"
-                return CommandRefusedError(text, Refusal.MESSAGE)
-            if not may_go_on():
-                break
-        return None
-
-    def _refusal_of(self, path: PlatformPath) -> KinematicsError | None:
-        """Give a path to the engine, and return why it refuses it, if it does."""
-        try:
-            if self._extends:
-                self._engine.extend(path)
-            else:
-                self._engine.follow(path)
-        except KinematicsError as error:
-            return error
-        return None
+    command: Command
+    reason: Reason | None
+    refusal: KinematicsError | None = None
 
 
 class CommandQueue:
     """Commands for an engine: a target and limits at most that wait, and one that is planned.
 
-    Attributes:
-        refused: the latest command that was refused when it was its turn; None if none was.
+    A command that is refused, or is given up for a newer one, ends here.
     """
 
     def __init__(
-        self,
-        engine: MotionEngine,
-        period: float,
-        streams: Streams,
+        self, engine: MotionEngine, period: float, streams: Streams, newest_target: NewestTarget
     ) -> None:
         """Hold nothing yet.
 
@@ -274,159 +123,166 @@ class CommandQueue:
             engine: that carries them out.
             period: time of one cycle [s].
             streams: are told which of their commands are carried out.
+            newest_target: that the engine has taken, and that a newer one ends.
         """
         self._engine = engine
         self._period = period
         self._streams = streams
+        self._newest_target = newest_target
         self._now = 0.0
         self._inbox = Inbox(period)
-        self._limits = NewLimits(engine.limits, engine.speed_scale)
+        self._limits = DriveLimits(engine.limits, engine.speed_scale)
         self._cycle = 0
         self._rests_first = False
         self._begun: Command | None = None
-        self._paths = PathMaking(engine)
-        self._extensions: deque[TargetPath] = deque()
+        # Makes the path that is begun, until the engine gets it.
+        self._making: Interruptible[None] | None = None
+        self._extensions: deque[Command] = deque()
         # Those that waited behind a path that was refused.
-        self._orphans: frozenset[TargetPath] = frozenset()
-        self.refused: Command | None = None
+        self._orphans: frozenset[Command] = frozenset()
+        # Since which cycle there is a newer command than these.
+        self._overtaken: dict[Command, int] = {}
 
     @property
-    def target(self) -> Target | None:
+    def target(self) -> Command | None:
         """The newest target that waits, or is being planned."""
         if self._extensions:
             return self._extensions[-1]
-        for command in (self._inbox.waiting.get(Kind.TARGET), self._begun):
-            if command is not None and not isinstance(command, NewLimits):
-                return command
-        return None
+        return self._inbox.waiting.get(Kind.TARGET) or self._begun_target
 
     def next_cycle(self, now: float) -> None:
         """Begin a new cycle ``now`` [s]."""
         self._cycle += 1
         self._now = now
+        if self._overtaken:
+            self._end_overtaken()
 
     def rest_first(self) -> None:
         """Carry out nothing before the next setpoint, which so is one of rest."""
         self._rests_first = True
 
-    def put(self, target: Target) -> None:
+    def put(self, target: Command) -> None:
         """Let a ``target`` wait: in place of older ones, or behind them if it extends a path."""
-        if isinstance(target, TargetPath) and target.extends:
+        if target.extends:
             self._extensions.append(target)
-        else:
-            self._extensions.clear()
-            self._inbox.put(Kind.TARGET, target)
+            return
+        replaced = self._inbox.put(target)
+        self._supersede(*self._extensions, *(() if replaced is None else (replaced,)))
+        self._extensions.clear()
+        for older in (*self._newest_target.driven, self._begun_target):
+            if older is not None and older.outcome is None:
+                self._overtaken.setdefault(older, self._cycle)
 
-    def drop_target(self) -> Target | None:
-        """Forget the targets that wait or are being planned; return the newest."""
+    def end_waiting(self, code: GoalCode, text: str) -> None:
+        """Note how the targets end that wait or are being planned."""
+        for target in (*self._extensions, self._inbox.waiting.get(Kind.TARGET), self._begun_target):
+            if target is not None:
+                target.end(code, text)
+
+    def drop_target(self, code: GoalCode, text: str) -> Command | None:
+        """Forget the targets that wait or are being planned; return the newest.
+
+        Args:
+            code: how they end.
+            text: that in words.
+        """
         target = self.target
+        self.end_waiting(code, text)
         self._extensions.clear()
         self._inbox.drop(Kind.TARGET)
-        if not isinstance(self._begun, NewLimits):
+        if self._begun is None or self._begun.is_target:
             self._give_up_begun()
         return target
 
-    def holds(self, target: Target | None) -> bool:
-        """Return whether this very ``target`` waits, or is being planned."""
-        held = (self._begun, self._inbox.waiting.get(Kind.TARGET), *self._extensions)
-        return target is not None and any(target is each for each in held)
-
-    def withdraw(self, target: Target | None) -> bool:
+    def withdraw(self, target: Command) -> bool:
         """Forget this very ``target`` if it waits or is being planned; return whether it did."""
-        if not self.holds(target):
-            return False
-        if isinstance(target, TargetPath) and target in self._extensions:
+        if target in self._extensions:
             self._extensions.remove(target)
         elif target is self._inbox.waiting.get(Kind.TARGET):
             self._inbox.drop(Kind.TARGET)
-        else:
+        elif target is self._begun:
             self._give_up_begun()
+        else:
+            return False
         return True
 
-    def drop_twist(self) -> None:
-        """Forget the newest target, if it is a twist."""
-        if isinstance(self.target, TargetVelocity):
-            self.drop_target()
+    def drop_stream(self, command: Command) -> None:
+        """Forget the newest target, if it is of the stream of a ``command`` that ends it."""
+        target = self.target
+        if target is not None and target.kind is command.kind:
+            self.drop_target(GoalCode.CANCELED, f"ended by {command}")
 
     def stop(self) -> None:
         """Let the engine come to rest; a place or path that waits, or is planned, waits on."""
-        begun = self._begun
+        dropped = [*self._extensions]
         self._extensions.clear()
-        if begun is not None and not isinstance(begun, NewLimits):
-            self._begun = None
-            self._paths.give_up()
-            waits_on = isinstance(begun, TargetPosition) or (
-                isinstance(begun, TargetPath) and not begun.extends
-            )
-            if waits_on and self._inbox.waiting.get(Kind.TARGET) is None:
-                self._inbox.put(Kind.TARGET, begun)
+        begun = self._begun_target
+        if begun is not None:
+            self._begun = self._making = None
+            if begun.waits_on and self._inbox.waiting.get(Kind.TARGET) is None:
+                self._inbox.put(begun)
+            else:
+                dropped.append(begun)
+        self._supersede(*dropped)
         self._engine.stop()
 
     def put_limits(self, limits: SliderLimits, speed_scale: float) -> None:
         """Let limits wait, in place of older ones, unless they are the newest already."""
-        new = NewLimits(limits, speed_scale)
+        new = DriveLimits(limits, speed_scale)
         if new != self._limits:
             self._limits = new
-            self._inbox.put(Kind.LIMITS, new)
+            self._inbox.put(NewLimits(new))
 
     def carry_out(
         self, moving: bool, may_go_on: Callable[[], bool] | None = None
-    ) -> CarriedOut | None:
-        """Carry out the command whose turn it is; return a target that was taken.
+    ) -> Decided | None:
+        """Carry out the command whose turn it is; return one that was taken or refused.
 
         Args:
             moving: whether the engine moves to a position: a jog without room does not end that.
             may_go_on: asked, after each piece of planning, for another one. None to plan nothing
                 now, unless the engine plans within its commands.
-
-        Raises:
-            KinematicsError: if the engine refuses the command.
         """
         if self._rests_first:
             return None
         refusal = None
         if (self._inbox.waiting or self._extensions) and not self._is_busy:
             in_each = self._engine.tracks or self._engine.phase is MotionPhase.IDLE
-            command: Command | None = self._inbox.take(self._cycle, in_each)
+            command = self._inbox.take(self._cycle, in_each)
             if command is None and self._extensions and not self._inbox.waiting:
                 command = self._extensions.popleft()
             if command is not None:
-                self._begun = command
                 refusal = self._begin(command)
         if may_go_on is not None:
-            if self._paths.making is not None:
-                refusal = self._paths.work(may_go_on) or refusal
-            if self._paths.making is None:
+            if self._making is not None:
+                refusal = self._make(self._making, may_go_on) or refusal
+            if self._making is None:
                 self._engine.work(may_go_on)
-        return None if self._begun is None else self.taken(moving, refusal)
+        return None if self._begun is None else self.decided(moving, refusal)
 
-    def taken(self, moving: bool, refusal: KinematicsError | None = None) -> CarriedOut | None:
-        """Return the target that the engine has taken, if it has just done so.
+    def decided(self, moving: bool, refusal: KinematicsError | None = None) -> Decided | None:
+        """Return the command that the engine has taken or refused, if it has just done so.
 
         Args:
             moving: whether the engine moves to a position.
             refusal: why it was refused, if that is known already.
-
-        Raises:
-            KinematicsError: if the engine refuses the command.
         """
         command = self._begun
-        if command is None or (refusal is None and self._is_busy):
+        if command is None:
+            return None
+        if refusal is None and (self._making is not None or self._engine.preparing):
             return None
         self._begun = None
         refusal = refusal or self._engine.take_refusal()
-        if isinstance(command, TargetVelocity):
-            return self._jogged(command, refusal, moving)
         if refusal is not None:
-            self.refused = command
-            if isinstance(command, TargetPath):
-                self._orphans = frozenset(self._extensions)
-            raise refusal
-        if isinstance(command, TrackedTarget):
-            return self._tracked(command)
-        if isinstance(command, NewLimits):
-            return None
-        return CarriedOut(command, Reason(Cause.COMMAND, str(command)))
+            if moving or not command.ends_at_edge(refusal):
+                command.end(GoalCode.REFUSED, str(refusal))
+                if command.is_target:
+                    self._orphans = frozenset(self._extensions)
+                return Decided(command, None, refusal)
+            # A move goes on. A jog comes to rest, as its direction is not wanted any more.
+            self._engine.stop()
+        return Decided(command, self._reason(command, refusal)) if command.is_target else None
 
     def step(self) -> SliderState:
         """Advance the engine by a cycle, and return its setpoint."""
@@ -434,12 +290,17 @@ class CommandQueue:
         return self._engine.step(self._period)
 
     @property
+    def _begun_target(self) -> Command | None:
+        begun = self._begun
+        return begun if begun is not None and begun.is_target else None
+
+    @property
     def _is_busy(self) -> bool:
         """Whether the next command has to wait: one is begun, and its plan is not held yet.
 
         While a path is followed its next part is nearly always planned; that may be begun anew.
         """
-        if self._paths.making is not None:
+        if self._making is not None:
             # A newer command takes the place of a path that is still put together.
             return self._inbox.waiting.get(Kind.TARGET) is None
         if not self._engine.preparing:
@@ -447,60 +308,89 @@ class CommandQueue:
         return self._begun is not None or self._engine.phase is not MotionPhase.FOLLOWING
 
     def _give_up_begun(self) -> None:
-        self._begun = None
-        self._paths.give_up()
+        self._begun = self._making = None
         self._engine.keep_goal()
 
     def _begin(self, command: Command) -> KinematicsError | None:
         """Give a ``command`` to the engine; return why it refuses it, if that is known at once."""
-        self._paths.give_up()
+        given_up = self._begun_target
+        self._begun, self._making = command, None
+        if given_up is not None:
+            self._supersede(given_up)
+        engine = self._engine
         try:
-            if isinstance(command, NewLimits):
-                self._engine.set_limits(command.sliders, command.speed_scale)
-            elif isinstance(command, TargetPosition):
-                self._engine.move_to(command.position)
-            elif isinstance(command, TargetVelocity):
-                self._engine.jog(command.velocity)
-            elif isinstance(command, TargetPath):
-                if command in self._orphans:
-                    raise CommandRefusedError(NO_PATH_BEFORE, Refusal.NO_PATH)
-                self._paths.begin(command)
-            else:
-                # The next setpoint is for now; the present one of the engine is a period older.
-                age = max(self._now, command.received) - self._period - command.seen
-                self._engine.track(command.position, command.velocity, age)
+            if command in self._orphans:
+                raise CommandRefusedError(NO_PATH_BEFORE, Refusal.NO_PATH)
+            if command.extends and engine.driven_path is None:
+                raise CommandRefusedError(NO_PATH_ANY_MORE, Refusal.NO_PATH)
+            self._making = command.making(engine.target if command.extends else None)
+            if self._making is None:
+                command.has_turn(self._now, self._period)
+                engine.carry_out(command)
         except KinematicsError as error:
             return error
         return None
 
-    def _tracked(self, target: TrackedTarget) -> CarriedOut:
-        self._streams.targets.accept(target.received)
-        remark = self._streams.targets.remark(target.pause)
+    def _make(
+        self, making: Interruptible[None], may_go_on: Callable[[], bool]
+    ) -> KinematicsError | None:
+        """Go on with the path that is begun by one piece at least, and while ``may_go_on``.
+
+        Returns:
+            Why the path is refused, if it is.
+        """
+        assert self._begun is not None
         try:
-            self._engine.check_position(target.position)
+            for _ in making:
+                if not may_go_on():
+                    return None
+            self._making = None
         except KinematicsError as error:
-            text = f"{TRACKING_REASON}, held at the edge: {error}{remark}"
-            return CarriedOut(target, Reason(Cause.EDGE, text))
-        return CarriedOut(target, _streamed(TRACKING_REASON, remark))
+            self._making = None
+            return error
+        except Exception as error:
+            # It is made of what somebody has sent: no bytes end more than their own command.
+            self._making = None
+            text = f"there is no path: {type(error).__name__}: {error}"
+            return CommandRefusedError(text, Refusal.MESSAGE)
+        try:
+            self._engine.carry_out(self._begun)
+        except KinematicsError as error:
+            return error
+        return None
 
-    def _jogged(
-        self, twist: TargetVelocity, refusal: KinematicsError | None, moving: bool
-    ) -> CarriedOut:
-        if isinstance(refusal, NoRoomError) and not moving:
-            # A move goes on. A jog comes to rest, as its direction is not wanted any more.
-            self._engine.stop()
-            text = f"{twist}, held at the edge: {refusal}"
-            done = CarriedOut(twist, Reason(Cause.EDGE, text))
-        elif refusal is not None:
-            self.refused = twist
-            raise refusal
-        else:
-            remark = self._streams.twists.remark(twist.pause)
-            done = CarriedOut(twist, _streamed(str(twist), remark))
-        self._streams.twists.accept(twist.received)
-        return done
+    def _reason(self, command: Command, refusal: KinematicsError | None) -> Reason:
+        """Return why the state changes with a ``command`` that is carried out.
 
+        Args:
+            command: that the engine has taken, or that is held at the edge.
+            refusal: why it is held there, if the engine says so.
+        """
+        remark = ""
+        stream = self._streams.of(command)
+        if stream is not None:
+            stream.accept(command.received)
+            remark = "" if refusal is not None else stream.remark(command.pause)
+        edge = refusal or command.edge(self._engine.check_position)
+        if edge is not None:
+            text = f"{command.motion_text}, held at the edge: {edge}{remark}"
+            return Reason(Cause.EDGE, text)
+        cause = Cause.SLOW_STREAM if remark else Cause.COMMAND
+        return Reason(cause, f"{command.motion_text}{remark}")
 
-def _streamed(text: str, remark: str) -> Reason:
-    """Return the reason of a motion by a stream; the ``remark`` says if that is too slow."""
-    return Reason(Cause.SLOW_STREAM if remark else Cause.COMMAND, f"{text}{remark}")
+    def _supersede(self, *commands: Command) -> None:
+        """End ``commands`` that are given up for the newest one."""
+        text = f"superseded by {self.target or self._newest_target.text}"
+        for command in commands:
+            command.end(GoalCode.SUPERSEDED, text)
+
+    def _end_overtaken(self) -> None:
+        """End commands for a newer one that came in some cycles ago, even if that is planned."""
+        newest = self.target
+        for command, cycle in [*self._overtaken.items()]:
+            if newest is None or newest.extends or newest is command:
+                del self._overtaken[command]
+            elif self._cycle - cycle >= CYCLES_UNTIL_TOLD:
+                del self._overtaken[command]
+                if not command.is_cancelled:
+                    self._supersede(command)

@@ -2,20 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 
-from tri_glide_kinematics.control.command_queue import (
-    CarriedOut,
-    CommandQueue,
-    Target,
-    TargetPath,
-    TargetPosition,
-    TargetVelocity,
-    TrackedTarget,
-)
+from tri_glide_kinematics.control.command_queue import CommandQueue, Decided
 from tri_glide_kinematics.control.errors import CommandRefusedError
-from tri_glide_kinematics.control.goals import Goal, GoalCode, Goals
 from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     JOGGING,
@@ -30,15 +20,24 @@ from tri_glide_kinematics.control.operating_state import (
 from tri_glide_kinematics.control.operation import Operation
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.errors import KinematicsError, Refusal
-from tri_glide_kinematics.motion.engine import Jog, MotionEngine
+from tri_glide_kinematics.motion.engine import (
+    Command,
+    GoalCode,
+    Jog,
+    MotionEngine,
+    MotionPhase,
+    Move,
+    TargetKind,
+    Track,
+)
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.vectors import Vector3
 
 STATE_OF = {
-    TargetPosition: MOVING,
-    TargetPath: MOVING,
-    TargetVelocity: JOGGING,
-    TrackedTarget: TRACKING,
+    MotionPhase.MOVING: MOVING,
+    MotionPhase.FOLLOWING: MOVING,
+    MotionPhase.JOGGING: JOGGING,
+    MotionPhase.TRACKING: TRACKING,
 }
 
 
@@ -48,11 +47,10 @@ class CommandedMotion:
     def __init__(
         self,
         engine: MotionEngine,
-        commands: CommandQueue,
+        queue: CommandQueue,
         states: StateMachine,
         streams: Streams,
         newest_target: NewestTarget,
-        goals: Goals,
         operation: Operation,
         on_refusal: Callable[[str, Refusal], None],
     ) -> None:
@@ -60,39 +58,39 @@ class CommandedMotion:
 
         Args:
             engine: that carries commands out.
-            commands: for the engine, that wait.
+            queue: of commands for the engine.
             states: say what may be asked for, and tell what is done.
             streams: of what has to be renewed.
             newest_target: gets each target that is carried out.
-            goals: get the end of each command whose end somebody waits for.
             operation: brakes, and fails if something in here is broken.
             on_refusal: gets why a command that had waited is refused, in words and for programs.
         """
         self._engine = engine
-        self._commands = commands
+        self._queue = queue
         self._states = states
         self._streams = streams
         self._newest_target = newest_target
-        self._goals = goals
         self._operation = operation
         self._on_refusal = on_refusal
 
-    def move_to(self, position: Vector3) -> None:
+    def move_to(self, position: Sequence[float]) -> None:
         """Move the platform to ``position`` [m], at the latest when it is its turn.
 
         Raises:
             KinematicsError: with the reason, if it is refused; what went on goes on.
         """
-        self._move_to(TargetPosition(position))
+        self.follow(Move(position))
 
-    def follow(self, path: TargetPath) -> None:
-        """Follow a ``path``, when it is its turn.
+    def follow(self, command: Command) -> None:
+        """Follow a path, or move to a position, when it is its turn.
 
         Raises:
             KinematicsError: with the reason, if it is refused; what went on goes on.
         """
         self._states.check_accepting()
-        self._carry_out(path)
+        if command.destination is not None:
+            self._engine.check_position(command.destination)
+        self._carry_out(command)
 
     def jog(self, velocity: Vector3, now: float) -> None:
         """Move the platform with ``velocity`` [m/s] until the next twist or the timeout.
@@ -102,16 +100,16 @@ class CommandedMotion:
         Raises:
             KinematicsError: with the reason, if it is refused; what went on goes on.
         """
-        released = Jog(velocity).is_still
-        pause = self._streams.twists.receive(now, released)
-        if released:
-            self._commands.drop_twist()
+        jog = Jog(velocity, received=now)
+        jog.pause = self._streams.twists.receive(now, jog.is_still)
+        if jog.is_still:
+            self._queue.drop_stream(jog)
             if self._states.state is JOGGING:
                 self._operation.brake(Reason(Cause.RELEASED, "twist of zero"), asked_for=False)
             return
         self._states.check_accepting()
         self._streams.twists.check_released()
-        self._carry_out(TargetVelocity(velocity, now, pause))
+        self._carry_out(jog)
 
     def track(self, position: Vector3, velocity: Vector3, seen: float, now: float) -> None:
         """Follow a moving target until the timeout after the last call.
@@ -125,42 +123,39 @@ class CommandedMotion:
         Raises:
             KinematicsError: with the reason, if it is refused; what went on goes on.
         """
-        pause = self._streams.targets.receive(now)
+        target = Track(position, velocity, seen=seen, received=now)
+        target.pause = self._streams.targets.receive(now)
         self._states.check_accepting()
         self._streams.targets.check_released()
         if self._states.state is not TRACKING:
-            self._engine.check_position(position)
-        self._carry_out(TrackedTarget(position, velocity, seen, now, pause))
+            self._engine.check_position(target.position)
+        self._carry_out(target)
 
     def set_limits(self, limits: SliderLimits, speed_scale: float) -> None:
         """Change the limits when it is their turn; too fast a motion slows down first."""
-        self._commands.put_limits(limits, speed_scale)
+        self._queue.put_limits(limits, speed_scale)
         self.go_on()
 
-    def pursue_position(self, position: Vector3) -> Goal:
+    def pursue_position(self, position: Sequence[float]) -> Command:
         """Move the platform to ``position`` [m], and return a goal that tells how that ends.
 
         Raises:
             KinematicsError: with the reason, if it is refused; what went on goes on.
         """
-        return self.pursue(TargetPosition(position))
+        return self.pursue(Move(position))
 
-    def pursue(self, command: TargetPosition | TargetPath) -> Goal:
-        """Move the platform, and return a goal that tells how that ends.
+    def pursue(self, goal: Command) -> Command:
+        """Move the platform, and return the ``goal``, which tells how that ends.
 
         Raises:
             KinematicsError: with the reason, if it is refused; what went on goes on.
         """
-        if isinstance(command, TargetPath) and command.extends and not self._has_path:
-            command = replace(command, extends=False)
-        goal = self._goals.add(command)
+        goal.is_goal = True
+        goal.extends = goal.extends and self._has_path
         try:
-            if isinstance(command, TargetPath):
-                self.follow(command)
-            else:
-                self._move_to(command)
+            self.follow(goal)
         except KinematicsError as error:
-            self._goals.end(command, GoalCode.REFUSED, str(error))
+            goal.end(GoalCode.REFUSED, str(error))
             raise
         return goal
 
@@ -184,34 +179,35 @@ class CommandedMotion:
         self._states.change(MOVING, Reason(Cause.COMMAND, self._newest_target.text))
         return "goes on along the path"
 
-    def cancel(self, goal: Goal) -> None:
+    def cancel(self, goal: Command) -> None:
         """Come to rest, if the motion is that of the ``goal``; give it up if it only waits."""
         if goal.outcome is not None:
             return
-        newest = self._commands.target
-        extends = isinstance(goal.command, TargetPath) and goal.command.extends
-        waited = self._commands.withdraw(goal.command)
-        # What is to be replaced goes on, unless its goal has ended for that already.
         before = self._newest_target.command
-        goes_on = not extends and not (
-            newest is goal.command and self._goals.was_superseded(before)
+        # What is to be replaced goes on, unless its goal has ended for this one already.
+        has_taken_over = (
+            goal is self._queue.target
+            and before is not None
+            and before.is_goal
+            and before.outcome is not None
         )
+        goes_on = not goal.extends and not has_taken_over
+        waited = self._queue.withdraw(goal)
         if waited and (goes_on or self._states.state not in ON_THE_WAY):
-            text = f"cancelled before it began: {goal.command}"
-            self._goals.end(goal.command, GoalCode.CANCELED, text)
+            goal.end(GoalCode.CANCELED, f"cancelled before it began: {goal}")
             return
-        goal.is_cancelled = True
-        text = f"cancelled: {goal.command}"
+        text = f"cancelled: {goal}"
+        self._newest_target.cancel(goal)
         # Of a path that was extended, no part is driven any more.
-        self._goals.end_driven(GoalCode.SUPERSEDED, text)
-        if extends:
-            self._goals.end_all(GoalCode.SUPERSEDED, text, but_cancelled=True)
+        self._newest_target.end_driven(GoalCode.SUPERSEDED, text)
+        if goal.extends:
+            self._queue.drop_target(GoalCode.SUPERSEDED, text)
         if self._states.state in ON_THE_WAY:
             self._operation.brake(Reason(Cause.CANCELLED, text), asked_for=False)
 
-    def leads_to(self, goal: Goal) -> bool:
+    def leads_to(self, goal: Command) -> bool:
         """Return whether the present motion is that of the ``goal``."""
-        return self._newest_target.is_driven(goal.command) and self._states.state in ON_THE_WAY
+        return goal in self._newest_target.driven and self._states.state in ON_THE_WAY
 
     def go_on(self, may_go_on: Callable[[], bool] | None = None) -> None:
         """Carry out the command whose turn it is, and plan.
@@ -223,11 +219,11 @@ class CommandedMotion:
         if self._operation.failure is not None:
             return
         try:
-            done = self._commands.carry_out(self._states.state in ON_THE_WAY, may_go_on)
-            if done is not None or self._goals.open:
-                self._note(done)
+            decided = self._queue.carry_out(self._states.state in ON_THE_WAY, may_go_on)
+            if decided is not None:
+                self._note(decided)
         except Exception as error:
-            self._tell_error(error)
+            self._operation.fail(error)
 
     def look_after(self) -> None:
         """Tell what has been taken or refused with the setpoint that has just been made."""
@@ -236,42 +232,40 @@ class CommandedMotion:
             self._give_up(refusal, str(refusal))
         try:
             # A plan that was ready begins with this setpoint.
-            done = self._commands.taken(self._states.state in ON_THE_WAY)
-            if done is not None or self._goals.open:
-                self._note(done)
+            decided = self._queue.decided(self._states.state in ON_THE_WAY)
+            if decided is not None:
+                self._note(decided)
         except Exception as error:
-            self._tell_error(error)
+            self._operation.fail(error)
 
-    def _move_to(self, command: TargetPosition) -> None:
-        self._states.check_accepting()
-        self._engine.check_position(command.position)
-        self._carry_out(command)
-
-    def _carry_out(self, target: Target) -> None:
+    def _carry_out(self, target: Command) -> None:
         """Carry out the command whose turn it is, which may be this ``target``.
 
         Raises:
             KinematicsError: if the ``target`` is refused.
         """
-        self._commands.put(target)
         try:
-            self._note(self._commands.carry_out(self._states.state in ON_THE_WAY))
-        except KinematicsError as error:
-            if self._commands.refused is target:
-                raise
-            self._tell_error(error)
+            self._queue.put(target)
+            decided = self._queue.carry_out(self._states.state in ON_THE_WAY)
+            refusal = decided.refusal if decided and decided.command is target else None
+            if decided is not None and refusal is None:
+                self._note(decided)
         except Exception as error:
             raise self._operation.fail(error) from error
+        if refusal is not None:
+            raise refusal
 
-    def _note(self, done: CarriedOut | None) -> None:
-        """Tell of a target that the engine has taken."""
-        if done is not None:
-            self._newest_target.take(done, self._engine.target)
+    def _note(self, decided: Decided) -> None:
+        """Tell of a command that the engine has taken or refused."""
+        command, reason, refusal = decided
+        if refusal is not None:
+            self._give_up(refusal, f"{command}: {refusal}")
+        elif reason is not None:
+            self._newest_target.take(command, reason, self._engine.target)
             if self._engine.is_paused:
                 self._tell_pause()
             else:
-                self._states.change(STATE_OF[type(done.target)], done.reason)
-        self._goals.keep_held()
+                self._states.change(STATE_OF[command.phase], reason)
 
     def _tell_pause(self) -> None:
         """Tell that the path that is followed is paused."""
@@ -285,8 +279,8 @@ class CommandedMotion:
             KinematicsError: if there is none, or it is to be replaced by a newer command.
         """
         self._states.check_accepting()
-        newest = self._commands.target
-        if newest is not None and not (isinstance(newest, TargetPath) and newest.extends):
+        newest = self._queue.target
+        if newest is not None and not newest.extends:
             text = f"a newer command is not begun yet: {newest}; ask again"
             raise CommandRefusedError(text, Refusal.NEWER_COMMAND)
         try:
@@ -299,22 +293,13 @@ class CommandedMotion:
     @property
     def _has_path(self) -> bool:
         """Whether the newest command is a path, which can be extended."""
-        newest = self._commands.target
+        newest = self._queue.target
         if newest is not None:
-            return isinstance(newest, TargetPath)
+            return newest.kind is TargetKind.PATH
         return self._engine.driven_path is not None
 
-    def _tell_error(self, error: Exception) -> None:
-        """Tell why the command whose turn it was is refused, or that something is broken."""
-        if isinstance(error, KinematicsError):
-            refused = self._commands.refused
-            self._goals.end(refused, GoalCode.REFUSED, str(error))
-            self._give_up(error, f"{refused}: {error}")
-        else:
-            self._operation.fail(error)
-
-    def _give_up(self, error: KinematicsError, text: str) -> None:
+    def _give_up(self, refusal: KinematicsError, text: str) -> None:
         """Tell why something is refused; it may be that the present motion cannot go on."""
-        self._on_refusal(text, error.refusal)
-        if self._goals.open and self._engine.target is None:
-            self._goals.end_driven(GoalCode.REFUSED, text)
+        self._on_refusal(text, refusal.refusal)
+        if self._states.state in ON_THE_WAY and self._engine.target is None:
+            self._newest_target.end_driven(GoalCode.REFUSED, text)

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from tri_glide_kinematics.control.command_queue import CommandQueue
 from tri_glide_kinematics.control.commanded_motion import CommandedMotion
 from tri_glide_kinematics.control.errors import BrokenError, CommandRefusedError
-from tri_glide_kinematics.control.goals import GoalCode, Goals
 from tri_glide_kinematics.control.newest_target import Arrival, InPositionBounds, NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
@@ -29,7 +28,12 @@ from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import Refusal
-from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, PathProgress
+from tri_glide_kinematics.motion.engine import (
+    GoalCode,
+    MotionEngine,
+    MotionPhase,
+    PathProgress,
+)
 from tri_glide_kinematics.motion.trajectory import SliderState
 from tri_glide_kinematics.vectors import Vector3
 
@@ -89,11 +93,10 @@ class MotionController:
         self._engine = engine
         self._supervisor = supervisor
         self._period = period
-        self._commands = CommandQueue(engine, period, streams)
+        self._queue = CommandQueue(engine, period, streams, self.newest_target)
         self._states = StateMachine(*first, lambda: on_change(self.status))
-        self._goals = Goals(self._commands, self.newest_target)
         self._start = StartingPlace(supervisor, travel)
-        parts = (engine, self._commands, self._states, streams, self.newest_target, self._goals)
+        parts = (engine, self._queue, self._states, streams, self.newest_target)
         self._operation = operation = Operation(*parts, self._start)
         self._motion = motion = CommandedMotion(*parts, operation, on_refusal)
         # The parts' own methods: each signature stands in one place.
@@ -233,8 +236,8 @@ class MotionController:
                 return
             if self.newest_target.is_judged:
                 self.newest_target.measured(self._engine.distance_from_target(heights), now)
-            if self._goals.open:
-                self._goals.measured(self._supervisor.tracking_error, now)
+            if self.newest_target.cancelled:
+                self.newest_target.rest_measured(self._supervisor.tracking_error, now)
         elif self._states.state is WAITING:
             if reason is not None:
                 raise CommandRefusedError(reason.text, Refusal.NO_MEASUREMENT)
@@ -243,7 +246,7 @@ class MotionController:
     def _decide(self, now: float, may_go_on: Callable[[], bool] | None) -> None:
         """Do what comes before the setpoint of a cycle."""
         self.streams.looked(now)
-        self._commands.next_cycle(now)
+        self._queue.next_cycle(now)
         if not self._operation.leads:
             return
         state = self._states.state
@@ -263,7 +266,7 @@ class MotionController:
         """Return the next setpoint, of the held plan alone if there is no other."""
         try:
             if self._operation.failure is None:
-                return self._commands.step()
+                return self._queue.step()
         except Exception as error:
             self._operation.fail(error)
         return self._engine.step(self._period)
@@ -271,12 +274,10 @@ class MotionController:
     def _look_after(self, now: float) -> None:
         """Do what comes after the setpoint of a cycle."""
         self._motion.look_after()
-        if self._engine.phase is MotionPhase.IDLE and self._commands.target is None:
+        if self._engine.phase is MotionPhase.IDLE and self._queue.target is None:
             self._stand_still(now)
-            if self._goals.open:
-                self._goals.stand_still(now)
-        if self._goals.open:
-            self._goals.look(now)
+            if self.newest_target.cancelled:
+                self.newest_target.come_to_rest(now)
 
     def _stand_still(self, now: float) -> None:
         """Go on from the present state, as the setpoints stand still and no target waits."""
@@ -286,7 +287,7 @@ class MotionController:
         elif states.state in ON_THE_WAY and self._engine.target is None:
             # Its way was found to be blocked when it was its turn, which has been told.
             refused = Reason(Cause.TARGET_REFUSED, f"{states.reason} was refused")
-            self._goals.end_driven(GoalCode.REFUSED, refused.text)
+            target.end_driven(GoalCode.REFUSED, refused.text)
             states.change(IDLE, at_rest(refused))
         elif states.state in ON_THE_WAY and not target.is_judged:
             target.judge_from(now)
@@ -295,7 +296,7 @@ class MotionController:
             if reason is None:
                 return
             if arrival in CODE_OF:
-                self._goals.end_driven(CODE_OF[arrival], reason.text)
+                target.end_driven(CODE_OF[arrival], reason.text)
             if arrival is Arrival.TOO_FAR:
                 self._operation.fault(reason)
             elif arrival is Arrival.REACHED or states.state in ON_THE_WAY:

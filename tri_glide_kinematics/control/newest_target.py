@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from tri_glide_kinematics.control.command_queue import CarriedOut, Target, TargetPath
 from tri_glide_kinematics.control.operating_state import Cause, Reason
+from tri_glide_kinematics.motion.engine import Command, GoalCode
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 
@@ -105,20 +105,24 @@ class NewestTarget:
         held_at_edge: whether it leads out of the workspace, so that the platform is held there.
         decided: what has become of it once the machine stood still.
         distance: that was measured when this was decided [m]; None before that.
+        driven: the target, and of a path that was extended all that it was before.
+        cancelled: targets for which the machine comes to rest.
     """
 
     def __init__(self, bounds: InPositionBounds) -> None:
         """Know no target yet."""
         self.bounds = bounds
-        self.command: Target | None = None
+        self.command: Command | None = None
         self.text = ""
         self.position: Vector3 | None = None
         self.held_at_edge = False
         self.decided = Arrival.SETTLING
         self.distance: float | None = None
-        # What the path that is followed was, before it was extended.
-        self._before: list[Target | None] = []
+        self.driven: tuple[Command, ...] = ()
+        self.cancelled: list[Command] = []
         self._in_position: InPosition | None = None
+        # Whether the sliders are at their commands, after a cancel.
+        self._at_rest: InPosition | None = None
 
     @property
     def is_judged(self) -> bool:
@@ -135,31 +139,62 @@ class NewestTarget:
         """Whether the machine stands still and is not measured there."""
         return self.decided in (Arrival.NOT_REACHED, Arrival.TOO_FAR)
 
-    @property
-    def driven(self) -> tuple[Target | None, ...]:
-        """The target, and of a path that was extended all that it was before."""
-        return (*self._before, self.command)
-
-    def is_driven(self, target: Target | None) -> bool:
-        """Return whether this very ``target`` is carried out, or a path that extends it."""
-        return any(target is each for each in self.driven)
-
-    def take(self, command: CarriedOut, end: Vector3 | None = None) -> None:
-        """Take a target in place of the last one, or behind it if it extends a path.
+    def take(self, command: Command, reason: Reason, end: Vector3 | None = None) -> None:
+        """Take a target in place of the last one, which ends, or behind it if it extends a path.
 
         Args:
-            command: that was carried out.
+            command: that is carried out.
+            reason: of the new state.
             end: where the engine leads the platform to [m]; None if it knows no such place.
         """
-        if isinstance(command.target, TargetPath) and command.target.extends:
-            self._before.append(self.command)
+        for goal in self.cancelled:
+            goal.end(GoalCode.CANCELED, f"cancelled: {goal}; then came {command}")
+        self.cancelled.clear()
+        if command.extends:
+            self.driven = (*self.driven, command)
         else:
-            self._before.clear()
-        self.command = command.target
-        self.text = str(command.target)
-        self.position = command.target.position or end
-        self.held_at_edge = command.reason.cause is Cause.EDGE
+            self.end_driven(GoalCode.SUPERSEDED, f"superseded by {command}")
+            self.driven = (command,)
+        self.command = command
+        self.text = str(command)
+        self.position = command.position or end
+        self.held_at_edge = reason.cause is Cause.EDGE
         self.end()
+
+    def end_driven(self, code: GoalCode, text: str) -> None:
+        """Note how the target ended, unless it is cancelled."""
+        for command in self.driven:
+            if not command.is_cancelled:
+                command.end(code, text)
+
+    def end_cancelled(self, code: GoalCode, text: str) -> None:
+        """Note how the targets ended for which the machine comes to rest."""
+        for goal in self.cancelled:
+            goal.end(code, text)
+        self.cancelled.clear()
+
+    def cancel(self, goal: Command) -> None:
+        """Let a ``goal`` end when the machine has come to rest."""
+        goal.is_cancelled = True
+        self.cancelled.append(goal)
+        self._at_rest = None
+
+    def come_to_rest(self, now: float) -> None:
+        """End cancelled targets if the platform rests; to be called while the setpoints do.
+
+        That is when the sliders are measured at their commands, or do not get there in time.
+        """
+        if self._at_rest is None:
+            self._at_rest = InPosition(self.bounds, now)
+        if self._at_rest.arrival(now) is not Arrival.SETTLING:
+            for goal in self.cancelled:
+                goal.end(GoalCode.CANCELED, f"cancelled: {goal}")
+            self.cancelled.clear()
+
+    def rest_measured(self, distance: float, now: float) -> None:
+        """Take in how far the sliders are measured from their commands [m], ``now`` [s]."""
+        if self._at_rest is not None:
+            self._at_rest.measured(distance, now)
 
     def judge_from(self, now: float) -> None:
         """Judge the measured distances from ``now`` [s] on."""

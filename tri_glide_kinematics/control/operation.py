@@ -8,7 +8,6 @@ from contextlib import suppress
 
 from tri_glide_kinematics.control.command_queue import CommandQueue
 from tri_glide_kinematics.control.errors import BrokenError, CommandRefusedError
-from tri_glide_kinematics.control.goals import GoalCode, Goals
 from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
@@ -25,7 +24,7 @@ from tri_glide_kinematics.control.operating_state import (
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import Refusal
-from tri_glide_kinematics.motion.engine import MotionEngine
+from tri_glide_kinematics.motion.engine import GoalCode, MotionEngine
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 
@@ -104,33 +103,30 @@ class Operation:
     def __init__(
         self,
         engine: MotionEngine,
-        commands: CommandQueue,
+        queue: CommandQueue,
         states: StateMachine,
         streams: Streams,
         newest_target: NewestTarget,
-        goals: Goals,
         start: StartingPlace,
     ) -> None:
         """Lead no machine yet.
 
         Args:
             engine: that moves it.
-            commands: for the engine, that wait.
+            queue: of commands for the engine.
             states: tell what is done.
             streams: need a release after a stop.
             newest_target: is judged no more when the lead ends.
-            goals: end with the motion.
             start: from where the machine can be led.
         """
         self.leads = False
         self.commanded: Vector3 | None = None
         self.failure: BrokenError | None = None
         self._engine = engine
-        self._commands = commands
+        self._queue = queue
         self._states = states
         self._streams = streams
         self._newest_target = newest_target
-        self._goals = goals
         self._start = start
         self._has_ended = False
 
@@ -149,8 +145,8 @@ class Operation:
         Poses are refused until the sliders are at rest; streams until they have paused.
         """
         self._streams.need_release()
-        dropped = self._commands.drop_target()
-        self._goals.end_all(GoalCode.STOPPED, STOP_ASKED.text, but_cancelled=True)
+        dropped = self._queue.drop_target(GoalCode.STOPPED, STOP_ASKED.text)
+        self._newest_target.end_driven(GoalCode.STOPPED, STOP_ASKED.text)
         state, reason = self._states.state, self._states.reason
         if state is FAULT and self.leads:
             return f"ramping to a stop already: {state.value}: {reason}"
@@ -193,7 +189,7 @@ class Operation:
             CommandRefusedError: while a fault still ramps to a stop.
         """
         self._streams.need_release()
-        self._commands.drop_target()
+        self._queue.drop_target(GoalCode.DISABLED, DISABLED_BY_REQUEST.text)
         if self._states.state is FAULT and self.leads:
             raise CommandRefusedError(RAMP_NOT_OVER, Refusal.STOPPING)
         return self._disable(DISABLED_BY_REQUEST, GoalCode.DISABLED)
@@ -207,9 +203,9 @@ class Operation:
         if self._has_ended or self.failure is not None:
             return
         self._has_ended = True
-        self._commands.drop_target()
+        self._queue.drop_target(GoalCode.SHUTDOWN, text)
         if self._states.state is FAULT:
-            self._goals.end_all(GoalCode.SHUTDOWN, text)
+            self._end_all(GoalCode.SHUTDOWN, text)
         else:
             self._disable(Reason(Cause.NODE_ENDS, text), GoalCode.SHUTDOWN)
 
@@ -230,15 +226,16 @@ class Operation:
             then: the state that follows, idle or disabled.
         """
         self._states.stop(reason, asked_for=asked_for, then=then)
+        # Goals have ended before, but the jog or moving target that is driven may not have.
+        self._newest_target.end_driven(GoalCode.STOPPED, reason.text)
         self._come_to_rest()
-        self._goals.keep_held()
 
     def fault(self, reason: Reason) -> None:
         """Ramp to a stop, as the machine does not do what it was told; again it changes nothing."""
         if self._states.state is not FAULT:
             self._streams.need_release()
-            self._commands.drop_target()
-            self._goals.end_all(GoalCode.FAULT, reason.text)
+            self._queue.drop_target(GoalCode.FAULT, reason.text)
+            self._end_all(GoalCode.FAULT, reason.text)
             self._states.change(FAULT, reason)
             self._come_to_rest()
 
@@ -262,7 +259,8 @@ class Operation:
             text = str(self.failure)
             reason = Reason(Cause.PROGRAM_ERROR, text)
             self._states.change(FAULT if self.leads else self._states.state, reason)
-            self._goals.end_all(GoalCode.FAULT, text)
+            self._queue.end_waiting(GoalCode.FAULT, text)
+            self._end_all(GoalCode.FAULT, text)
         return self.failure
 
     def end_ramp(self) -> None:
@@ -284,13 +282,13 @@ class Operation:
     def _lead(self, heights: Vector3, reason: Reason) -> None:
         self._engine.start(heights)
         # So that whoever listens gets the place from which the machine sets off.
-        self._commands.rest_first()
+        self._queue.rest_first()
         self.commanded = heights
         self.leads = True
         self._states.change(IDLE, reason)
 
     def _disable(self, reason: Reason, code: GoalCode) -> str:
-        self._goals.end_all(code, reason.text)
+        self._end_all(code, reason.text)
         if self._states.state in IN_MOTION:
             self.brake(reason, then=DISABLED)
             return "ramping to a stop, then disabled"
@@ -298,9 +296,14 @@ class Operation:
         self._states.change(DISABLED, reason)
         return "disabled"
 
+    def _end_all(self, code: GoalCode, text: str) -> None:
+        """Note how all ended for which the machine moves, or comes to rest."""
+        self._newest_target.end_driven(code, text)
+        self._newest_target.end_cancelled(code, text)
+
     def _come_to_rest(self) -> None:
         """Let the engine brake; where that fails, the held plan leads to rest as well."""
         try:
-            self._commands.stop()
+            self._queue.stop()
         except Exception as error:
             self.fail(error)

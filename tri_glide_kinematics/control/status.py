@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tri_glide_kinematics.control.command_queue import TargetKind
 from tri_glide_kinematics.control.operating_state import OperatingState, Reason
+from tri_glide_kinematics.motion.engine import TargetKind
 from tri_glide_kinematics.vectors import Vector3
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.operating_state import Cause, Reason
 from tri_glide_kinematics.errors import Refusal
+from tri_glide_kinematics.motion.engine import Command, TargetKind
 from tri_glide_kinematics.wording import number_text
 
 # Commands that come less often than this are those of a person, not a stream [s].
@@ -124,6 +125,12 @@ class Streams:
     def with_timeouts(cls, twist: float, target: float) -> Streams:
         """Return both, with the longest times between two commands [s]."""
         return cls(twist_stream(twist), target_stream(target))
+
+    def of(self, command: Command) -> Stream | None:
+        """Return the stream that a ``command`` is of; None if it need not be renewed."""
+        if command.kind is TargetKind.VELOCITY:
+            return self.twists
+        return self.targets if command.kind is TargetKind.MOVING else None
 
     def looked(self, now: float) -> None:
         """Note that all commands that have come in until ``now`` [s] were received."""

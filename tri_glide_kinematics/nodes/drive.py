@@ -20,8 +20,8 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from tri_glide_interfaces.action import FollowPath
-from tri_glide_kinematics.control import GoalCode
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.picture_commands import find_file
 from tri_glide_kinematics.programs import (
     NOT_DRIVEN,

@@ -16,7 +16,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import SetBool, Trigger
 
-from tri_glide_kinematics.control import GoalCode
+from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal

@@ -19,10 +19,10 @@ from tri_glide_kinematics.control import (
     ControllerStatus,
     OperatingState,
     Reason,
-    TargetKind,
 )
 from tri_glide_kinematics.control import errors as control_errors
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, Refusal
+from tri_glide_kinematics.motion.engine import TargetKind
 from tri_glide_kinematics.motion.path import errors as path_errors
 from tri_glide_kinematics.motion.trajectory import errors as motion_errors
 from tri_glide_kinematics.reason_log import RefusalLog

@@ -8,13 +8,13 @@ classes, so a new kind is a new class.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-from tri_glide_kinematics.checks import positive
+from tri_glide_kinematics.checks import finite, finite_vector, positive
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.moves import MotionPlanner
@@ -99,7 +99,6 @@ class Command:
         has_end: whether the platform comes to rest of itself.
         has_line: whether the platform moves on a line, on which a stop should stay.
         is_checked_whole: whether all of it is looked at before it begins, which may take long.
-        waits_on: whether it is to be begun again where its planning is given up for a stop.
         extends: whether it goes on from the end of the path that is followed.
         position: of the target, where it has one. Shape (3,) [m].
         velocity: of the target, where it has one. Shape (3,) [m/s].
@@ -115,7 +114,6 @@ class Command:
     has_end: ClassVar[bool] = True
     has_line: ClassVar[bool] = True
     is_checked_whole: ClassVar[bool] = False
-    waits_on: bool = False
     extends: bool = False
     position: Vector3 | None = None
     velocity: Vector3 | None = None
@@ -136,6 +134,11 @@ class Command:
     def is_target(self) -> bool:
         """Whether it asks for a motion."""
         return self.kind is not None
+
+    @property
+    def waits_on(self) -> bool:
+        """Whether it is to be begun again where its planning is given up for a stop."""
+        return False
 
     @property
     def destination(self) -> Vector3 | None:
@@ -208,8 +211,12 @@ class Command:
         """Return whether a ``refusal`` says that the platform is at the edge, and is held there."""
         return False
 
-    def edge(self, workspace: Workspace) -> KinematicsError | None:
-        """Return why the platform is held at the edge of ``workspace`` while this goes on."""
+    def edge(self, check_position: Callable[[Vector3], object]) -> KinematicsError | None:
+        """Return why the platform is held at the edge of the workspace, if it is.
+
+        Args:
+            check_position: raises a ``KinematicsError`` for a position [m] outside the workspace.
+        """
         return None
 
 
@@ -218,17 +225,27 @@ class Move(Command):
 
     kind = TargetKind.POSITION
     phase = MotionPhase.MOVING
-    waits_on = True
     position: Vector3
 
-    def __init__(self, position: Vector3) -> None:
-        """Move to a ``position``. Shape (3,) [m]."""
+    def __init__(self, position: Sequence[float]) -> None:
+        """Move to a ``position``. Shape (3,) [m].
+
+        Raises:
+            WrongShapeError: if there are not three numbers.
+            NotFiniteError: if one of them is NaN or infinite.
+        """
         super().__init__()
-        self.position = position
+        x, y, z = finite_vector("position", position, 3)
+        self.position = (x, y, z)
 
     def __str__(self) -> str:
         """Return the target in words."""
         return f"target {vector_text(self.position, 6)} m"
+
+    @property
+    def waits_on(self) -> bool:
+        """Whether it is to be begun again where its planning is given up for a stop."""
+        return True
 
     @property
     def destination(self) -> Vector3 | None:
@@ -270,14 +287,19 @@ class Jog(Command):
     velocity: Vector3
 
     def __init__(
-        self, velocity: Vector3, *, received: float = math.nan, pause: float = 0.0
+        self, velocity: Sequence[float], *, received: float = math.nan, pause: float = 0.0
     ) -> None:
-        """Move with a ``velocity``. Shape (3,) [m/s]."""
+        """Move with a ``velocity``. Shape (3,) [m/s].
+
+        Raises:
+            WrongShapeError: if there are not three numbers.
+            NotFiniteError: if one of them is NaN or infinite.
+        """
         super().__init__(received=received, pause=pause)
-        self.velocity = velocity
-        x, y, z = velocity
+        x, y, z = finite_vector("velocity", velocity, 3)
+        self.velocity = (x, y, z)
         self.speed = math.hypot(x, y, z)
-        self.direction: Vector3 = velocity
+        self.direction: Vector3 = self.velocity
         if not self.is_still:
             self.direction = (x / self.speed, y / self.speed, z / self.speed)
 
@@ -387,19 +409,25 @@ class Track(Command):
 
     def __init__(
         self,
-        position: Vector3,
-        velocity: Vector3,
+        position: Sequence[float],
+        velocity: Sequence[float],
         *,
         age: float = 0.0,
         seen: float = math.nan,
         received: float = math.nan,
         pause: float = 0.0,
     ) -> None:
-        """Follow a target at a ``position`` [m] with a ``velocity`` [m/s]. Shapes (3,)."""
+        """Follow a target at a ``position`` [m] with a ``velocity`` [m/s]. Shapes (3,).
+
+        Raises:
+            WrongShapeError: if there are not three numbers in each.
+            NotFiniteError: if one of them, or the age, is NaN or infinite.
+        """
         super().__init__(received=received, pause=pause)
-        self.position = position
-        self.velocity = velocity
-        self.age = age
+        x, y, z = finite_vector("position", position, 3)
+        dx, dy, dz = finite_vector("velocity", velocity, 3)
+        self.position, self.velocity = (x, y, z), (dx, dy, dz)
+        self.age = finite("age", age)
         self.seen = seen
 
     def __str__(self) -> str:
@@ -416,7 +444,7 @@ class Track(Command):
 
     def has_turn(self, now: float, period: float) -> None:
         """Work out its age: the next setpoint is for now, the present one a period older."""
-        self.age = max(now, self.received) - period - self.seen
+        self.age = finite("age", max(now, self.received) - period - self.seen)
 
     def begin(self, execution: PlanExecution) -> None:
         """Track it as soon as a step is certified, and brake until then."""
@@ -442,10 +470,10 @@ class Track(Command):
         """Return where the target will be, and how it will move."""
         return pursuit.target_after(dt)
 
-    def edge(self, workspace: Workspace) -> KinematicsError | None:
-        """Return why the target is not inside ``workspace``, if it is not."""
+    def edge(self, check_position: Callable[[Vector3], object]) -> KinematicsError | None:
+        """Return why the target is not inside the workspace, if it is not."""
         try:
-            workspace.check_position(self.position)
+            check_position(self.position)
         except KinematicsError as error:
             return error
         return None
@@ -478,7 +506,6 @@ class Follow(Command):
         super().__init__()
         self.path = path
         self.extends = extends
-        self.waits_on = not extends
         self.deviation = math.nan
         self._name = name
         self._make: PathMaking | None = None
@@ -500,6 +527,11 @@ class Follow(Command):
     def __str__(self) -> str:
         """Return the target in words."""
         return self._name
+
+    @property
+    def waits_on(self) -> bool:
+        """Whether it is to be begun again where its planning is given up for a stop."""
+        return not self.extends
 
     def making(self, end: Vector3 | None) -> Interruptible[None] | None:
         """Return what makes its path, from the ``end`` [m] of the one that it extends, if it does.

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from tri_glide_kinematics.checks import finite, finite_vector, member
+from tri_glide_kinematics.checks import finite_vector, member
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine.commands import (
     Command,
@@ -153,8 +153,7 @@ class MotionEngine:
             KinematicsError: if the position is no place in the workspace, or there is no way.
         """
         self._holder.check_started()
-        x, y, z = finite_vector("position", position, 3)
-        self.carry_out(Move((x, y, z)))
+        self.carry_out(Move(position))
 
     def jog(self, velocity: Sequence[float]) -> None:
         """Move the platform along a direction, up to the edge of the workspace at most.
@@ -172,8 +171,7 @@ class MotionEngine:
             KinematicsError: if the velocity is no finite vector, or there is no way.
         """
         self._holder.check_started()
-        x, y, z = finite_vector("velocity", velocity, 3)
-        self.carry_out(Jog((x, y, z)))
+        self.carry_out(Jog(velocity))
 
     def track(self, position: Sequence[float], velocity: Sequence[float], age: float = 0.0) -> None:
         """Follow a target that moves; it is taken to go on as it does until the next call.
@@ -192,9 +190,7 @@ class MotionEngine:
                 with a target or a platform outside the workspace.
         """
         self._holder.check_started()
-        x, y, z = finite_vector("position", position, 3)
-        dx, dy, dz = finite_vector("velocity", velocity, 3)
-        self.carry_out(Track((x, y, z), (dx, dy, dz), age=finite("age", age)))
+        self.carry_out(Track(position, velocity, age=age))
 
     def stop(self) -> None:
         """Come to rest as soon as the limits allow, and forget the goal.

@@ -12,17 +12,10 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from tri_glide_interfaces.action import FollowPath, MoveTo
-from tri_glide_kinematics.control import (
-    CommandRefusedError,
-    Goal,
-    GoalCode,
-    MotionController,
-    Outcome,
-    TargetPath,
-    TargetPosition,
-)
+from tri_glide_kinematics.control import CommandRefusedError, MotionController
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.engine import Command, Follow, GoalCode
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import (
     SHORTEST,
@@ -35,7 +28,7 @@ from tri_glide_kinematics.reason_log import RefusalLog
 from tri_glide_kinematics.ros.inputs.path_messages import flat_path, path_points
 from tri_glide_kinematics.ros.messages import target_position
 from tri_glide_kinematics.ros.outputs import StateReports
-from tri_glide_kinematics.ros.serving import CALLS, ActionServer, PatientServices
+from tri_glide_kinematics.ros.serving import CALLS, ActionServer, GoalEnd, PatientServices
 from tri_glide_kinematics.tri_glide import NoPoseError, TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
@@ -115,6 +108,8 @@ NODE_ENDS = "the node ends"
 # At the end of the node one waits for this long for those who want a result [s].
 FAREWELL = 0.2
 
+ENDS = {GoalCode.SUCCEEDED: GoalEnd.SUCCEEDED, GoalCode.CANCELED: GoalEnd.CANCELED}
+
 UNKNOWN = (math.nan, math.nan, math.nan)
 
 
@@ -158,6 +153,7 @@ class MotionActions:
                 patient,
                 begin=lambda request: self._begun(lambda: self._move_to(request)),
                 cancel=controller.cancel,
+                end=_end_of,
                 result=self._moved,
                 feedback=self._moving,
             ),
@@ -168,6 +164,7 @@ class MotionActions:
                 patient,
                 begin=lambda request: self._begun(lambda: self._follow_path(request)),
                 cancel=controller.cancel,
+                end=_end_of,
                 result=self._followed,
                 feedback=self._following,
             ),
@@ -220,17 +217,17 @@ class MotionActions:
         asked = all(server.is_asked_for_all for server in self._servers)
         return asked and not self._patient.keeps_any
 
-    def _begun(self, begin: Callable[[], Goal]) -> Goal:
+    def _begun(self, begin: Callable[[], Command]) -> Command:
         """Return the goal that is begun, or one that has ended as it is refused."""
         if self._has_ended:
-            return Goal(None, Outcome(GoalCode.SHUTDOWN, NODE_ENDS))
+            return _ended(GoalCode.SHUTDOWN, NODE_ENDS)
         try:
             return begin()
         except KinematicsError as error:
             self._refused.refuse(f"refused a goal: {error}", error.refusal)
-            return Goal(None, Outcome(GoalCode.REFUSED, str(error)))
+            return _ended(GoalCode.REFUSED, str(error))
 
-    def _move_to(self, request: Any) -> Goal:
+    def _move_to(self, request: Any) -> Command:
         position = target_position(request.pose, self._base_frame)
         kind = self._kind_of(request)
         if request.speed == 0.0 and kind is self._kind:
@@ -240,7 +237,7 @@ class MotionActions:
         if self._is_at(position):
             return self._controller.pursue_position(position)
         name = f"target {vector_text(position, 6)} m on a line"
-        path = TargetPath(lambda _: line.path_from(self._commanded_position()), name)
+        path = Follow.made(lambda _: line.path_from(self._commanded_position()), name)
         return self._controller.pursue(path)
 
     def _kind_of(self, request: Any) -> MotionKind:
@@ -269,16 +266,16 @@ class MotionActions:
         """Tell whether the platform is commanded to be at a ``position`` [m] already."""
         return math.dist(position, self._commanded_position()) <= SHORTEST
 
-    def _moved(self, goal: Goal) -> Any:
+    def _moved(self, goal: Command) -> Any:
         return self._with_outcome(MoveTo.Result(), goal)
 
-    def _moving(self, goal: Goal) -> Any:
+    def _moving(self, goal: Command) -> Any:
         if not self._controller.leads_to(goal):
             return None
         position = self._position()
         feedback = MoveTo.Feedback()
-        if isinstance(goal.command, TargetPosition):
-            feedback.way_remaining = math.dist(position, goal.command.position)
+        if goal.destination is not None:
+            feedback.way_remaining = math.dist(position, goal.destination)
             remaining = self._controller.remaining
             feedback.time_remaining = remaining if math.isfinite(remaining) else math.nan
         elif (progress := self._controller.path_progress) is not None:
@@ -289,11 +286,11 @@ class MotionActions:
         _write(position, feedback.position)
         return feedback
 
-    def _follow_path(self, request: Any) -> Goal:
+    def _follow_path(self, request: Any) -> Command:
         segments = flat_path(request, self._base_frame, self.path_tolerance)
         count = len(segments)
         return self._controller.pursue(
-            TargetPath(
+            Follow.made(
                 lambda end: segments.path_from(end or self._commanded_position()),
                 f"path of {count} segment{'' if count == 1 else 's'}",
                 request.append,
@@ -307,7 +304,7 @@ class MotionActions:
             KinematicsError: if it is refused at once.
         """
         self._controller.follow(
-            TargetPath(
+            Follow.made(
                 lambda _: self._path_through(data), f"path in a message of {len(data)} bytes"
             )
         )
@@ -317,7 +314,7 @@ class MotionActions:
         tolerance = self.path_tolerance
         return (yield from polyline_from(self._commanded_position(), points, tolerance))
 
-    def _followed(self, goal: Goal) -> Any:
+    def _followed(self, goal: Follow) -> Any:
         result = self._with_outcome(FollowPath.Result(), goal)
         progress = self._controller.path_progress
         if result.code == GoalCode.SUCCEEDED and progress is not None:
@@ -325,7 +322,7 @@ class MotionActions:
         result.largest_deviation = goal.deviation
         return result
 
-    def _following(self, goal: Goal) -> Any:
+    def _following(self, goal: Follow) -> Any:
         progress = self._controller.path_progress
         if progress is None or not self._controller.leads_to(goal):
             return None
@@ -338,7 +335,7 @@ class MotionActions:
         _write(self._position(), feedback.position)
         return feedback
 
-    def _with_outcome(self, result: Any, goal: Goal) -> Any:
+    def _with_outcome(self, result: Any, goal: Command) -> Any:
         """Return a ``result`` with what all results have."""
         assert goal.outcome is not None
         result.code, result.text = int(goal.outcome.code), goal.outcome.text
@@ -362,6 +359,20 @@ class MotionActions:
             return self._machine.forward(heights)
         except NoPoseError:
             return UNKNOWN
+
+
+def _ended(code: GoalCode, text: str) -> Command:
+    """Return a goal that has ended before it was one; ``text`` says why."""
+    goal = Follow(None, "nothing")
+    goal.end(code, text)
+    return goal
+
+
+def _end_of(goal: Command) -> GoalEnd | None:
+    """Return how a ``goal`` ended, as all actions tell it; None as long as it goes on."""
+    if goal.outcome is None:
+        return None
+    return ENDS.get(goal.outcome.code, GoalEnd.ABORTED)
 
 
 def _write(position: Vector3, point: Point) -> None:

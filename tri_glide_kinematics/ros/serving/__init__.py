@@ -7,6 +7,7 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.ros.serving.action_server import MOST as MOST
     from tri_glide_kinematics.ros.serving.action_server import ActionServer as ActionServer
+    from tri_glide_kinematics.ros.serving.action_server import GoalEnd as GoalEnd
     from tri_glide_kinematics.ros.serving.action_server import OldResults as OldResults
     from tri_glide_kinematics.ros.serving.patient_services import AT_ONCE as AT_ONCE
     from tri_glide_kinematics.ros.serving.patient_services import CALLS as CALLS

@@ -11,9 +11,10 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import Enum
 from functools import partial
 from time import monotonic
-from typing import Any
+from typing import Any, TypeVar
 
 from action_msgs.msg import GoalInfo, GoalStatus
 from action_msgs.srv import CancelGoal
@@ -23,7 +24,6 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.type_support import check_for_type_support
 
-from tri_glide_kinematics.control import Goal, GoalCode
 from tri_glide_kinematics.ros.cdr import read_kinds_within_bytes
 from tri_glide_kinematics.ros.loop import ErrorLog
 from tri_glide_kinematics.ros.messages import set_stamp
@@ -81,10 +81,20 @@ class OldResults:
 # them are in each message, and a client in Python takes 0.03 ms for each.
 STATE_TOLD = 0.25
 
+# A goal as the caller of a server knows it.
+Goal = TypeVar("Goal")
+
 FEEDBACK = QoSProfile(depth=10)
 
 GoalEvent = rclpy_implementation.GoalEvent
-EVENTS = {GoalCode.SUCCEEDED: GoalEvent.SUCCEED, GoalCode.CANCELED: GoalEvent.CANCELED}
+
+
+class GoalEnd(Enum):
+    """How a goal ended, as all actions tell it."""
+
+    SUCCEEDED = GoalEvent.SUCCEED
+    CANCELED = GoalEvent.CANCELED
+    ABORTED = GoalEvent.ABORT
 
 
 @dataclass(eq=False)
@@ -94,7 +104,7 @@ class _Accepted:
     Attributes:
         info: identifier and time of acceptance.
         handle: its state in the middleware.
-        goal: what becomes of it.
+        goal: as the caller of the server knows it.
         answer: its result, once that is known.
         askers: who wait for the result, and since when at most [s of time.monotonic].
         was_asked_for: whether somebody has asked for the result.
@@ -102,7 +112,7 @@ class _Accepted:
 
     info: GoalInfo
     handle: Any
-    goal: Goal
+    goal: Any
     answer: Any = None
     askers: list[tuple[Any, float]] = field(default_factory=list)
     was_asked_for: bool = False
@@ -120,8 +130,9 @@ class ActionServer:
         *,
         begin: Callable[[Any], Goal],
         cancel: Callable[[Goal], None],
-        result: Callable[[Goal], Any],
-        feedback: Callable[[Goal], Any],
+        end: Callable[[Goal], GoalEnd | None],
+        result: Callable[[Any], Any],
+        feedback: Callable[[Any], Any],
     ) -> None:
         """Serve an action.
 
@@ -132,6 +143,7 @@ class ActionServer:
             patient: sends answers.
             begin: makes a goal of what was asked for, which has ended already if it cannot be.
             cancel: sees to it that a goal ends soon.
+            end: tells how a goal ended; None as long as it goes on.
             result: makes the message of a goal that has ended.
             feedback: makes the message of a goal that goes on; None if there is nothing to tell.
         """
@@ -142,6 +154,7 @@ class ActionServer:
         self._errors = ErrorLog(node)
         self._begin = begin
         self._cancel = cancel
+        self._end = end
         self._result = result
         self._feedback = feedback
         services = CALLS.get_c_qos_profile()
@@ -240,7 +253,7 @@ class ActionServer:
     def _tell_next(self) -> None:
         """Publish the feedback of one goal: of many at once it would hold the cycle."""
         accepted = self._to_be_told.popleft()
-        feedback = self._feedback(accepted.goal) if accepted.goal.outcome is None else None
+        feedback = self._feedback(accepted.goal) if self._end(accepted.goal) is None else None
         if feedback is not None:
             message = self._impl.FeedbackMessage(goal_id=accepted.info.goal_id, feedback=feedback)
             self._handle.publish_feedback(message)
@@ -263,7 +276,7 @@ class ActionServer:
         response = self._impl.SendGoalService.Response(accepted=accepted, stamp=info.stamp)
         self._put("send_goal", self._handle.send_goal_response, header, since, response)
 
-    def _accept(self, info: GoalInfo, goal: Goal) -> None:
+    def _accept(self, info: GoalInfo, goal: Any) -> None:
         handle = rclpy_implementation.ActionGoalHandle(self._handle, info)
         handle.update_goal_state(GoalEvent.EXECUTE)
         accepted = _Accepted(info, handle, goal)
@@ -278,7 +291,7 @@ class ActionServer:
         canceling = []
         for info in response.goals_canceling:
             accepted = self._accepted[bytes(info.goal_id.uuid)]
-            if accepted.goal.outcome is None:
+            if self._end(accepted.goal) is None:
                 canceling.append(info)
                 accepted.handle.update_goal_state(GoalEvent.CANCEL_GOAL)
                 self._cancel(accepted.goal)
@@ -304,15 +317,14 @@ class ActionServer:
         self._put("get_result", self._handle.send_result_response, header, since, answer)
 
     def _end_goals(self) -> None:
-        ended = [accepted for accepted in self._active if accepted.goal.outcome is not None]
+        ends = [(accepted, self._end(accepted.goal)) for accepted in self._active]
+        ended = [(accepted, end) for accepted, end in ends if end is not None]
         if not ended:
             return
-        self._active = [accepted for accepted in self._active if accepted not in ended]
+        self._active = [accepted for accepted, end in ends if end is None]
         self._told += len(ended)
-        for accepted in ended:
-            assert accepted.goal.outcome is not None
-            code = accepted.goal.outcome.code
-            accepted.handle.update_goal_state(EVENTS.get(code, GoalEvent.ABORT))
+        for accepted, end in ended:
+            accepted.handle.update_goal_state(end.value)
             accepted.answer = self._impl.GetResultService.Response(
                 status=accepted.handle.get_status(), result=self._result(accepted.goal)
             )
