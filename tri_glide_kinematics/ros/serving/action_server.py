@@ -26,7 +26,6 @@ from rclpy.type_support import check_for_type_support
 
 from tri_glide_kinematics.ros.cdr import read_kinds_within_bytes
 from tri_glide_kinematics.ros.loop import ErrorLog
-from tri_glide_kinematics.ros.messages import set_stamp
 from tri_glide_kinematics.ros.serving.patient_services import CALLS, PatientServices
 
 # How long [s], and how many.
@@ -265,7 +264,7 @@ class ActionServer:
         key = bytes(info.goal_id.uuid)
         accepted = key not in self._accepted and key not in self._old
         if accepted:
-            set_stamp(info.stamp, self._node.get_clock())
+            info.stamp = self._node.get_clock().now().to_msg()
             try:
                 self._accept(info, self._begin(request.goal))
             except Exception as error:
