@@ -227,14 +227,15 @@ class CommandedMotion:
 
     def look_after(self) -> None:
         """Tell what has been taken or refused with the setpoint that has just been made."""
-        refusal = self._engine.take_refusal()
-        if refusal is not None:
-            self._give_up(refusal, str(refusal))
         try:
             # A plan that was ready begins with this setpoint.
             decided = self._queue.decided(self._states.state in ON_THE_WAY)
             if decided is not None:
                 self._note(decided)
+            refusal = self._engine.take_refusal()
+            if refusal is not None:
+                # What was carried out already cannot go on.
+                self._give_up(refusal, str(refusal))
         except Exception as error:
             self._operation.fail(error)
 
