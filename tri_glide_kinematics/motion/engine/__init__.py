@@ -6,7 +6,6 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.commands import Command as Command
-    from tri_glide_kinematics.motion.engine.commands import DriveLimits as DriveLimits
     from tri_glide_kinematics.motion.engine.commands import Follow as Follow
     from tri_glide_kinematics.motion.engine.commands import GoalCode as GoalCode
     from tri_glide_kinematics.motion.engine.commands import Jog as Jog
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.commands import TargetKind as TargetKind
     from tri_glide_kinematics.motion.engine.commands import Track as Track
     from tri_glide_kinematics.motion.engine.engine import MotionEngine as MotionEngine
+    from tri_glide_kinematics.motion.engine.held_motion import DriveLimits as DriveLimits
     from tri_glide_kinematics.motion.engine.held_motion import HeldMotion as HeldMotion
     from tri_glide_kinematics.motion.engine.held_motion import PlanRole as PlanRole
     from tri_glide_kinematics.motion.engine.progress import PathProgress as PathProgress

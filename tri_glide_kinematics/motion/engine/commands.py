@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from enum import Enum, IntEnum
-from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-from tri_glide_kinematics.checks import finite, finite_vector, positive
-from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
+from tri_glide_kinematics.checks import finite, finite_vector
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.moves import MotionPlanner
 from tri_glide_kinematics.motion.path import PlatformPath
@@ -24,7 +22,6 @@ from tri_glide_kinematics.motion.trajectory import (
     NoPathError,
     NoRoomError,
     SequencePlan,
-    SliderLimits,
     SliderState,
     Trajectory,
 )
@@ -35,7 +32,7 @@ from tri_glide_kinematics.workspace import Workspace
 if TYPE_CHECKING:
     # What carries commands out asks them what differs between kinds, and they ask it in turn.
     from tri_glide_kinematics.motion.engine.execution import PlanExecution
-    from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
+    from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion
     from tri_glide_kinematics.motion.engine.pursuit import Pursuit
     from tri_glide_kinematics.motion.engine.replanning import Replanning
 
@@ -585,47 +582,3 @@ class NewLimits(Command):
     def begin(self, execution: PlanExecution) -> None:
         """Put them in force now, or slow down until that is possible."""
         execution.change_limits(self.limits)
-
-
-@dataclass(frozen=True)
-class DriveLimits:
-    """Limits of the sliders, and how much of their velocities is used.
-
-    Attributes:
-        sliders: limits before the scale.
-        speed_scale: in (0, 1].
-    """
-
-    sliders: SliderLimits
-    speed_scale: float
-
-    def __post_init__(self) -> None:
-        """Check the scale.
-
-        Raises:
-            NotFiniteError: if it is NaN or infinite.
-            OutOfBoundsError: if it is not in (0, 1].
-        """
-        scale = positive("speed_scale", self.speed_scale)
-        if scale > 1.0:
-            raise OutOfBoundsError("speed_scale", scale, "at most 1")
-        object.__setattr__(self, "speed_scale", scale)
-
-    @cached_property
-    def effective(self) -> SliderLimits:
-        """Limits after the scale."""
-        return self.sliders.with_velocity_scaled(self.speed_scale)
-
-
-def stays_within(state: SliderState, limits: SliderLimits) -> bool:
-    """Return whether the sliders can stay inside ``limits`` from this ``state`` on."""
-    return all(
-        abs(a) <= largest and abs(v) + (a * a / (2.0 * jerk) if a * v > 0.0 else 0.0) <= speed
-        for v, a, speed, largest, jerk in zip(
-            state.velocities,
-            state.accelerations,
-            limits.velocity,
-            limits.acceleration,
-            limits.jerk,
-        )
-    )

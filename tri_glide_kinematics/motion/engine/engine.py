@@ -15,7 +15,6 @@ from tri_glide_kinematics.checks import finite_vector, member
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine.commands import (
     Command,
-    DriveLimits,
     Follow,
     Jog,
     MotionPhase,
@@ -24,7 +23,12 @@ from tri_glide_kinematics.motion.engine.commands import (
     Track,
 )
 from tri_glide_kinematics.motion.engine.execution import PlanExecution, PlanHolder
-from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.held_motion import (
+    DriveLimits,
+    FollowedPath,
+    HeldMotion,
+    PlanRole,
+)
 from tri_glide_kinematics.motion.engine.progress import PathProgress
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath

@@ -13,8 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.engine.commands import Command, DriveLimits
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.commands import Command
+from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.preparation import LeadTime, Making, Preparation, only_held
 from tri_glide_kinematics.motion.engine.progress import PathMeasuring, PathProgress, progress
 from tri_glide_kinematics.motion.engine.pursuit import Pursuit

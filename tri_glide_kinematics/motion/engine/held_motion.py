@@ -26,12 +26,66 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import cached_property
 from typing import Any
 
-from tri_glide_kinematics.motion.engine.commands import Command, DriveLimits, MotionPhase
-from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan, TrackedStep, Trajectory
+from tri_glide_kinematics.checks import positive
+from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
+from tri_glide_kinematics.motion.trajectory import (
+    PathHeights,
+    PathPlan,
+    SliderLimits,
+    SliderState,
+    TrackedStep,
+    Trajectory,
+)
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
+
+
+@dataclass(frozen=True)
+class DriveLimits:
+    """Limits of the sliders, and how much of their velocities is used.
+
+    Attributes:
+        sliders: limits before the scale.
+        speed_scale: in (0, 1].
+    """
+
+    sliders: SliderLimits
+    speed_scale: float
+
+    def __post_init__(self) -> None:
+        """Check the scale.
+
+        Raises:
+            NotFiniteError: if it is NaN or infinite.
+            OutOfBoundsError: if it is not in (0, 1].
+        """
+        scale = positive("speed_scale", self.speed_scale)
+        if scale > 1.0:
+            raise OutOfBoundsError("speed_scale", scale, "at most 1")
+        object.__setattr__(self, "speed_scale", scale)
+
+    @cached_property
+    def effective(self) -> SliderLimits:
+        """Limits after the scale."""
+        return self.sliders.with_velocity_scaled(self.speed_scale)
+
+
+def stays_within(state: SliderState, limits: SliderLimits) -> bool:
+    """Return whether the sliders can stay inside ``limits`` from this ``state`` on."""
+    return all(
+        abs(a) <= largest and abs(v) + (a * a / (2.0 * jerk) if a * v > 0.0 else 0.0) <= speed
+        for v, a, speed, largest, jerk in zip(
+            state.velocities,
+            state.accelerations,
+            limits.velocity,
+            limits.acceleration,
+            limits.jerk,
+        )
+    )
 
 
 class PlanRole(Enum):

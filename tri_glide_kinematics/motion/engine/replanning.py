@@ -13,13 +13,14 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.commands import (
-    Command,
+from tri_glide_kinematics.motion.engine.commands import Command, Follow
+from tri_glide_kinematics.motion.engine.held_motion import (
     DriveLimits,
-    Follow,
+    FollowedPath,
+    HeldMotion,
+    PlanRole,
     stays_within,
 )
-from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.moves import (
     LONGEST_TRACKED,
     NEARLY,
