@@ -37,7 +37,7 @@ def message_of(names, frame, sampled):
 @pytest.mark.parametrize("count", [1, 2, 17])
 def test_rclpy_reads_what_it_would_have_written(length, count):
     names, frame, sampled = [f"{'s' * length}_{number}" for number in range(3)], "base", plan(count)
-    written = joint_trajectory(names, frame, sampled)
+    written = joint_trajectory(names, frame, *sampled)
     assert deserialize_message(written, JointTrajectory) == message_of(names, frame, sampled)
 
 
@@ -46,7 +46,7 @@ def test_many_points_hold_no_cycle():
 
     def taken():
         begin = time.perf_counter()
-        joint_trajectory(["a", "b", "c"], "base", sampled)
+        joint_trajectory(["a", "b", "c"], "base", *sampled)
         return time.perf_counter() - begin
 
     assert min(taken() for _ in range(20)) < 0.0003

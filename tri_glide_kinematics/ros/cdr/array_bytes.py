@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 from visualization_msgs.msg import Marker
 
-from tri_glide_kinematics.motion.trajectory import SampledPlan
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # Plain encoding, little endian; places are counted from behind it.
@@ -129,19 +128,31 @@ POINT = np.dtype(
 )
 
 
-def joint_trajectory(names: Sequence[str], frame: str, plan: SampledPlan) -> bytes:
+def joint_trajectory(
+    names: Sequence[str],
+    frame: str,
+    times: FloatArray,
+    positions: FloatArray,
+    velocities: FloatArray,
+    accelerations: FloatArray,
+) -> bytes:
     """Return a serialized JointTrajectory with the stamp 0.
 
-    The ``plan`` has setpoints at one time at least, and all derivatives.
+    Args:
+        names: of the joints.
+        frame: of the header.
+        times: of the points, one at least. Shape (n,) [s].
+        positions: Shape (n, 3) [m].
+        velocities: Shape (n, 3) [m/s].
+        accelerations: Shape (n, 3) [m/s^2].
     """
     written = begun()
     write_header(written, frame)
     write_count(written, len(names))
     for name in names:
         write_text(written, name)
-    times, heights, velocities, accelerations = plan
     points = np.zeros(len(times), POINT)
-    points["positions"], points["velocities"] = heights, velocities
+    points["positions"], points["velocities"] = positions, velocities
     points["accelerations"] = accelerations
     for count in ("velocity_count", "acceleration_count", "next_count"):
         points[count] = SLIDERS

@@ -93,7 +93,7 @@ class CommandOutputs:
                 # Its stamp is 0, which tells the receiver to begin at once: no clock is shared.
                 points = plan_points(engine, self._trajectory_step)
                 points = points._replace(heights=points.heights - np.array(self._offsets))
-                trajectory = joint_trajectory(self._joint_names, self._base_frame, points)
+                trajectory = joint_trajectory(self._joint_names, self._base_frame, *points)
                 self._trajectories.publish(trajectory)
 
 
