@@ -5,31 +5,28 @@ from __future__ import annotations
 import inspect
 import math
 import re
-from itertools import chain
 
 import pytest
 from documents import ROOT, text
 from rclpy.clock import Clock
 
 from tri_glide_interfaces.msg import MachineState
+from tri_glide_kinematics import control, tri_glide, workspace
 from tri_glide_kinematics.control import (
     FAULT,
     IDLE,
     Cause,
+    CommandRefusedError,
     ControllerStatus,
     OperatingState,
     Reason,
 )
-from tri_glide_kinematics.control import errors as control_errors
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, Refusal
+from tri_glide_kinematics.motion import path, trajectory
 from tri_glide_kinematics.motion.engine import TargetKind
-from tri_glide_kinematics.motion.path import errors as path_errors
-from tri_glide_kinematics.motion.trajectory import errors as motion_errors
 from tri_glide_kinematics.reason_log import RefusalLog
 from tri_glide_kinematics.ros.outputs import cause_of, state_of
 from tri_glide_kinematics.ros.outputs.machine_state import machine_state
-from tri_glide_kinematics.tri_glide import errors as tri_glide_errors
-from tri_glide_kinematics.workspace import errors as workspace_errors
 
 PAGE = ROOT / "docs" / "machine_state.md"
 PREFIXES = {"CAUSE_": Cause, "REFUSAL_": Refusal, "TARGET_": TargetKind}
@@ -118,11 +115,14 @@ def test_what_is_not_known_is_nan_or_none():
 
 def test_each_error_of_a_command_has_a_refusal():
     """A command that is refused for it is refused for a reason that programs know."""
-    rooms = (motion_errors, path_errors, tri_glide_errors, workspace_errors, control_errors)
-    members = chain.from_iterable(inspect.getmembers(room, inspect.isclass) for room in rooms)
-    kinds = {kind for _, kind in members if issubclass(kind, KinematicsError)}
-    # No command has a geometry. A CommandRefusedError is given its refusal when it is made.
-    others = {KinematicsError, control_errors.CommandRefusedError}
-    geometry = tri_glide_errors.GeometryError
+    rooms = (path, trajectory, tri_glide, workspace, control)
+    exported = [getattr(room, name) for room in rooms for name in room.__all__]
+    classes = [each for each in exported if inspect.isclass(each)]
+    kinds = {each for each in classes if issubclass(each, KinematicsError)}
+    assert len(kinds) > 20
+    # No command has a geometry, or is refused for a state that must not follow another one.
+    # A CommandRefusedError is given its refusal when it is made.
+    others = {KinematicsError, CommandRefusedError, control.ForbiddenTransitionError}
+    geometry = tri_glide.GeometryError
     without = {kind for kind in kinds - others if kind.refusal is Refusal.OTHER}
     assert all(issubclass(kind, geometry) for kind in without), without

@@ -158,6 +158,9 @@ class SequencePlan(Trajectory):
 
     def at(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
+        if time >= self.duration:
+            # Times are sums here, and the last plan may not be over yet but for rounding.
+            return self._plans[-1].at(self._plans[-1].duration)
         time += self._skipped
         index = min(bisect_right(self._ends, time), len(self._plans) - 1)
         return self._plans[index].at(time - self._ends[index - 1] if index else time)
