@@ -35,10 +35,16 @@ def at_once(computation: Interruptible[Result]) -> Result:
             return result
 
 
-def blocks(count: int) -> Iterator[slice]:
-    """Yield which of ``count`` rows are worked on together, one block after the other."""
-    for first in range(0, count, WORKED_ROWS):
-        yield slice(first, min(first + WORKED_ROWS, count))
+def blocks(count: int, rows: int | None = None) -> Iterator[slice]:
+    """Yield which of ``count`` rows are worked on together, one block after the other.
+
+    Args:
+        count: number of rows.
+        rows: of a block; by default ``WORKED_ROWS``.
+    """
+    step = rows or WORKED_ROWS
+    for first in range(0, count, step):
+        yield slice(first, min(first + step, count))
 
 
 def columns_of(
@@ -46,6 +52,7 @@ def columns_of(
     work: Callable[[slice], Sequence[NDArray[Any]]],
     margin: int = 0,
     spare_zeros: bool = False,
+    rows: int | None = None,
 ) -> Interruptible[list[NDArray[Any]]]:
     """Return columns of ``count`` rows each, worked out block by block.
 
@@ -56,13 +63,14 @@ def columns_of(
             each block, and left out.
         spare_zeros: whether a column of zeros alone, of several blocks, is to take no memory; it
             can then not be written to.
+        rows: of a block; by default ``WORKED_ROWS``.
     """
-    if count <= WORKED_ROWS:
+    if count <= (rows or WORKED_ROWS):
         columns = list(work(slice(0, count)))
         yield
         return columns
     made: dict[int, NDArray[Any]] = {}
-    for some in blocks(count):
+    for some in blocks(count, rows):
         begin = max(some.start - margin, 0)
         parts = work(slice(begin, min(some.stop + margin, count)))
         inner = slice(some.start - begin, some.stop - begin)
@@ -83,10 +91,13 @@ def columns_of(
 
 
 def column_of(
-    count: int, work: Callable[[slice], NDArray[Any]], margin: int = 0
+    count: int,
+    work: Callable[[slice], NDArray[Any]],
+    margin: int = 0,
+    rows: int | None = None,
 ) -> Interruptible[NDArray[Any]]:
     """Return one column, as ``columns_of`` does."""
-    return (yield from columns_of(count, lambda some: (work(some),), margin))[0]
+    return (yield from columns_of(count, lambda some: (work(some),), margin, rows=rows))[0]
 
 
 def any_of(work: Callable[..., NDArray[np.bool_]], *arrays: NDArray[Any]) -> Interruptible[bool]:

@@ -30,14 +30,11 @@ from tri_glide_kinematics.motion.path.corners import (
     enveloped,
     joints_of,
     least_widths,
-    widths_of,
-)
-from tri_glide_kinematics.motion.path.extension import (
-    in_succession,
-    stops_kept,
     widths_behind,
     widths_kept,
+    widths_of,
 )
+from tri_glide_kinematics.motion.path.extension import in_succession, stops_kept
 from tri_glide_kinematics.motion.path.pieces import Indices, Pieces, segment_of_pieces
 from tri_glide_kinematics.motion.path.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray

@@ -7,7 +7,7 @@ import pytest
 
 from testing.path_samples import random_path, unit
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
-from tri_glide_kinematics.motion.path.corners import corrections
+from tri_glide_kinematics.motion.path.corners import rounding
 
 
 def rough_polyline(rng, tolerance):
@@ -36,10 +36,10 @@ PATHS = {
 @pytest.mark.parametrize("name", PATHS)
 def test_carrying_on_costs_no_digits(name, monkeypatch):
     segments = PATHS[name].segments
-    monkeypatch.setattr(corrections, "FEW_TERMS", 10**9)
+    monkeypatch.setattr(rounding, "FEW_TERMS", 10**9)
     exact = DrivenPath.of(segments)
-    monkeypatch.setattr(corrections, "FEW_TERMS", 1)
-    monkeypatch.setattr(corrections, "FEW_EACH", 0)
+    monkeypatch.setattr(rounding, "FEW_TERMS", 1)
+    monkeypatch.setattr(rounding, "FEW_EACH", 0)
     carried = DrivenPath.of(segments)
     assert (exact.breaks == carried.breaks).all()
     ways = np.linspace(0.0, exact.length, 5000)

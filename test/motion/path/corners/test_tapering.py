@@ -7,7 +7,7 @@ import pytest
 
 from testing.path_samples import random_path
 from tri_glide_kinematics.motion.path import PlatformPath
-from tri_glide_kinematics.motion.path.corners import WIDEST, corrections
+from tri_glide_kinematics.motion.path.corners import WIDEST, rounding
 
 TOLERANCE = 1e-3
 
@@ -28,8 +28,8 @@ def cubic(x, width):
 @pytest.mark.parametrize("few_terms", [0, 4000])
 @pytest.mark.parametrize("room", [0.004, 0.006, 0.0065, 0.0086, 0.012])
 def test_the_form_is_that_of_the_formulas(room, few_terms, monkeypatch):
-    monkeypatch.setattr(corrections, "FEW_TERMS", few_terms)
-    monkeypatch.setattr(corrections, "FEW_EACH", 0)
+    monkeypatch.setattr(rounding, "FEW_TERMS", few_terms)
+    monkeypatch.setattr(rounding, "FEW_EACH", 0)
     driven = corner(0.012, room)
     width = min(room, WIDEST * TOLERANCE)
     x = np.linspace(-0.012, room, 500)[:-1]
@@ -40,11 +40,11 @@ def test_the_form_is_that_of_the_formulas(room, few_terms, monkeypatch):
     part = 0.0
     if width > 6.0 * TOLERANCE:
         part = (width / 6.0 - TOLERANCE) / (width / 6.0 - 0.115 * width)
-    rounding = (1.0 - part) * hat + part * wide
+    expected = (1.0 - part) * hat + part * wide
     places = driven.derivatives(0.012 + x, 0)[0]
     programmed = np.column_stack((0.012 + np.minimum(x, 0.0), np.maximum(x, 0.0), 0.0 * x))
     jump = np.array([-1.0, 1.0, 0.0])
-    assert places - programmed == pytest.approx(rounding[:, np.newaxis] * jump, abs=1e-11)
+    assert places - programmed == pytest.approx(expected[:, np.newaxis] * jump, abs=1e-11)
     assert driven.widths.tapers == pytest.approx([part], abs=1e-8)
     assert driven.deviation_bound == pytest.approx(min(TOLERANCE, width / 6.0), rel=1e-8)
 

@@ -5,27 +5,27 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.path.corners.corrections import (
-        corrections_of as corrections_of,
-    )
-    from tri_glide_kinematics.motion.path.corners.deviations import CONVEX_BEND as CONVEX_BEND
-    from tri_glide_kinematics.motion.path.corners.deviations import LARGEST_BEND as LARGEST_BEND
-    from tri_glide_kinematics.motion.path.corners.deviations import Weights as Weights
-    from tri_glide_kinematics.motion.path.corners.deviations import (
-        deviation_bounds as deviation_bounds,
-    )
     from tri_glide_kinematics.motion.path.corners.joints import LEAST_RATE as LEAST_RATE
     from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints as RoundedJoints
-    from tri_glide_kinematics.motion.path.corners.joints import joints_of as joints_of
     from tri_glide_kinematics.motion.path.corners.joints import lengths_of as lengths_of
+    from tri_glide_kinematics.motion.path.corners.rounding import corrections_of as corrections_of
+    from tri_glide_kinematics.motion.path.corners.rounding import (
+        deviation_bounds as deviation_bounds,
+    )
     from tri_glide_kinematics.motion.path.corners.rounding import enveloped as enveloped
+    from tri_glide_kinematics.motion.path.corners.rounding import joints_of as joints_of
     from tri_glide_kinematics.motion.path.corners.rounding import least_widths as least_widths
+    from tri_glide_kinematics.motion.path.corners.rounding import widths_behind as widths_behind
+    from tri_glide_kinematics.motion.path.corners.rounding import widths_kept as widths_kept
     from tri_glide_kinematics.motion.path.corners.rounding import widths_of as widths_of
     from tri_glide_kinematics.motion.path.corners.swinging import FARTHEST as FARTHEST
     from tri_glide_kinematics.motion.path.corners.swinging import NARROWER as NARROWER
     from tri_glide_kinematics.motion.path.corners.swinging import REACH as REACH
     from tri_glide_kinematics.motion.path.corners.swinging import swing_of as swing_of
     from tri_glide_kinematics.motion.path.corners.tapering import WIDEST as WIDEST
+    from tri_glide_kinematics.motion.path.corners.widths import CONVEX_BEND as CONVEX_BEND
+    from tri_glide_kinematics.motion.path.corners.widths import LARGEST_BEND as LARGEST_BEND
+    from tri_glide_kinematics.motion.path.corners.widths import Weights as Weights
     from tri_glide_kinematics.motion.path.corners.widths import Widths as Widths
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -3,137 +3,97 @@ r"""What the roundings of all joints together add to the path as programmed: a p
 Between two breaks it is the sum of all roundings that reach over them. Where many overlap, this
 sum is formed at some breaks only, and carried on from them: the polynomial is moved to the next
 break, where one of its coefficients jumps as a rounding begins, ends or passes its joint.
+
+Roundings are sorted into layers. In a layer of two roundings the one that begins first also ends
+first. Those that taper off or swing out are put together of some, one inside the other
+(``tapering``, ``swinging``), each in a layer of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from math import comb
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import Interruptible, blocks, columns_of
-from tri_glide_kinematics.motion.path.corners.joints import Indices, RoundedJoints
-from tri_glide_kinematics.motion.path.corners.rounding_layers import (
-    Breaks,
-    Layer,
-    breaks_of,
-    layers_of,
-)
-from tri_glide_kinematics.motion.path.corners.widths import Widths
+from tri_glide_kinematics.motion.path.corners.joints import Indices
 from tri_glide_kinematics.vectors import FloatArray
 
-# So many breaks are worked through from each sum over all roundings, and so many blocks of them
-# together.
+# So many breaks are worked through from each sum over all roundings.
 BLOCK = 64
-TOGETHER = 64
-
-# The sums are formed at all breaks if they have no more terms, or no more each on average.
-FEW_TERMS = 4000
-FEW_EACH = 2
-
-# So many terms are worked on between two breaks of the computation.
-AT_A_TIME = 2000
 
 # Carrying on may cost so many units of rounding of the largest third derivative, and this [m].
 UNITS = 2e-15
 LARGEST_LOSS = 1e-15
 
 
-def corrections_of(
-    ways: FloatArray, joints: RoundedJoints, widths: Widths
-) -> Interruptible[tuple[FloatArray, FloatArray]]:
-    """Return what the roundings add to a path, as polynomials; interruptibly.
+class Layer(NamedTuple):
+    """Roundings; of two, the one that begins first also ends first.
 
-    Args:
-        ways: of all joints, rounded or not. Shape (n + 1,) [m].
-        joints: that are rounded.
-        widths: of the roundings; of two, the one that begins first also ends first.
-
-    Returns:
-        The breaks, shape (k + 1,) [m]; and from each to the next the coefficients of ascending
-        powers of the way from the break: four, or five if the curvature jumps at a joint or a
-        rounding tapers off. Shape (k, 4 or 5, 3).
-    """
-    layers = yield from layers_of(joints, widths)
-    breaks = yield from breaks_of(ways, layers)
-    yield
-    # The first layer has terms of the highest degree, so that the table is wide enough for all.
-    table = np.empty((0, 0, 3))
-    for at, layer in zip(breaks, layers):
-        sums = _Sums(at, layer, *(yield from columns_of(*_over_pieces(at))))
-        carries_on = yield from _are_many(sums)
-        if layer is layers[0]:
-            table = np.empty((sums.count, sums.size, 3))
-        for begin in range(0, sums.count, BLOCK * TOGETHER):
-            some = slice(begin, min(begin + BLOCK * TOGETHER, sums.count))
-            added = yield from _corrections_on(sums, some, carries_on)
-            if layer is layers[0]:
-                table[some] = added
-            else:
-                table[some, : sums.size] += added
-            yield
-    return breaks[0].ways, table
-
-
-def _are_many(sums: _Sums) -> Interruptible[bool]:
-    """Return whether the sums have so many terms that not all of them are formed."""
-    terms = 0
-    for some in blocks(sums.count):
-        terms += int(sums.counts(some).sum())
-        yield
-    return terms > max(FEW_TERMS, FEW_EACH * sums.count)
-
-
-def _corrections_on(sums: _Sums, some: slice, carries_on: bool) -> Interruptible[FloatArray]:
-    """Return the coefficients on some pieces in succession. Shape (n, size, 3)."""
-    counts = sums.counts(some)
-    formed = counts > 0
-    if carries_on:
-        table, lossy = yield from _carried_on(sums, some)
-        table[~formed] = 0.0
-        formed &= np.repeat(lossy, BLOCK)[: len(formed)]
-    else:
-        table = np.zeros((len(counts), sums.size, 3))
-    places = np.flatnonzero(formed)
-    part = np.cumsum(counts[places]) // AT_A_TIME
-    for number in range(int(part[-1]) + 1 if len(part) else 0):
-        these = places[slice(*np.searchsorted(part, (number, number + 1)))]
-        if len(these):
-            table[these] = sums.at(some.start + these)
-            yield
-    return table
-
-
-def _over_pieces(breaks: Breaks) -> tuple[int, Callable[[slice], list[Indices]]]:
-    """Return how many pieces there are, and what finds which roundings reach over some of them.
-
-    These are the index of the first one that does, and of the first one after these that does not.
-    """
-
-    def found(some: slice) -> list[Indices]:
-        columns = []
-        for at in (breaks.ends, breaks.begins):
-            first, last = np.searchsorted(at, (some.start, some.stop))
-            here = np.bincount(at[first:last] - some.start, minlength=some.stop - some.start)
-            columns.append(first + np.cumsum(here))
-        return columns
-
-    return len(breaks.ways) - 1, found
-
-
-class _Sums:
-    """Sums over the roundings that reach over some pieces.
+    Each is made of one of the third and one of the fourth degree, the latter w/8 (1 - |x|/w)^4.
 
     Attributes:
-        count: number of pieces.
+        ways: programmed way at each joint. Shape (m,) [m].
+        tangent_jumps: change of the unit tangent. Shape (m, 3).
+        curvature_jumps: change of the curvature vector; None where none is rounded in this layer.
+            Shape (m, 3) [1/m].
+        half_widths: Shape (m,) [m].
+        thirds: how much of the third degree counts. Shape (m,).
+        fourths: how much of the fourth degree counts; None for nothing. Shape (m,).
+    """
+
+    ways: FloatArray
+    tangent_jumps: FloatArray
+    curvature_jumps: FloatArray | None
+    half_widths: FloatArray
+    thirds: FloatArray
+    fourths: FloatArray | None
+
+
+class Breaks(NamedTuple):
+    """Joints of a path and ends of its roundings.
+
+    Attributes:
+        ways: of all of them, ascending. Shape (k + 1,) [m].
+        begins: index of the break at which each rounding of a layer begins. Shape (m,).
+        middles: index of the break at its joint. Shape (m,).
+        ends: index of the break at which it ends. Shape (m,).
+    """
+
+    ways: FloatArray
+    begins: Indices
+    middles: Indices
+    ends: Indices
+
+
+def roundings_over(breaks: Breaks, some: slice) -> list[Indices]:
+    """Return which roundings of a layer reach over ``some`` spans between breaks.
+
+    Returns:
+        The index of the first one that does, and of the first one after these that does not.
+    """
+    columns = []
+    for at in (breaks.ends, breaks.begins):
+        first, last = np.searchsorted(at, (some.start, some.stop))
+        here = np.bincount(at[first:last] - some.start, minlength=some.stop - some.start)
+        columns.append(first + np.cumsum(here))
+    return columns
+
+
+class RoundingSums:
+    """Sums over the roundings of a layer that reach over each span between breaks.
+
+    Attributes:
+        count: number of spans.
         size: of coefficients.
-        begins: index of the first rounding that reaches over each piece. Shape (k,).
+        begins: index of the first rounding that reaches over each span. Shape (k,).
         ends: index of the first one after these that does not. Shape (k,).
     """
 
     def __init__(self, breaks: Breaks, layer: Layer, begins: Indices, ends: Indices) -> None:
+        """Take what ``roundings_over`` returns for all spans as ``begins`` and ``ends``."""
         self.breaks = breaks
         self.layer = layer
         self.count = len(breaks.ways) - 1
@@ -141,9 +101,9 @@ class _Sums:
         self.begins = begins
         self.ends = ends
 
-    def counts(self, pieces: slice | Indices) -> Indices:
-        """Return how many roundings reach over each of some pieces. Shape (n,)."""
-        return np.asarray(self.ends[pieces] - self.begins[pieces])
+    def counts(self, spans: slice | Indices) -> Indices:
+        """Return how many roundings reach over each of some spans. Shape (n,)."""
+        return np.asarray(self.ends[spans] - self.begins[spans])
 
     def near(self, begin: int, end: int) -> slice:
         """Return the roundings of which a break may be among those from ``begin`` to ``end``."""
@@ -151,15 +111,15 @@ class _Sums:
         _, last = np.searchsorted(self.breaks.begins, (begin, end))
         return slice(int(first), int(last))
 
-    def at(self, pieces: Indices) -> FloatArray:
-        """Return the coefficients on pieces that a rounding reaches over. Shape (n, size, 3)."""
-        counts = self.counts(pieces)
+    def at(self, spans: Indices) -> FloatArray:
+        """Return the coefficients on spans that a rounding reaches over. Shape (n, size, 3)."""
+        counts = self.counts(spans)
         heads = np.cumsum(counts) - counts
-        joint = np.arange(int(counts.sum())) + np.repeat(self.begins[pieces] - heads, counts)
-        piece = np.repeat(pieces, counts)
+        joint = np.arange(int(counts.sum())) + np.repeat(self.begins[spans] - heads, counts)
+        span = np.repeat(spans, counts)
         width = self.layer.half_widths[joint]
-        side = np.where(piece >= self.breaks.middles[joint], 1.0, -1.0)
-        x = self.breaks.ways[piece] - self.layer.ways[joint]
+        side = np.where(span >= self.breaks.middles[joint], 1.0, -1.0)
+        x = self.breaks.ways[span] - self.layer.ways[joint]
         far = side * x
         rest = np.maximum(width - far, 0.0)
         unit = 1.0 / (6.0 * width * width)
@@ -168,7 +128,7 @@ class _Sums:
         slope = -side * scale
         jump = self.layer.tangent_jumps[joint]
         factors = [scale * square * rest, 3.0 * slope * square, 3.0 * scale * rest, slope]
-        result = np.zeros((len(pieces), self.size, 3))
+        result = np.zeros((len(spans), self.size, 3))
         for power, factor in enumerate(factors):
             result[:, power] = np.add.reduceat(factor[:, np.newaxis] * jump, heads)
         if self.layer.fourths is not None:
@@ -193,35 +153,20 @@ class _Sums:
         return result
 
 
-def _carried_on(sums: _Sums, some: slice) -> Interruptible[tuple[FloatArray, NDArray[np.bool_]]]:
-    """Return the coefficients from a sum at the begin of each block, and which blocks lose digits.
-
-    ``some`` of the pieces begin with a block.
-    """
-    starts = np.arange(some.start, some.stop, BLOCK)
-    counts = sums.counts(starts)
-    first = np.zeros((len(starts), sums.size, 3))
-    covered = np.flatnonzero(counts)
-    each = 1 + AT_A_TIME * len(covered) // (1 + int(counts.sum()))
-    for head in range(0, len(covered), each):
-        these = covered[head : head + each]
-        first[these] = sums.at(starts[these])
-        yield
-    return (yield from _blocks(sums, some.start, first))
-
-
-def _blocks(
-    sums: _Sums, begin: int, first: FloatArray
-) -> Interruptible[tuple[FloatArray, NDArray[np.bool_]]]:
-    """Return the coefficients on the pieces of some blocks, and which blocks lose digits.
+def carried_on(
+    sums: RoundingSums, some: slice, first: FloatArray
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return the coefficients on some spans, and which of these lose digits.
 
     Args:
         sums: over roundings.
-        begin: index of the first piece of these blocks.
-        first: coefficients on the first piece of each block. Shape (n, size, 3).
+        some: spans, which are blocks of ``BLOCK``; the last one may be shorter.
+        first: coefficients on the first span of each block. Shape (n, size, 3).
+
+    Returns:
+        Shape (m, size, 3); (m,).
     """
-    blocks = len(first)
-    count = min(blocks * BLOCK, sums.count - begin)
+    blocks, begin, count = len(first), some.start, some.stop - some.start
     padded = np.zeros((sums.size, 3, blocks * BLOCK))
     for power, at, change in _jumps(sums, sums.near(begin, begin + count)):
         # The breaks ascend, as the roundings do.
@@ -229,7 +174,6 @@ def _blocks(
         places = at[inside] - begin
         for axis in range(3):
             padded[power, axis, :count] += np.bincount(places, change[axis, inside], count)
-    yield
     steps = np.zeros((blocks, BLOCK))
     steps.ravel()[:count] = np.diff(sums.breaks.ways[begin : begin + count + 1])
     # From what the coefficients change by at each break to what they are.
@@ -240,12 +184,12 @@ def _blocks(
         if power < highest:
             table[power, ..., 1:] += _moved(table[power:, ..., :-1], steps[:, :-1], power)
         np.cumsum(table[power], axis=-1, out=table[power])
-    yield
     extents = steps.sum(axis=1)
     largest = np.abs(table[3:]).max(axis=(1, 3))
     lost = sum(extents ** (3 + power) * row for power, row in enumerate(largest))
     filled = padded.transpose(2, 0, 1)[:count]
-    return filled, np.asarray(UNITS * lost > LARGEST_LOSS)
+    lossy = np.asarray(UNITS * lost > LARGEST_LOSS)
+    return filled, np.repeat(lossy, BLOCK)[:count]
 
 
 def _moved(table: FloatArray, steps: FloatArray, power: int) -> FloatArray:
@@ -263,7 +207,7 @@ def _moved(table: FloatArray, steps: FloatArray, power: int) -> FloatArray:
     return total
 
 
-def _jumps(sums: _Sums, some: slice) -> Iterator[tuple[int, Indices, FloatArray]]:
+def _jumps(sums: RoundingSums, some: slice) -> Iterator[tuple[int, Indices, FloatArray]]:
     """Yield which coefficients jump by ``some`` of the roundings, at which breaks, by how much.
 
     Shape (m,), (3, m).

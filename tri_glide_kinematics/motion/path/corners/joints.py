@@ -8,14 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import (
-    Interruptible,
-    column_of,
-    columns_of,
-    concatenated,
-    indices_of,
-    picked,
-)
 from tri_glide_kinematics.motion.path.number_sets import are_among
 from tri_glide_kinematics.motion.path.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
@@ -34,8 +26,6 @@ LEAST_TOLERANCE = 1e-9
 # The way driven is nowhere shorter than this part of the way programmed. In the middle of a
 # rounded corner it is half the sum of both tangents; a sharper corner is a stop.
 LEAST_RATE = 0.2
-
-NO_STOPS = np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +67,20 @@ class RoundedJoints:
         return RoundedJoints(*(getattr(self, name)[some] for name in self.__dataclass_fields__))
 
 
-class _Jumps(NamedTuple):
-    """What changes at joints, as in ``RoundedJoints``; and which are not smooth, and stops."""
+class Jumps(NamedTuple):
+    """What changes at the joints of a path, as in ``RoundedJoints``, and which of them count.
+
+    Attributes:
+        tangents: Shape (n, 3).
+        curvatures: Shape (n, 3) [1/m].
+        turns: Shape (n,).
+        bends: Shape (n,) [1/m].
+        distances: Shape (n,).
+        rough: whether a joint is not smooth. Shape (n,).
+        stops: whether the platform has to stop there. Shape (n,).
+        rounded: whether it is neither. Shape (n,).
+        smooth_tolerances: infinite where a joint is not smooth. Shape (n,) [m].
+    """
 
     tangents: FloatArray
     curvatures: FloatArray
@@ -86,100 +88,19 @@ class _Jumps(NamedTuple):
     bends: FloatArray
     distances: FloatArray
     rough: NDArray[np.bool_]
-    stop: NDArray[np.bool_]
+    stops: NDArray[np.bool_]
+    rounded: NDArray[np.bool_]
+    smooth_tolerances: FloatArray
 
 
-def joints_of(
-    segments: Segments, stops: FloatArray = NO_STOPS
-) -> Interruptible[tuple[RoundedJoints, FloatArray]]:
-    """Return the joints of a path that are rounded, and the ways at all stops [m].
+def jumps_at(segments: Segments, before: slice, stops: FloatArray) -> Jumps:
+    """Return what changes at the ends of some segments.
 
     Args:
         segments: of the path.
+        before: those before the joints.
         stops: ways of joints that are stops in any case, unless they are smooth; ascending [m].
     """
-    ways = yield from segments.measured()
-    inner = ways[1:-1]
-    changes = yield from columns_of(
-        len(inner), lambda some: _jumps(segments, some), spare_zeros=True
-    )
-    jumps = _Jumps(*changes)
-    rough = jumps.rough
-    stop = yield from column_of(
-        len(inner),
-        lambda some: jumps.stop[some] | (rough[some] & are_among(inner[some], stops)),
-    )
-    all_stops = yield from concatenated(
-        (ways[:1], (yield from picked(inner, (yield from indices_of(stop)))), ways[-1:])
-    )
-    is_rounded = yield from column_of(len(inner), lambda some: rough[some] & ~stop[some])
-    rounded = yield from indices_of(is_rounded)
-    free = yield from _free(segments.tolerances[:-1], rough, rounded)
-    columns = [inner, *jumps[:5], segments.tolerances[:-1]]
-    # Where all joints are rounded, as those of a dense path, nothing is copied.
-    if len(rounded) < len(inner):
-        columns = yield from columns_of(
-            len(rounded),
-            lambda some: [column[rounded[some]] for column in columns],
-            spare_zeros=True,
-        )
-    at = columns[0]
-
-    def rooms(some: slice) -> tuple[FloatArray, FloatArray]:
-        following = np.searchsorted(all_stops, at[some])
-        return at[some] - all_stops[following - 1], all_stops[following] - at[some]
-
-    before, after = yield from columns_of(len(at), rooms)
-    at, tangents, curvatures, turns, bends, distances, tolerances = columns
-    return RoundedJoints(
-        *(at, tangents, curvatures, turns, bends, distances, tolerances, before, after),
-        free,
-    ), all_stops
-
-
-def _free(
-    tolerances: FloatArray, rough: NDArray[np.bool_], rounded: Indices
-) -> Interruptible[NDArray[np.bool_]]:
-    """Return whether no smooth joint beside a rounded one has a smaller tolerance.
-
-    Args:
-        tolerances: of all joints between segments. Shape (n - 1,) [m].
-        rough: whether a joint is not smooth. Shape (n - 1,).
-        rounded: indices of the rounded joints, ascending. Shape (m,).
-
-    Returns:
-        Shape (m,).
-    """
-    count = len(rough)
-    ends = yield from indices_of(rough)
-    smooth = yield from column_of(
-        count, lambda some: np.where(rough[some], np.inf, tolerances[some])
-    )
-    smooth = yield from concatenated((smooth, np.array([np.inf])))
-    # Of the smooth joints from one that is not to the next.
-    heads = yield from concatenated((np.zeros(1, dtype=np.intp), ends, np.array([count + 1])))
-
-    def least_of(some: slice) -> FloatArray:
-        begin, end = heads[some.start], heads[some.stop]
-        return np.minimum.reduceat(smooth[begin:end], heads[some] - begin)
-
-    least = yield from column_of(len(ends) + 1, least_of)
-    following = yield from column_of(
-        len(rounded), lambda some: np.searchsorted(ends, rounded[some])
-    )
-    return (
-        yield from column_of(
-            len(rounded),
-            lambda some: (
-                np.minimum(least[following[some]], least[following[some] + 1])
-                >= tolerances[rounded[some]]
-            ),
-        )
-    )
-
-
-def _jumps(segments: Segments, before: slice) -> _Jumps:
-    """Return what changes at the ends of some segments, those ``before`` the joints."""
     after = slice(before.start + 1, before.stop + 1)
     ends, starts = segments.end_tangents[before], segments.tangents[after]
     tangents = starts - ends
@@ -201,8 +122,30 @@ def _jumps(segments: Segments, before: slice) -> _Jumps:
     sines = np.where(turns * turns < 2.0, turns * half_sums, 1.0)
     distances = np.where((old == 0.0) & (new == 0.0) & corner, sines, turns)
     rough = corner | bent
-    sharp = (segments.tolerances[before] < LEAST_TOLERANCE) | (half_sums < LEAST_RATE)
-    return _Jumps(tangents, curvatures, turns, bends, distances, rough, rough & sharp)
+    tolerances = segments.tolerances[before]
+    is_stop = (tolerances < LEAST_TOLERANCE) | (half_sums < LEAST_RATE)
+    is_stop |= are_among(segments.joints[after], stops)
+    smooth_tolerances = np.where(rough, np.inf, tolerances)
+    which = rough, rough & is_stop, rough & ~is_stop
+    return Jumps(tangents, curvatures, turns, bends, distances, *which, smooth_tolerances)
+
+
+def rooms_at(ways: FloatArray, stops: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the ways from the last of the ``stops`` before, and to the next. Shape (m,) [m]."""
+    following = np.searchsorted(stops, ways)
+    return ways - stops[following - 1], stops[following] - ways
+
+
+def least_between(values: FloatArray, heads: Indices, some: slice) -> FloatArray:
+    """Return the least of the ``values`` from a head up to the next one, for ``some`` heads.
+
+    Args:
+        values: Shape (n,).
+        heads: ascending indices of values; behind the last one that counts comes another one.
+        some: of the heads.
+    """
+    begin, end = heads[some.start], heads[some.stop]
+    return np.asarray(np.minimum.reduceat(values[begin:end], heads[some] - begin))
 
 
 def lengths_of(vectors: FloatArray) -> FloatArray:

@@ -1,43 +1,160 @@
-"""How wide the rounding of each joint is, so that the path keeps its tolerances."""
+"""How a path is rounded, stage by stage: its joints, how wide they are rounded, what that adds.
+
+What is done for some joints, or between some breaks, stands in ``joints``, ``widths`` and
+``corrections``. Here it is done for all of them, interruptibly.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import (
+    ROWS,
     Interruptible,
     accumulated,
     any_of,
+    blocks,
     column_of,
     columns_of,
+    concatenated,
     indices_of,
+    picked,
+    sorting,
 )
-from tri_glide_kinematics.motion.path.corners.crowded_widths import shared_widths
-from tri_glide_kinematics.motion.path.corners.deviations import (
+from tri_glide_kinematics.motion.path.corners.corrections import (
+    BLOCK,
+    Breaks,
+    Layer,
+    RoundingSums,
+    carried_on,
+    roundings_over,
+)
+from tri_glide_kinematics.motion.path.corners.joints import (
+    Indices,
+    Jumps,
+    RoundedJoints,
+    jumps_at,
+    least_between,
+    rooms_at,
+)
+from tri_glide_kinematics.motion.path.corners.swinging import swing_parts, swung
+from tri_glide_kinematics.motion.path.corners.tapering import LOWER, PARTS, inner_parts, tapered
+from tri_glide_kinematics.motion.path.corners.widths import (
     CONVEX_BEND,
+    LARGE_TURN,
     LARGEST_BEND,
+    NEIGHBOURS,
+    NONE_KEPT,
     SPARE,
     Weights,
-    deviation_alone,
-    deviation_bounds,
+    Widths,
+    are_crowded,
+    deviations_alone,
+    excess_in_crowd,
+    grown,
+    halves_between,
     is_too_far,
-    width_alone,
+    reaches_over,
+    widths_alone,
+    widths_by_turns,
+    widths_in_crowd,
+    with_kept,
 )
-from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints
-from tri_glide_kinematics.motion.path.corners.swinging import swung
-from tri_glide_kinematics.motion.path.corners.tapering import LOWER, tapered
-from tri_glide_kinematics.motion.path.corners.widths import NONE_KEPT, Widths
+from tri_glide_kinematics.motion.path.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
-
-# A rounding of a jump of curvature turns the path by at most a part of this.
-WIDEST_BEND = 1.5
 
 # The widths are made smaller at most so often, until all tolerances hold.
 MAX_ROUNDS = 40
 
+# So often are widths in a crowd made smaller before that.
+FIRST_ROUNDS = 4
+
 # Roundings that reach too far over one that stays as it is are made smaller to this part.
 SMALLER = 0.7
+
+# Two breaks that are nearer, as part of the path's length, are one: the rest is rounding error.
+SAME_BREAK = 1e-13
+
+# The sums are formed at all breaks if they have no more terms, or no more each on average.
+FEW_TERMS = 4000
+FEW_EACH = 2
+
+# So many spans between breaks are worked on together where sums are carried on.
+SPANS = 32 * BLOCK
+
+# So many joints are worked on together where their neighbours are searched for.
+SEARCHED_ROWS = 1000
+
+# So many terms of sums are worked on together.
+TERMS = 2000
+
+NO_STOPS = np.zeros(0)
+
+
+def joints_of(
+    segments: Segments, stops: FloatArray = NO_STOPS
+) -> Interruptible[tuple[RoundedJoints, FloatArray]]:
+    """Return the joints of a path that are rounded, and the ways at all stops [m].
+
+    Args:
+        segments: of the path.
+        stops: ways of joints that are stops in any case, unless they are smooth; ascending [m].
+    """
+    ways = yield from segments.measured()
+    inner, tolerances = ways[1:-1], segments.tolerances[:-1]
+    changes = columns_of(len(inner), lambda some: jumps_at(segments, some, stops), spare_zeros=True)
+    jumps = Jumps(*(yield from changes))
+    stopped = yield from picked(inner, (yield from indices_of(jumps.stops)))
+    all_stops = yield from concatenated((ways[:1], stopped, ways[-1:]))
+    rounded = yield from indices_of(jumps.rounded)
+    free = yield from _free(tolerances, jumps, rounded)
+    columns = [inner, *jumps[:5], tolerances]
+    # Where all joints are rounded, as those of a dense path, nothing is copied.
+    if len(rounded) < len(inner):
+        columns = yield from columns_of(
+            len(rounded),
+            lambda some: [column[rounded[some]] for column in columns],
+            spare_zeros=True,
+        )
+    rooms = yield from columns_of(len(rounded), lambda some: rooms_at(columns[0][some], all_stops))
+    at, tangents, curvatures, turns, bends, distances, limits = columns
+    before, after = rooms
+    joints = RoundedJoints(
+        *(at, tangents, curvatures, turns, bends, distances, limits, before, after, free)
+    )
+    return joints, all_stops
+
+
+def _free(
+    tolerances: FloatArray, jumps: Jumps, rounded: Indices
+) -> Interruptible[NDArray[np.bool_]]:
+    """Return whether no smooth joint beside a rounded one has a smaller tolerance.
+
+    Args:
+        tolerances: of all joints between segments. Shape (n - 1,) [m].
+        jumps: at these joints.
+        rounded: indices of the rounded joints, ascending. Shape (m,).
+
+    Returns:
+        Shape (m,).
+    """
+    rough = yield from indices_of(jumps.rough)
+    smooth = yield from concatenated((jumps.smooth_tolerances, np.array([np.inf])))
+    # Of the smooth joints from one that is not to the next.
+    heads = yield from concatenated((np.zeros(1, dtype=np.intp), rough, np.array([len(smooth)])))
+    least = yield from column_of(len(rough) + 1, lambda some: least_between(smooth, heads, some))
+
+    def is_free(some: slice) -> NDArray[np.bool_]:
+        here = rounded[some]
+        following = np.searchsorted(rough, here)
+        beside = np.minimum(least[following], least[following + 1])
+        return np.asarray(beside >= tolerances[here])
+
+    return (yield from column_of(len(rounded), is_free))
 
 
 def widths_of(
@@ -52,54 +169,38 @@ def widths_of(
         swing_rooms: over which roundings that swing out may reach to what is before them, if that
             is more than ``joints.rooms_before``. Shape (m,) [m].
     """
-    count, total = len(kept.half_widths), len(joints.ways)
+    total = len(joints.ways)
     if swing_rooms is None:
         swing_rooms = joints.rooms_before
-    alone = yield from column_of(total, lambda some: _alone(joints.part(some)))
-    alone[:count] = kept.half_widths
 
-    def overlap(some: slice) -> NDArray[np.bool_]:
-        found = _crowded(joints.ways[some], alone[some])
-        found[: max(count - some.start, 0)] = ~kept.single[some]
-        return found
+    def without_others(some: slice) -> tuple[FloatArray, NDArray[np.bool_]]:
+        widths, stay = widths_alone(joints.part(some)), kept.part(some)
+        widths[: len(stay.half_widths)] = stay.half_widths
+        crowded = are_crowded(joints.ways[some], widths)
+        crowded[: len(stay.half_widths)] = ~stay.single
+        return widths, crowded
 
-    crowded = yield from column_of(total, overlap, margin=1)
+    alone, crowded = yield from columns_of(total, without_others, margin=1)
     if (yield from any_of(np.asarray, crowded)):
-        half_widths, deviations = yield from _crowded_widths(joints, alone, crowded, kept)
+        half_widths, deviations = yield from _widths_in_crowd(joints, alone, crowded, kept)
     else:
         half_widths = alone
         deviations = yield from column_of(
-            total, lambda some: deviation_alone(joints.part(some), alone[some])
+            total, lambda some: deviations_alone(joints.part(some), alone[some])
         )
 
     def finished(some: slice) -> Widths:
-        part, kept_part = joints.part(some), kept.part(some)
+        part, stay = joints.part(some), kept.part(some)
         found = Widths.of_hats(half_widths[some], deviations[some], ~crowded[some])
-        found = _with_kept(_grown(part, alone[some], found), kept_part)
-        found = tapered(part, found, len(kept_part.half_widths))
-        return swung(part, found, len(kept_part.half_widths), swing_rooms[some])
+        found = with_kept(grown(part, alone[some], found), stay)
+        found = tapered(part, found, len(stay.half_widths))
+        return swung(part, found, len(stay.half_widths), swing_rooms[some])
 
     # Each of the last three steps looks at the two neighbours of a joint.
     return Widths(*(yield from columns_of(total, finished, margin=3, spare_zeros=True)))
 
 
-def _alone(joints: RoundedJoints) -> FloatArray:
-    """Return the widths of roundings that overlap no others. Shape (m,) [m]."""
-    with np.errstate(divide="ignore", over="ignore"):
-        most = np.minimum(joints.rooms, WIDEST_BEND / joints.bends)
-        return np.minimum(width_alone(joints, joints.distances, LARGEST_BEND), most)
-
-
-def _crowded(ways: FloatArray, widths: FloatArray) -> NDArray[np.bool_]:
-    """Return which roundings of these ``widths`` overlap others. Shape (m,)."""
-    crowded = np.zeros(len(ways), dtype=bool)
-    too_near = widths[1:] + widths[:-1] > np.diff(ways)
-    crowded[1:] |= too_near
-    crowded[:-1] |= too_near
-    return crowded
-
-
-def _crowded_widths(
+def _widths_in_crowd(
     joints: RoundedJoints, alone: FloatArray, crowded: NDArray[np.bool_], kept: Widths
 ) -> Interruptible[tuple[FloatArray, FloatArray]]:
     """Return widths of roundings of which some share their room, and how far they deviate.
@@ -114,88 +215,183 @@ def _crowded_widths(
         Half widths and bounds of the deviation at each joint. Shape (m,) each [m].
     """
     count, total, ways = len(kept.half_widths), len(joints.ways), joints.ways
-    weights = yield from _weights(joints, crowded, kept)
-    found = yield from shared_widths(joints, weights, alone)
-    least = yield from least_widths(ways, kept.half_widths)
-    shared = yield from column_of(
-        total,
-        lambda some: np.maximum(np.where(crowded[some], found[some], alone[some]), least[some]),
-    )
-    shared[:count] = kept.half_widths
-    half_widths = yield from enveloped(ways, shared)
-    for _ in range(MAX_ROUNDS):
-        deviations = yield from deviation_bounds(ways, weights, half_widths)
-        # Of those that stay, a sum in another order may be larger by rounding.
-        excess = yield from _excess(joints, deviations, least)
-        if not (yield from any_of(is_too_far, excess)):
-            break
-        shared = yield from _lowered(shared, half_widths, excess)
-        if count:
-            shared = yield from _reaching_less(ways, shared, half_widths, excess, least)
-        smaller = yield from enveloped(ways, (yield from _at_least(shared, least)))
-        if not (yield from any_of(np.not_equal, smaller, half_widths)):
-            break
-        half_widths = smaller
-    else:
-        # Roundings that do not overlap hold their tolerances in any case.
-        half_widths = yield from _at_least((yield from _apart(ways, half_widths)), least)
-        deviations = yield from deviation_bounds(ways, weights, half_widths)
-    return half_widths, deviations
 
-
-def _excess(
-    joints: RoundedJoints, deviations: FloatArray, least: FloatArray
-) -> Interruptible[FloatArray]:
-    """Return the deviations as part of the tolerances. Shape (m,)."""
-
-    def excess(some: slice) -> FloatArray:
-        # Of those that stay, a sum in another order may be larger by rounding.
-        spare = np.where(least[some] > 0.0, 1.0, 1.0 - 0.5 * SPARE)
-        return np.asarray(deviations[some] / (joints.tolerances[some] * spare))
-
-    return (yield from column_of(len(deviations), excess))
-
-
-def _lowered(
-    widths: FloatArray, half_widths: FloatArray, excess: FloatArray
-) -> Interruptible[FloatArray]:
-    """Return ``widths``, less than ``half_widths`` where the tolerance is exceeded. Shape (m,)."""
-
-    def lowered(some: slice) -> FloatArray:
-        less = half_widths[some] * np.maximum(0.97 / excess[some], 0.5)
-        return np.where(is_too_far(excess[some]), less, widths[some])
-
-    return (yield from column_of(len(widths), lowered))
-
-
-def _at_least(widths: FloatArray, least: FloatArray) -> Interruptible[FloatArray]:
-    """Return the larger of both. Shape (m,)."""
-    larger = column_of(len(widths), lambda some: np.maximum(widths[some], least[some]))
-    return (yield from larger)
-
-
-def _apart(ways: FloatArray, widths: FloatArray) -> Interruptible[FloatArray]:
-    """Return the ``widths``, made so small that the roundings do not overlap. Shape (m,)."""
-
-    def apart(some: slice) -> FloatArray:
-        return np.asarray(np.minimum(widths[some], _halves(np.diff(ways[some]))))
-
-    return (yield from column_of(len(ways), apart, margin=1))
-
-
-def _weights(
-    joints: RoundedJoints, crowded: NDArray[np.bool_], kept: Widths
-) -> Interruptible[Weights]:
-    """Return how much each rounding counts."""
-
-    def weights(some: slice) -> tuple[FloatArray, FloatArray]:
+    def counting(some: slice) -> tuple[FloatArray, FloatArray]:
         turns = np.where(crowded[some], joints.turns[some], joints.distances[some])
         # What swings out the others do not overlap.
         first = kept.part(some)
         turns[: len(first.tapers)] *= (1.0 - LOWER * first.tapers) / (1.0 + first.swings)
         return turns, np.where(crowded[some], CONVEX_BEND, LARGEST_BEND) * joints.bends[some]
 
-    return Weights(*(yield from columns_of(len(crowded), weights, spare_zeros=True)))
+    weights = Weights(*(yield from columns_of(total, counting, spare_zeros=True)))
+    shared = yield from _shared_widths(joints, weights, alone)
+    least = yield from least_widths(ways, kept.half_widths)
+
+    def wanted(some: slice) -> FloatArray:
+        found = np.maximum(np.where(crowded[some], shared[some], alone[some]), least[some])
+        stay = kept.half_widths[some]
+        found[: len(stay)] = stay
+        return found
+
+    def excess_on(some: slice) -> FloatArray:
+        # Of those that stay, a sum in another order may be larger by rounding.
+        spare = np.where(least[some] > 0.0, 1.0, 1.0 - 0.5 * SPARE)
+        return np.asarray(deviations[some] / (joints.tolerances[some] * spare))
+
+    def lowered(some: slice) -> FloatArray:
+        less = half_widths[some] * np.maximum(0.97 / excess[some], 0.5)
+        return np.where(is_too_far(excess[some]), less, widths[some])
+
+    def apart_on(some: slice) -> FloatArray:
+        return np.asarray(np.minimum(half_widths[some], halves_between(ways[some])))
+
+    widths = yield from column_of(total, wanted)
+    half_widths = yield from enveloped(ways, widths)
+    for _ in range(MAX_ROUNDS):
+        deviations = yield from deviation_bounds(ways, weights, half_widths)
+        excess = yield from column_of(total, excess_on)
+        if not (yield from any_of(is_too_far, excess)):
+            break
+        widths = yield from column_of(total, lowered)
+        if count:
+            widths = yield from _reaching_less(ways, widths, half_widths, excess, least)
+        smaller = yield from enveloped(ways, (yield from _at_least(widths, least)))
+        if not (yield from any_of(np.not_equal, smaller, half_widths)):
+            break
+        half_widths = smaller
+    else:
+        # Roundings that do not overlap hold their tolerances in any case.
+        apart = yield from column_of(total, apart_on, margin=1)
+        half_widths = yield from _at_least(apart, least)
+        deviations = yield from deviation_bounds(ways, weights, half_widths)
+    return half_widths, deviations
+
+
+def _shared_widths(
+    joints: RoundedJoints, weights: Weights, alone: FloatArray
+) -> Interruptible[FloatArray]:
+    """Return the width with which all roundings around a joint together keep its tolerance."""
+    total = len(joints.ways)
+
+    def own_terms(some: slice) -> tuple[FloatArray, FloatArray]:
+        return weights.turns[some] * widths[some] ** 3, weights.bends[some] * widths[some]
+
+    def add(reaches: FloatArray, of: slice, over: slice) -> None:
+        cubic[of] += reaches * reaches * reaches * weights.turns[over]
+        if bent:
+            linear[of] += reaches * weights.bends[over]
+
+    def excess_on(some: slice) -> FloatArray:
+        return excess_in_crowd(joints.part(some), widths[some], cubic[some], linear[some])
+
+    def lowered(some: slice) -> FloatArray:
+        less = widths[some] / np.sqrt(np.maximum(excess[some], 1.0))
+        return np.where(is_too_far(excess[some]), less, widths[some])
+
+    widths = yield from _widths_at_most(joints, weights, alone)
+    bent = yield from any_of(np.asarray, weights.bends)
+    for _ in range(FIRST_ROUNDS):
+        cubic, linear = yield from columns_of(total, own_terms)
+        yield from _over_neighbours(joints.ways, widths, add)
+        excess = yield from column_of(total, excess_on)
+        if not (yield from any_of(is_too_far, excess)):
+            break
+        widths = yield from column_of(total, lowered)
+    return widths
+
+
+def _widths_at_most(
+    joints: RoundedJoints, weights: Weights, alone: FloatArray
+) -> Interruptible[FloatArray]:
+    """Return widths that reach over no more than so many joints, except about large corners."""
+    ways, total = joints.ways, len(joints.ways)
+    if total <= NEIGHBOURS:
+        return (
+            yield from column_of(
+                total, lambda some: widths_in_crowd(joints.part(some), alone[some])
+            )
+        )
+    turns = yield from concatenated((np.zeros(1), weights.turns))
+    turns = yield from accumulated(np.add, turns)
+
+    def rough(some: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
+        most = widths_in_crowd(joints.part(some), alone[some])
+        widths = widths_by_turns(joints, turns, most, some)
+        large = np.where(joints.turns[some] > LARGE_TURN, widths, 0.0)
+        return widths, large + ways[some], large - ways[some]
+
+    widths, after, before = yield from columns_of(total, rough, rows=SEARCHED_ROWS)
+    after = yield from accumulated(np.maximum, after)
+    before = (yield from accumulated(np.maximum, before[::-1]))[::-1]
+
+    def at_most(some: slice) -> FloatArray:
+        around = np.maximum(after[some] - ways[some], before[some] + ways[some])
+        most = np.maximum(reaches_over(ways, NEIGHBOURS, some), around)
+        return np.asarray(np.minimum(widths[some], most))
+
+    return (yield from column_of(total, at_most))
+
+
+def deviation_bounds(
+    ways: FloatArray, weights: Weights, half_widths: FloatArray
+) -> Interruptible[FloatArray]:
+    """Return the bound of the deviation at each joint; interruptibly.
+
+    Args:
+        ways: of the joints. Shape (m,) [m].
+        weights: of their roundings.
+        half_widths: of their roundings, which differ by no more than the ways. Shape (m,) [m].
+
+    Returns:
+        Shape (m,) [m].
+    """
+
+    def factors(some: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
+        widths, turns = half_widths[some], weights.turns[some]
+        linear = weights.bends[some] * widths
+        return turns / (6.0 * widths * widths), linear, widths * (turns / 6.0 + linear)
+
+    def add(reaches: FloatArray, of: slice, over: slice) -> None:
+        bounds[over] += reaches * reaches * reaches * cubic[of]
+        if bent:
+            bounds[over] += reaches * linear[of]
+
+    cubic, linear, bounds = yield from columns_of(len(ways), factors, spare_zeros=True)
+    bent = yield from any_of(np.asarray, linear)
+    yield from _over_neighbours(ways, half_widths, add)
+    return bounds
+
+
+def _over_neighbours(
+    ways: FloatArray, half_widths: FloatArray, add: Callable[[FloatArray, slice, slice], None]
+) -> Interruptible[None]:
+    """Call ``add`` for all pairs of joints of which the rounding of one reaches over the other.
+
+    Args:
+        ways: of the joints. Shape (m,) [m].
+        half_widths: of their roundings. Shape (m,) [m].
+        add: takes how far roundings reach beyond other joints, 0 if they do not, shape (n,) [m],
+            which joints these roundings are of, and which joints they reach over.
+    """
+    for offset in range(1, len(ways)):
+        some_reach = False
+        for forwards in (True, False):
+            for first in range(0, len(ways) - offset, ROWS):
+                last = min(first + ROWS, len(ways) - offset)
+                pair = slice(first, last), slice(first + offset, last + offset)
+                of, over = pair if forwards else pair[::-1]
+                reaches = np.maximum(half_widths[of] - (ways[pair[1]] - ways[pair[0]]), 0.0)
+                if reaches.any():
+                    some_reach = True
+                    add(reaches, of, over)
+                yield
+        if not some_reach:
+            break
+
+
+def _at_least(widths: FloatArray, least: FloatArray) -> Interruptible[FloatArray]:
+    """Return the larger of both. Shape (m,)."""
+    return column_of(len(widths), lambda some: np.maximum(widths[some], least[some]))
 
 
 def _reaching_less(
@@ -234,14 +430,17 @@ def least_widths(ways: FloatArray, kept: FloatArray) -> Interruptible[FloatArray
     Returns:
         Shape (m,) [m].
     """
-    count = len(kept)
-    if not count:
+    if not len(kept):
         return np.zeros(len(ways))
-    ends = yield from column_of(count, lambda some: ways[:count][some] + kept[some])
+    ends = yield from column_of(len(kept), lambda some: ways[: len(kept)][some] + kept[some])
     end = ends.max()
-    least = yield from column_of(len(ways), lambda some: np.maximum(end - ways[some], 0.0))
-    least[:count] = kept
-    return least
+
+    def least(some: slice) -> FloatArray:
+        found, stay = np.maximum(end - ways[some], 0.0), kept[some]
+        found[: len(stay)] = stay
+        return np.asarray(found)
+
+    return (yield from column_of(len(ways), least))
 
 
 def enveloped(ways: FloatArray, widths: FloatArray) -> Interruptible[FloatArray]:
@@ -262,28 +461,212 @@ def enveloped(ways: FloatArray, widths: FloatArray) -> Interruptible[FloatArray]
     return (yield from column_of(len(ways), least_of))
 
 
-def _halves(gaps: FloatArray) -> FloatArray:
-    """Return half the way to the nearer neighbour. Shape (m,) [m]."""
-    open_end = (np.inf,)
-    both = np.minimum(np.concatenate((open_end, gaps)), np.concatenate((gaps, open_end)))
-    return np.asarray(0.5 * both)
+def widths_kept(joints: RoundedJoints, widths: Widths, place: float) -> Interruptible[Widths]:
+    """Return the widths of the first joints: those whose roundings begin before a ``place`` [m]."""
+    begun = yield from column_of(
+        len(joints.ways), lambda some: joints.ways[some] - widths.part(some).reaches < place
+    )
+    indices = yield from indices_of(begun)
+    return widths.part(slice(int(indices[-1]) + 1 if len(indices) else 0))
 
 
-def _grown(joints: RoundedJoints, alone: FloatArray, widths: Widths) -> Widths:
-    """Return the widths, larger where the roundings do not overlap and so are known better."""
-    gaps, half_widths = np.diff(joints.ways), widths.half_widths
-    apart = np.ones(len(gaps) + 2, dtype=bool)
-    apart[1:-1] = np.maximum(half_widths[1:], half_widths[:-1]) <= 0.5 * gaps
-    free = apart[1:] & apart[:-1]
-    grown = np.where(free, np.maximum(half_widths, np.minimum(alone, _halves(gaps))), half_widths)
-    deviations = np.where(free, deviation_alone(joints, grown), widths.deviations)
-    return Widths.of_hats(grown, deviations, widths.single | free)
+def widths_behind(joints: RoundedJoints, kept: Widths, place: float) -> Interruptible[Widths]:
+    """Return the widths of all roundings, of which the first ones are kept.
+
+    All others begin at the ``place`` [m] or behind it. A rounding that was known better, as no
+    other overlapped it, they overlap at its outer half at most: there its deviation is convex. One
+    that swings out they do not overlap. What swings out itself may overlap both, as in any path
+    (``swinging``).
+    """
+    ways = joints.ways[: len(kept.half_widths)]
+    begin, first = place, 0
+    for some in blocks(len(ways)):
+        part = kept.part(some)
+        middles = ways[some] + np.maximum(0.5 * part.half_widths, part.swing_widths)
+        begin = max(begin, float(middles[part.single].max(initial=place)))
+        # What has ended before does not matter.
+        first += int(np.count_nonzero(ways[some] + part.reaches <= place))
+        yield
+    near = joints.part(slice(first, None))
+
+    def rooms_behind(some: slice) -> tuple[FloatArray, FloatArray]:
+        rooms, at = near.rooms_before[some], near.ways[some]
+        hats, swings = (np.minimum(rooms, np.maximum(at - end, 0.0)) for end in (begin, place))
+        return hats, swings
+
+    rooms, swing_rooms = yield from columns_of(len(near.ways), rooms_behind)
+    widths = yield from widths_of(
+        replace(near, rooms_before=rooms), kept.part(slice(first, None)), swing_rooms
+    )
+
+    def all_of(some: slice) -> Widths:
+        behind = slice(max(some.start - first, 0), max(some.stop - first, 0))
+        return kept.part(slice(first)).part(some).followed_by(widths.part(behind))
+
+    return Widths(*(yield from columns_of(len(joints.ways), all_of, spare_zeros=True)))
 
 
-def _with_kept(widths: Widths, kept: Widths) -> Widths:
-    """Return the widths, those that are kept as they are."""
-    count = len(kept.half_widths)
-    # The others do not reach to the middle of those that are single.
-    found = np.maximum(kept.deviations, widths.deviations[:count])
-    deviations = np.where(kept.single, kept.deviations, found)
-    return kept._replace(deviations=deviations).followed_by(widths.part(slice(count, None)))
+def corrections_of(
+    ways: FloatArray, joints: RoundedJoints, widths: Widths
+) -> Interruptible[tuple[FloatArray, FloatArray]]:
+    """Return what the roundings add to a path, as polynomials; interruptibly.
+
+    Args:
+        ways: of all joints, rounded or not. Shape (n + 1,) [m].
+        joints: that are rounded.
+        widths: of the roundings; of two, the one that begins first also ends first.
+
+    Returns:
+        The breaks, shape (k + 1,) [m]; and from each to the next the coefficients of ascending
+        powers of the way from the break: four, or five if the curvature jumps at a joint or a
+        rounding tapers off. Shape (k, 4 or 5, 3).
+    """
+    layers = yield from _layers(joints, widths)
+    all_breaks = yield from _breaks(ways, layers)
+    # The first layer has terms of the highest degree, so that the table is wide enough for all.
+    table: FloatArray | None = None
+    for layer, breaks in zip(layers, all_breaks):
+        table = yield from _with_layer(table, layer, breaks)
+    return all_breaks[0].ways, np.asarray(table)
+
+
+def _with_layer(
+    table: FloatArray | None, layer: Layer, breaks: Breaks
+) -> Interruptible[FloatArray]:
+    """Return the ``table`` of coefficients with those of a layer added; the first makes it."""
+    count, terms = len(breaks.ways) - 1, 0
+    over = yield from columns_of(count, lambda some: roundings_over(breaks, some))
+    sums = RoundingSums(breaks, layer, *over)
+    for some in blocks(count):
+        terms += int(sums.counts(some).sum())
+        yield
+    carries_on = terms > max(FEW_TERMS, FEW_EACH * count)
+    made = np.empty((count, sums.size, 3)) if table is None else table
+    for begin in range(0, count, SPANS):
+        some = slice(begin, min(begin + SPANS, count))
+        added = yield from _corrections_on(sums, some, carries_on)
+        if table is None:
+            made[some] = added
+        else:
+            made[some, : sums.size] += added
+        yield
+    return made
+
+
+def _layers(joints: RoundedJoints, widths: Widths) -> Interruptible[list[Layer]]:
+    """Return the layers of all roundings, those with terms of the fourth degree first."""
+    total, tapers, half_widths = len(joints.ways), widths.tapers, widths.half_widths
+    tapering = yield from indices_of(tapers)
+    swinging = yield from indices_of(widths.swings)
+    bent = yield from any_of(np.asarray, joints.bends)
+    thirds = yield from column_of(total, lambda some: 1.0 - tapers[some])
+    fourths = None
+    if len(tapering):
+        fourths = yield from column_of(total, lambda some: PARTS[0][0] * tapers[some])
+    jumps = joints.tangent_jumps, joints.curvature_jumps if bent else None
+    layers = [Layer(joints.ways, *jumps, half_widths, thirds, fourths)]
+    if len(tapering):
+        ways = yield from picked(joints.ways, tapering)
+        changes = yield from picked(joints.tangent_jumps, tapering)
+        columns = yield from columns_of(
+            len(tapering),
+            lambda some: inner_parts(half_widths[tapering[some]], tapers[tapering[some]]),
+        )
+        nothing = np.zeros(len(tapering))
+        for narrower, heights in zip(columns[::2], columns[1::2]):
+            layers.append(Layer(ways, changes, None, narrower, nothing, heights))
+    if len(swinging):
+        ways = yield from picked(joints.ways, swinging)
+        changes = yield from picked(joints.tangent_jumps, swinging)
+        given = half_widths, widths.swings, widths.swing_widths
+        columns = yield from columns_of(
+            len(swinging), lambda some: swing_parts(*(each[swinging[some]] for each in given))
+        )
+        for wide, heights in zip(columns[::2], columns[1::2]):
+            layers.append(Layer(ways, changes, None, wide, heights, None))
+    return layers
+
+
+def _breaks(ways: FloatArray, layers: Sequence[Layer]) -> Interruptible[list[Breaks]]:
+    """Return the joints of a path and the ends of its roundings, each place once.
+
+    Args:
+        ways: of all joints, rounded or not. Shape (n + 1,) [m].
+        layers: of roundings.
+
+    Returns:
+        One for each layer, all with the same ``ways``.
+    """
+    middles = yield from concatenated([layer.ways for layer in layers])
+    half_widths = yield from concatenated([layer.half_widths for layer in layers])
+    begins, ends = yield from columns_of(
+        len(middles),
+        lambda some: (
+            np.clip(middles[some] - half_widths[some], ways[0], ways[-1]),
+            np.clip(middles[some] + half_widths[some], ways[0], ways[-1]),
+        ),
+    )
+    ends = yield from concatenated((ways, begins, ends))
+    order = yield from sorting(ends, ways[:: ROWS // 3])
+    ascending = yield from picked(ends, order)
+    fresh = np.ones(len(ends), dtype=bool)
+    group = np.empty(len(ends), dtype=np.intp)
+    total = -1
+    for first in range(0, len(ends), ROWS):
+        yield
+        some = slice(first, first + ROWS)
+        begin = max(first, 1)
+        steps = np.diff(ascending[begin - 1 : first + ROWS])
+        fresh[begin : first + ROWS] = steps > SAME_BREAK * ways[-1]
+        numbers = np.cumsum(fresh[some]) + total
+        group[order[some]] = numbers
+        total = int(numbers[-1])
+    yield
+    places = yield from picked(ascending, (yield from indices_of(fresh)))
+    # Where an end of a rounding lies on a joint but for rounding, it is the joint that counts.
+    count, rounded = len(ways), len(half_widths)
+    for some in blocks(count):
+        places[group[some]] = ways[some]
+        yield
+    columns = (
+        group[count : count + rounded],
+        (yield from column_of(rounded, lambda some: group[np.searchsorted(ways, middles[some])])),
+        group[count + rounded :],
+    )
+    last = np.cumsum([len(layer.half_widths) for layer in layers])
+    return [
+        Breaks(places, *(column[end - len(layer.half_widths) : end] for column in columns))
+        for layer, end in zip(layers, last)
+    ]
+
+
+def _corrections_on(sums: RoundingSums, some: slice, carries_on: bool) -> Interruptible[FloatArray]:
+    """Return the coefficients on some spans in succession. Shape (n, size, 3)."""
+    counts = sums.counts(some)
+    formed = counts > 0
+    if carries_on:
+        firsts = yield from _formed(sums, np.arange(some.start, some.stop, BLOCK))
+        table, is_lossy = carried_on(sums, some, firsts)
+        yield
+        table[~formed] = 0.0
+        formed &= is_lossy
+    else:
+        table = np.zeros((len(counts), sums.size, 3))
+    places = np.flatnonzero(formed)
+    if len(places):
+        table[places] = yield from _formed(sums, some.start + places)
+    return table
+
+
+def _formed(sums: RoundingSums, spans: Indices) -> Interruptible[FloatArray]:
+    """Return the coefficients on ``spans``, each from the sum over all roundings."""
+    table = np.zeros((len(spans), sums.size, 3))
+    counts = sums.counts(spans)
+    covered = np.flatnonzero(counts)
+    part = np.cumsum(counts[covered]) // TERMS
+    for number in range(int(part[-1]) + 1 if len(part) else 0):
+        these = covered[slice(*np.searchsorted(part, (number, number + 1)))]
+        if len(these):
+            table[these] = sums.at(spans[these])
+            yield
+    return table

@@ -19,10 +19,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tri_glide_kinematics.motion.path.corners.deviations import SPARE
 from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints
 from tri_glide_kinematics.motion.path.corners.tapering import WIDEST
-from tri_glide_kinematics.motion.path.corners.widths import Widths
+from tri_glide_kinematics.motion.path.corners.widths import SPARE, Widths
 from tri_glide_kinematics.vectors import FloatArray
 
 # Half width of the narrow part of G, as part of the wide one.
@@ -48,6 +47,21 @@ def swing_of(ratios: FloatArray) -> FloatArray:
     """Return a for the ``ratios`` of w to h; at most 0 where there is no room for any."""
     fitting = GROWING * (ratios / (2.0 * REACH * WIDEST) - 1.0)
     return np.asarray(np.minimum(fitting, LEAST + FALLING / (ratios * ratios)))
+
+
+def swing_parts(
+    half_widths: FloatArray, swings: FloatArray, swing_widths: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return half width and part of both Q of which - a h G is made. Shape (m,) each.
+
+    Args:
+        half_widths: of the parts that do not swing out. Shape (m,) [m].
+        swings: a. Shape (m,).
+        swing_widths: w. Shape (m,) [m].
+    """
+    heights = half_widths / (WIDEST * (1.0 + swings))
+    parts = 6.0 * swings * heights / ((1.0 - NARROWER) * swing_widths)
+    return swing_widths, -parts, NARROWER * swing_widths, parts
 
 
 def swung(joints: RoundedJoints, widths: Widths, count: int, rooms_before: FloatArray) -> Widths:

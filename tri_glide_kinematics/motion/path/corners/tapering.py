@@ -18,9 +18,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tri_glide_kinematics.motion.path.corners.deviations import SPARE
 from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints
-from tri_glide_kinematics.motion.path.corners.widths import Widths
+from tri_glide_kinematics.motion.path.corners.widths import SPARE, Widths
 from tri_glide_kinematics.vectors import FloatArray
 
 # How much each part counts, and its half width by that of the widest, which is the first.
@@ -36,6 +35,17 @@ LOWER = 1.0 - 6.0 / WIDEST
 def heights_of(half_widths: FloatArray, tapers: FloatArray) -> FloatArray:
     """Return B of roundings at their joints. Shape (m,) [m]."""
     return half_widths * (1.0 - LOWER * tapers) / 6.0
+
+
+def inner_parts(half_widths: FloatArray, tapers: FloatArray) -> list[FloatArray]:
+    """Return half width and part of each Q inside the widest one, one after the other.
+
+    Args:
+        half_widths: of roundings. Shape (m,) [m].
+        tapers: how much of each tapers off. Shape (m,).
+    """
+    _, *inner = PARTS
+    return [column for part, width in inner for column in (width * half_widths, part * tapers)]
 
 
 def tapered(joints: RoundedJoints, widths: Widths, count: int) -> Widths:

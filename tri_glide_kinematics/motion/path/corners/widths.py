@@ -1,4 +1,17 @@
-"""What is chosen for each rounding."""
+r"""How wide roundings are, so that the path keeps its tolerances: the formulas, for some joints.
+
+The rounding of a joint i, of half width $w_i$, adds to the path as programmed
+
+$$\Delta t_i B(s - s_i; w_i) + \Delta k_i E(s - s_i; w_i),\quad
+B(x; w) = \frac{w}{6} (1 - |x|/w)^3,\quad E(x; w) = \frac{x (w - |x|)^3}{12 w^2}$$
+
+for $|x| < w$, with the jumps of the unit tangent and of the curvature vector. As
+$|E| \le \frac{w^2}{81} (1 - |x|/w)$, the sum of both bounds over all joints is convex between two
+joints and so is largest at one: if it is at most the tolerance at each joint, the path nowhere
+leaves the larger tolerance of the joints beside it. Where a rounding overlaps no other, it is
+known better: its distance from two lines is B times the sine of the angle, and
+$|E| \le \frac{27}{3072} w^2$.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +20,30 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints
 from tri_glide_kinematics.vectors import FloatArray
+
+# Largest value of |E|, and factor of its convex bound, as parts of the square of w.
+LARGEST_BEND = 27.0 / 3072.0
+CONVEX_BEND = 1.0 / 81.0
+
+# All tolerances hold by this part more, so that rounding decides nothing.
+SPARE = 1e-9
+
+# A rounding of a jump of curvature turns the path by at most a part of this.
+WIDEST_BEND = 1.5
+
+# Roundings that share their room use this part of the tolerance first, as neighbours add theirs.
+SHARE = 0.9
+
+# So many joints to each side a rounding reaches over at most, unless the corner is a large one.
+NEIGHBOURS = 32
+
+# No rounding reaches over more joints that share their room.
+FARTHEST_NEIGHBOUR = 250
+
+# A corner is large if the tangent changes by more.
+LARGE_TURN = 0.2
 
 
 class Widths(NamedTuple):
@@ -54,3 +90,146 @@ class Widths(NamedTuple):
 
 
 NONE_KEPT = Widths.of_hats(np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool))
+
+
+class Weights(NamedTuple):
+    """How much the rounding of each joint counts: bound is turns B + bends w^2 (1 - |x|/w).
+
+    Attributes:
+        turns: Shape (m,).
+        bends: Shape (m,) [1/m].
+    """
+
+    turns: FloatArray
+    bends: FloatArray
+
+
+def width_that_fits(joints: RoundedJoints, turns: FloatArray, bend: float) -> FloatArray:
+    """Return the widths with which roundings that do not overlap just keep the tolerances."""
+    tolerances = (1.0 - SPARE) * joints.tolerances
+    of_corner = 6.0 * tolerances / turns
+    # The corner is the farthest place if the curvature jumps by little.
+    little = joints.bends * of_corner <= 6.0 * turns
+    half, bends = turns / 12.0, bend * joints.bends
+    root = np.sqrt(half * half + bends * tolerances)
+    return np.where(little, of_corner, tolerances / (half + root))
+
+
+def widths_alone(joints: RoundedJoints) -> FloatArray:
+    """Return the widths of roundings that overlap no others. Shape (m,) [m]."""
+    with np.errstate(divide="ignore", over="ignore"):
+        most = np.minimum(joints.rooms, WIDEST_BEND / joints.bends)
+        return np.minimum(width_that_fits(joints, joints.distances, LARGEST_BEND), most)
+
+
+def deviations_alone(joints: RoundedJoints, widths: FloatArray) -> FloatArray:
+    """Return the largest distance from the path as programmed of roundings that stand alone."""
+    of_corner = joints.distances * widths / 6.0
+    of_bend = LARGEST_BEND * joints.bends * widths * widths
+    little = joints.bends * widths <= 6.0 * joints.distances
+    return np.where(little, of_corner, of_corner + of_bend)
+
+
+def are_crowded(ways: FloatArray, widths: FloatArray) -> NDArray[np.bool_]:
+    """Return which roundings of these ``widths`` overlap others. Shape (m,)."""
+    crowded = np.zeros(len(ways), dtype=bool)
+    too_near = widths[1:] + widths[:-1] > np.diff(ways)
+    crowded[1:] |= too_near
+    crowded[:-1] |= too_near
+    return crowded
+
+
+def widths_in_crowd(joints: RoundedJoints, alone: FloatArray) -> FloatArray:
+    """Return the widths at most of roundings that overlap others. Shape (m,) [m]."""
+    with np.errstate(divide="ignore"):
+        return np.minimum(alone, width_that_fits(joints, joints.turns, CONVEX_BEND))
+
+
+def widths_by_turns(
+    joints: RoundedJoints, turns: FloatArray, widths: FloatArray, some: slice
+) -> FloatArray:
+    """Return about the width at which many small corners around a joint use its tolerance.
+
+    Corners within a third of a width w count for 8/27 w/6 of their turn at least.
+
+    Args:
+        joints: all that are rounded.
+        turns: sum of how much the joints before each, and before the end, count. Shape (m + 1,).
+        widths: at most, of ``some`` roundings. Shape (n,) [m].
+        some: of the joints.
+    """
+    ways = joints.ways[some]
+    # What is far away must not matter.
+    widths = np.minimum(widths, reaches_over(joints.ways, FARTHEST_NEIGHBOUR, some))
+    for _ in range(3):
+        near = turns[np.searchsorted(joints.ways, ways + widths / 3.0)]
+        near -= turns[np.searchsorted(joints.ways, ways - widths / 3.0)]
+        fitting = (20.25 / np.maximum(near, SPARE)) * joints.tolerances[some]
+        widths = np.minimum(widths, np.sqrt(widths * fitting))
+    return widths
+
+
+def reaches_over(ways: FloatArray, count: int, some: slice) -> FloatArray:
+    """Return widths that reach over ``count`` joints to one side, and no more to the other.
+
+    Args:
+        ways: of all joints. Shape (m,) [m].
+        count: of joints.
+        some: of the joints, for which they are returned.
+    """
+    joints, last = np.arange(some.start, some.stop), len(ways) - 1
+    here = ways[some]
+    before = here - ways[np.maximum(joints - count, 0)]
+    before[joints < count] = np.inf
+    after = ways[np.minimum(joints + count, last)] - here
+    after[joints + count > last] = np.inf
+    return np.asarray(np.minimum(before, after))
+
+
+def excess_in_crowd(
+    joints: RoundedJoints, widths: FloatArray, cubic: FloatArray, linear: FloatArray
+) -> FloatArray:
+    """Return what all roundings add at joints, as part of what is allowed first. Shape (m,).
+
+    Args:
+        joints: that are rounded.
+        widths: of their roundings. Shape (m,) [m].
+        cubic: sum over all joints that a rounding reaches over, of what each counts and of the cube
+            of how far it is reached beyond. Shape (m,) [m^3].
+        linear: the same for jumps of curvature, and of how far it is reached beyond. Shape (m,).
+    """
+    added = cubic / (6.0 * widths * widths) + linear * widths
+    return np.asarray(added / (SHARE * joints.tolerances))
+
+
+def is_too_far(excess: FloatArray) -> NDArray[np.bool_]:
+    """Return where deviations are larger than the tolerance, as parts of which they are given."""
+    return np.asarray(excess > 1.0)
+
+
+def halves_between(ways: FloatArray) -> FloatArray:
+    """Return half the way to the nearer neighbour. Shape (m,) [m]."""
+    open_end, gaps = (np.inf,), np.diff(ways)
+    both = np.minimum(np.concatenate((open_end, gaps)), np.concatenate((gaps, open_end)))
+    return np.asarray(0.5 * both)
+
+
+def grown(joints: RoundedJoints, alone: FloatArray, widths: Widths) -> Widths:
+    """Return the widths, larger where the roundings do not overlap and so are known better."""
+    gaps, half_widths = np.diff(joints.ways), widths.half_widths
+    apart = np.ones(len(gaps) + 2, dtype=bool)
+    apart[1:-1] = np.maximum(half_widths[1:], half_widths[:-1]) <= 0.5 * gaps
+    free = apart[1:] & apart[:-1]
+    wider = np.maximum(half_widths, np.minimum(alone, halves_between(joints.ways)))
+    found = np.where(free, wider, half_widths)
+    deviations = np.where(free, deviations_alone(joints, found), widths.deviations)
+    return Widths.of_hats(found, deviations, widths.single | free)
+
+
+def with_kept(widths: Widths, kept: Widths) -> Widths:
+    """Return the widths, those that are kept as they are."""
+    count = len(kept.half_widths)
+    # The others do not reach to the middle of those that are single.
+    found = np.maximum(kept.deviations, widths.deviations[:count])
+    deviations = np.where(kept.single, kept.deviations, found)
+    return kept._replace(deviations=deviations).followed_by(widths.part(slice(count, None)))
