@@ -10,6 +10,9 @@ import numpy as np
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
 from tri_glide_kinematics.vectors import FloatArray
 
+# Two paths are driven alike as long as they differ by no more than this [m].
+DRIVEN_ALIKE = 1e-12
+
 
 class Piece(NamedTuple):
     """A line or an arc as it was asked for; a line has no ``centre``."""
@@ -106,3 +109,26 @@ def sides_of_breaks(driven: DrivenPath) -> tuple[FloatArray, FloatArray, float]:
     left = driven.derivatives_on(after - 1, inner, 2)
     right = driven.derivatives_on(after, inner, 2)
     return left, right, 1.0 + float(np.abs(right[2]).max(initial=0.0))
+
+
+def agree_until(one: DrivenPath, other: DrivenPath) -> float:
+    """Return the programmed way up to which two paths are driven alike [m].
+
+    With segments added, a path is driven otherwise near its former end, where it stopped.
+    """
+    count = min(len(one.table), len(other.table))
+    columns = min(one.table.shape[1], other.table.shape[1])
+    steps = np.diff(one.breaks[: count + 1])[:, np.newaxis]
+    apart = np.abs(one.table[:count, :columns] - other.table[:count, :columns]).max(axis=2)
+    apart *= steps ** np.arange(columns)
+    for path in (one, other):
+        beyond = np.abs(path.table[:count, columns:]).max(axis=(1, 2), initial=0.0)
+        apart[:, 0] += beyond * steps[:, 0] ** columns
+    differs = (apart.max(axis=1) > DRIVEN_ALIKE) | (one.segment[:count] != other.segment[:count])
+    ends, other_ends = one.breaks[1 : count + 1], other.breaks[1 : count + 1]
+    parted = differs | (np.abs(ends - other_ends) > DRIVEN_ALIKE)
+    first = int(np.flatnonzero(np.append(parted, True))[0])
+    # One of two equal spans may be longer.
+    if first < count and not differs[first]:
+        return float(min(ends[first], other_ends[first]))
+    return float(one.breaks[first])

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Generator, Iterator, Sequence
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ ROWS = 10_000
 # So many rows of arrays are worked on between two breaks: some 20 operations take 0.2 ms.
 WORKED_ROWS = 4_000
 
+Owner = TypeVar("Owner")
 Result = TypeVar("Result")
 
 Interruptible = Generator[None, None, Result]
@@ -33,6 +34,42 @@ def at_once(computation: Interruptible[Result]) -> Result:
         except StopIteration as end:
             result: Result = end.value
             return result
+
+
+class Kept(Generic[Owner, Result]):
+    """Attribute that is worked out once, and then kept.
+
+    Whoever asks for it has it worked out at once; ``in_pieces`` works it out interruptibly. It
+    decorates the method that returns the computation.
+    """
+
+    def __init__(self, computation: Callable[[Owner], Interruptible[Result]]) -> None:
+        """Take what works it out."""
+        self._computation = computation
+        self._name = computation.__name__
+        self.__doc__ = computation.__doc__
+
+    @overload
+    def __get__(self, owner: None, kind: type[Owner]) -> Kept[Owner, Result]: ...
+
+    @overload
+    def __get__(self, owner: Owner, kind: type[Owner]) -> Result: ...
+
+    def __get__(self, owner: Owner | None, kind: type[Owner]) -> Kept[Owner, Result] | Result:
+        """Return what is kept; only called as long as nothing is."""
+        return self if owner is None else at_once(self.in_pieces(owner))
+
+    def is_kept(self, owner: Owner) -> bool:
+        """Return whether it has been worked out for ``owner``."""
+        return self._name in vars(owner)
+
+    def in_pieces(self, owner: Owner) -> Interruptible[Result]:
+        """Return it, worked out interruptibly if it has not been yet."""
+        kept = vars(owner)
+        if self._name not in kept:
+            kept[self._name] = yield from self._computation(owner)
+        result: Result = kept[self._name]
+        return result
 
 
 def blocks(count: int, rows: int | None = None) -> Iterator[slice]:

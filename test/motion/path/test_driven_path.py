@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from testing.path_samples import distances, random_path, sides_of_breaks
+from testing.path_samples import agree_until, distances, random_path, sides_of_breaks
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
 from tri_glide_kinematics.motion.path.corners import FARTHEST, REACH
 
@@ -234,7 +234,7 @@ def test_pieces_of_the_computation_give_the_same_path():
     computation = PlatformPath.start((9, 9, 9)).line_to((0, 0, 0)).driven_in_pieces()
     steps = sum(1 for _ in computation)
     assert steps > 3
-    computation = DrivenPath.in_pieces(path.segments)
+    computation = DrivenPath.of(path.segments)
     with pytest.raises(StopIteration) as end:
         while True:
             next(computation)
@@ -257,13 +257,13 @@ def test_a_longer_path_is_driven_the_same_far_from_where_it_was_extended():
     for number, (path, _) in enumerate(PATHS[:40]):
         other = PlatformPath.start(path.end).line_to(np.array(path.end) + 0.02)
         longer = path.then(other).driven
-        until = path.driven.agrees_until(longer)
+        until = agree_until(path.driven, longer)
         ways = np.linspace(0.0, until, 300)
         before = path.driven.derivatives(ways, 2)
         after = longer.derivatives(ways, 2)
         assert before[0] == pytest.approx(after[0], abs=1e-11), number
-        assert path.driven.agrees_until(path.driven) == path.driven.breaks[-1]
+        assert agree_until(path.driven, path.driven) == path.driven.breaks[-1]
     square = PlatformPath.through([(0, 0, 0), (0.1, 0, 0), (0.1, 0.1, 0), (0, 0.1, 0)], 1e-3)
     more = square.then(PlatformPath.start(square.end).line_to((0, 0, 0)))
     # The corner where it ended has a rounding now, which reaches over 90 mm.
-    assert square.driven.agrees_until(more.driven) == pytest.approx(0.3 - 0.09)
+    assert agree_until(square.driven, more.driven) == pytest.approx(0.3 - 0.09)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.input_checks import check_count as check_count
     from tri_glide_kinematics.motion.path.number_sets import are_among as are_among
     from tri_glide_kinematics.motion.path.number_sets import distinct as distinct
-    from tri_glide_kinematics.motion.path.pieces import Indices as Indices
+    from tri_glide_kinematics.motion.path.piecewise_path import Indices as Indices
     from tri_glide_kinematics.motion.path.place_check import check_place as check_place
     from tri_glide_kinematics.motion.path.place_check import clearances as clearances
     from tri_glide_kinematics.motion.path.platform_path import PlatformPath as PlatformPath

@@ -1,4 +1,4 @@
-"""The way driven: the integral of the speed over a parameter, piece by piece, and its inverse."""
+"""The way driven: the integral of the speed over a parameter, span by span, and its inverse."""
 
 from __future__ import annotations
 
@@ -8,16 +8,13 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import Interruptible, accumulated, column_of, indices_of
 from tri_glide_kinematics.vectors import FloatArray
 
 Indices = NDArray[np.intp]
 
-# Nodes of the rule for pieces on which the derivative of the curve changes by less than this.
+# Nodes of the rule for spans on which the derivative of the curve changes by less than this.
 NODES = ((0.05, 3), (0.3, 6), (1.0, 12), (np.inf, 32))
-
-# So many pieces are worked on between two breaks of the computation.
-AT_A_TIME = 500
+LIMITS = [change for change, _ in NODES[:-1]]
 
 # Newton's method takes so many steps from the place on a straight line; each doubles the digits.
 STEPS = 5
@@ -38,86 +35,93 @@ class ArcLength:
         kinds: NDArray[np.int8],
         rates: Callable[[Indices, FloatArray], FloatArray],
     ) -> None:
-        """Use ``measured``."""
+        """Take what was found for each span.
+
+        Args:
+            breaks: of the parameter. Shape (k + 1,).
+            totals: sums of the lengths before each break. Shape (k + 1,) [m].
+            kinds: which rule is for each span (``rules_for``). Shape (k,).
+            rates: returns the arc length per parameter, on spans, at parameters. Shape (n,).
+        """
         self.breaks = breaks
         self._kinds = kinds
         self._rates = rates
         self.totals = totals
-
-    @classmethod
-    def measured(
-        cls,
-        breaks: FloatArray,
-        changes: FloatArray,
-        rates: Callable[[Indices, FloatArray], FloatArray],
-    ) -> Interruptible[ArcLength]:
-        """Integrate, interruptibly.
-
-        Args:
-            breaks: of the parameter. Shape (k + 1,).
-            changes: how much the derivative of the curve changes on each piece, at most; 0 where
-                the parameter is the arc length. Shape (k,) [m].
-            rates: returns the arc length per parameter, on pieces, at parameters. Shape (n,).
-        """
-        limits = [change for change, _ in NODES[:-1]]
-        kinds = yield from column_of(
-            len(changes), lambda some: np.searchsorted(limits, changes[some]).astype(np.int8)
-        )
-        # The length of the piece before each break, and of the whole before the first.
-        lengths = yield from column_of(
-            len(breaks), lambda some: np.diff(breaks[some], prepend=breaks[some][:1]), margin=1
-        )
-        made = cls(breaks, lengths, kinds, rates)
-        bent = yield from indices_of(changes)
-        for first in range(0, len(bent), AT_A_TIME):
-            yield
-            some = bent[first : first + AT_A_TIME]
-            lengths[some + 1] = made._integrals(some, breaks[some + 1])
-        made.totals = yield from accumulated(np.add, lengths)
-        return made
 
     @property
     def total(self) -> float:
         """Arc length of the whole [m]."""
         return float(self.totals[-1])
 
-    def at(self, pieces: Indices, parameters: FloatArray) -> FloatArray:
-        """Return the arc lengths at ``parameters`` on ``pieces``. Shape (n,) [m]."""
-        return np.asarray(self.totals[pieces] + self._integrals(pieces, parameters))
+    def at(self, spans: Indices, parameters: FloatArray) -> FloatArray:
+        """Return the arc lengths at ``parameters`` on ``spans``. Shape (n,) [m]."""
+        return np.asarray(self.totals[spans] + self._integrals(spans, parameters))
 
     def inverse(self, lengths: FloatArray) -> FloatArray:
         """Return the parameters at arc lengths, shape (n,) [m]. Shape (n,)."""
         count = len(self.breaks) - 1
-        pieces = np.clip(np.searchsorted(self.totals, lengths, "right") - 1, 0, count - 1)
-        low, high = self.breaks[pieces], self.breaks[pieces + 1]
-        start, end = self.totals[pieces], self.totals[pieces + 1]
+        spans = np.clip(np.searchsorted(self.totals, lengths, "right") - 1, 0, count - 1)
+        low, high = self.breaks[spans], self.breaks[spans + 1]
+        start, end = self.totals[spans], self.totals[spans + 1]
         wanted = np.clip(lengths, 0.0, self.total) - start
         found = low + (high - low) * wanted / (end - start)
         for _ in range(STEPS):
-            excess = self._integrals(pieces, found) - wanted
-            found = np.clip(found - excess / self._rates(pieces, found), low, high)
+            excess = self._integrals(spans, found) - wanted
+            found = np.clip(found - excess / self._rates(spans, found), low, high)
         return np.asarray(found)
 
-    def _integrals(self, pieces: Indices, parameters: FloatArray) -> FloatArray:
-        """Return the arc lengths from the breaks where ``pieces`` begin to ``parameters``."""
-        total = np.empty(len(pieces))
-        kinds = self._kinds[pieces]
-        for kind, (_, nodes) in enumerate(NODES):
-            some = np.flatnonzero(kinds == kind)
-            if len(some):
-                starts = self.breaks[pieces[some]]
-                total[some] = self._by_nodes(pieces[some], starts, parameters[some] - starts, nodes)
-        return total
+    def _integrals(self, spans: Indices, parameters: FloatArray) -> FloatArray:
+        """Return the arc lengths from the breaks where ``spans`` begin to ``parameters``."""
+        starts = self.breaks[spans]
+        return integrals(self._rates, spans, self._kinds[spans], starts, parameters - starts)
 
-    def _by_nodes(
-        self, pieces: Indices, starts: FloatArray, steps: FloatArray, nodes: int
-    ) -> FloatArray:
-        """Integrate by Gauss and Legendre's rule."""
-        places, weights = _rule(nodes)
-        total = np.zeros(len(steps))
-        for place, weight in zip(places, weights):
-            total += weight * self._rates(pieces, starts + place * steps)
-        return np.asarray(total * steps)
+
+def rules_for(changes: FloatArray) -> NDArray[np.int8]:
+    """Return which rule is for each span.
+
+    Args:
+        changes: how much the derivative of the curve changes on each, at most. Shape (n,) [m].
+    """
+    return np.searchsorted(LIMITS, changes).astype(np.int8)
+
+
+def integrals(
+    rates: Callable[[Indices, FloatArray], FloatArray],
+    spans: Indices,
+    kinds: NDArray[np.int8],
+    starts: FloatArray,
+    steps: FloatArray,
+) -> FloatArray:
+    """Return the arc lengths on spans, from some of their places to others.
+
+    Args:
+        rates: returns the arc length per parameter, on spans, at parameters. Shape (n,).
+        spans: indices of them. Shape (n,).
+        kinds: which rule is for each. Shape (n,).
+        starts: parameters from which on. Shape (n,).
+        steps: of the parameter to the end. Shape (n,).
+    """
+    total = np.empty(len(spans))
+    for kind, (_, nodes) in enumerate(NODES):
+        some = np.flatnonzero(kinds == kind)
+        if len(some):
+            total[some] = _by_nodes(rates, spans[some], starts[some], steps[some], nodes)
+    return total
+
+
+def _by_nodes(
+    rates: Callable[[Indices, FloatArray], FloatArray],
+    spans: Indices,
+    starts: FloatArray,
+    steps: FloatArray,
+    nodes: int,
+) -> FloatArray:
+    """Integrate by Gauss and Legendre's rule."""
+    places, weights = _rule(nodes)
+    total = np.zeros(len(steps))
+    for place, weight in zip(places, weights):
+        total += weight * rates(spans, starts + place * steps)
+    return np.asarray(total * steps)
 
 
 @cache

@@ -8,20 +8,23 @@ shorter in roundings, is the integral of |p'| (``arc_length``).
 
 from __future__ import annotations
 
-from functools import cached_property
+from math import dist
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.interruptible import (
     Interruptible,
+    Kept,
+    accumulated,
     any_of,
-    at_once,
     blocks,
     column_of,
     columns_of,
+    concatenated,
+    indices_of,
 )
-from tri_glide_kinematics.motion.path.arc_length import ArcLength
+from tri_glide_kinematics.motion.path.arc_length import ArcLength, integrals, rules_for
 from tri_glide_kinematics.motion.path.corners import (
     LEAST_RATE,
     RoundedJoints,
@@ -34,9 +37,10 @@ from tri_glide_kinematics.motion.path.corners import (
     widths_kept,
     widths_of,
 )
-from tri_glide_kinematics.motion.path.extension import in_succession, stops_kept
-from tri_glide_kinematics.motion.path.pieces import Indices, Pieces, segment_of_pieces
-from tri_glide_kinematics.motion.path.segments import Segments
+from tri_glide_kinematics.motion.path.errors import ApartError
+from tri_glide_kinematics.motion.path.input_checks import check_count
+from tri_glide_kinematics.motion.path.piecewise_path import Indices, PiecewisePath
+from tri_glide_kinematics.motion.path.segments import JOINED_WITHIN, Segments, joined
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text
 
@@ -45,18 +49,19 @@ from tri_glide_kinematics.wording import number_text
 MAX_ROUNDS = 40
 SMALLER = 0.7
 
-# Two paths are driven alike as long as they differ by no more than this [m].
-DRIVEN_ALIKE = 1e-12
-
-# Places in a piece at which it is looked for where they do.
+# Places in a span at which it is looked for where the way driven is too short.
 SAMPLES = 9
 
-# So many pieces are worked on between two breaks of the computation.
-AT_A_TIME = 2000
+# So many spans are worked on together: where they are looked at, and where they are measured.
+SPANS = 222
+MEASURED_SPANS = 500
+
+# Where a path ended there is a stop still, if the place up to which it stays is not so far before.
+LEAST_ROOM = 1e-6
 
 
-class DrivenPath(Pieces):
-    """The path as driven, over the programmed way s; see ``Pieces``.
+class DrivenPath(PiecewisePath):
+    """The path as driven, over the programmed way s; see ``PiecewisePath``.
 
     Attributes:
         stops: ascending ways at which the platform has to stop, both ends included [m].
@@ -65,15 +70,10 @@ class DrivenPath(Pieces):
     """
 
     def __init__(
-        self,
-        pieces: Pieces,
-        stops: FloatArray,
-        rounded: RoundedJoints,
-        widths: Widths,
+        self, spans: PiecewisePath, stops: FloatArray, rounded: RoundedJoints, widths: Widths
     ) -> None:
-        """Use ``of`` or ``in_pieces``."""
-        # What the pieces have is taken over, not worked out again.
-        vars(self).update(vars(pieces))
+        """Use ``of``."""
+        super().__init__(spans.segments, spans.breaks, spans.table, spans.segment)
         self.stops = stops
         self.rounded = rounded
         self.widths = widths
@@ -85,15 +85,9 @@ class DrivenPath(Pieces):
         return f"<DrivenPath, {len(self.segments)} segments, {stops} stops, within {bound} mm>"
 
     @classmethod
-    def of(cls, segments: Segments) -> DrivenPath:
-        """Round the joints of a path, at once."""
-        return at_once(cls.in_pieces(segments))
-
-    @classmethod
-    def in_pieces(cls, segments: Segments) -> Interruptible[DrivenPath]:
+    def of(cls, segments: Segments) -> Interruptible[DrivenPath]:
         """Round the joints of a path, interruptibly."""
         rounded, stops = yield from joints_of(segments)
-        yield
         widths = yield from widths_of(rounded)
         return (yield from cls._rounded(segments, stops, rounded, widths, None))
 
@@ -114,10 +108,15 @@ class DrivenPath(Pieces):
             ApartError: if they begin elsewhere.
             TooManySegmentsError: if they are too many together.
         """
-        segments = yield from in_succession(self.segments, more)
-        yield
-        rounded, stops = yield from joints_of(segments, stops_kept(self.stops, place))
-        yield
+        check_count(len(self.segments) + len(more))
+        end, start = self.segments.points[-1].tolist(), more.points[0].tolist()
+        distance = dist(end, start)
+        if not distance <= JOINED_WITHIN:
+            raise ApartError(end, start, distance, JOINED_WITHIN)
+        segments = yield from joined((self.segments, more))
+        stays = self.stops[-1] - place < LEAST_ROOM
+        stops = self.stops[1:] if stays else self.stops[1:-1]
+        rounded, stops = yield from joints_of(segments, stops)
         kept = yield from widths_kept(self.rounded, self.widths, place)
         widths = yield from widths_behind(rounded, kept, place)
         least = yield from least_widths(rounded.ways, kept.half_widths)
@@ -134,19 +133,21 @@ class DrivenPath(Pieces):
     ) -> Interruptible[DrivenPath]:
         """Put the path together; its roundings are made smaller where the way would be short."""
         for _ in range(MAX_ROUNDS):
-            yield
             breaks, table = yield from corrections_of(segments.joints, rounded, widths)
-            segment = yield from segment_of_pieces(segments, breaks)
-            yield from _add_programmed(segments, breaks, table, segment)
-            pieces = Pieces(segments, breaks, table, segment)
-            slow = yield from _slow_places(pieces)
+            segment = np.empty(len(table), dtype=np.intp)
+            for some in blocks(len(table)):
+                segment[some] = np.searchsorted(segments.joints, breaks[some], "right") - 1
+                add_programmed(segments, breaks[some], table[some], segment[some])
+                yield
+            spans = PiecewisePath(segments, breaks, table, segment)
+            slow = yield from _slow_ways(spans)
             if not len(slow):
                 break
             smaller = yield from _smaller(widths, rounded, slow, least)
             if not (yield from _differ(smaller, widths)):
                 break
             widths = smaller
-        return cls(pieces, stops, rounded, widths)
+        return cls(spans, stops, rounded, widths)
 
     @property
     def tolerances(self) -> FloatArray:
@@ -173,25 +174,34 @@ class DrivenPath(Pieces):
         speeds = self.segments.speeds
         return np.asarray(np.minimum(speeds[before], speeds[self.segment_of(ways)]))
 
-    @cached_property
-    def arc_length(self) -> ArcLength:
+    @Kept
+    def arc_length(self) -> Interruptible[ArcLength]:
         """The way driven over the way programmed."""
-        return at_once(self._measured())
+
+        def without_bends(some: slice) -> tuple[FloatArray, NDArray[np.int8], NDArray[np.bool_]]:
+            turns = self.bounds_on(some).turns
+            steps = np.diff(self.breaks[some.start : some.stop + 1])
+            return steps, rules_for(turns), turns > 0.0
+
+        lengths, kinds, is_bent = yield from columns_of(len(self.segment), without_bends)
+        bent = yield from indices_of(is_bent)
+        for some in blocks(len(bent), MEASURED_SPANS):
+            spans = bent[some]
+            starts, steps = self.breaks[spans], lengths[spans]
+            lengths[spans] = integrals(self.rates, spans, kinds[spans], starts, steps)
+            yield
+        lengths = yield from concatenated((np.zeros(1), lengths))
+        totals = yield from accumulated(np.add, lengths)
+        return ArcLength(self.breaks, totals, kinds, self.rates)
 
     @property
     def is_measured(self) -> bool:
         """Whether ``arc_length`` has been worked out."""
-        return "arc_length" in self.__dict__
+        return DrivenPath.arc_length.is_kept(self)
 
     def measured(self) -> Interruptible[ArcLength]:
         """Return ``arc_length``, worked out interruptibly if it has not been yet."""
-        if not self.is_measured:
-            self.__dict__["arc_length"] = yield from self._measured()
-        return self.arc_length
-
-    def _measured(self) -> Interruptible[ArcLength]:
-        turns = yield from column_of(len(self.segment), lambda some: self.bounds_on(some).turns)
-        return (yield from ArcLength.measured(self.breaks, turns, self.rates))
+        return DrivenPath.arc_length.in_pieces(self)
 
     def ways(self, programmed: ArrayLike) -> FloatArray:
         """Return the way driven at programmed ways, shape (n,) [m]. Shape (n,) [m]."""
@@ -202,64 +212,38 @@ class DrivenPath(Pieces):
         """Return the programmed way at ways driven, shape (n,) [m]. Shape (n,) [m]."""
         return self.arc_length.inverse(np.asarray(driven, dtype=np.float64))
 
-    def agrees_until(self, other: DrivenPath) -> float:
-        """Return the programmed way up to which another path is driven as this one is [m].
 
-        With segments added, a path is driven otherwise near its former end, where it stopped.
-        """
-        count = min(len(self.table), len(other.table))
-        columns = min(self.table.shape[1], other.table.shape[1])
-        steps = np.diff(self.breaks[: count + 1])[:, np.newaxis]
-        apart = np.abs(self.table[:count, :columns] - other.table[:count, :columns]).max(axis=2)
-        apart *= steps ** np.arange(columns)
-        for path in (self, other):
-            beyond = np.abs(path.table[:count, columns:]).max(axis=(1, 2), initial=0.0)
-            apart[:, 0] += beyond * steps[:, 0] ** columns
-        differs = (apart.max(axis=1) > DRIVEN_ALIKE) | (
-            self.segment[:count] != other.segment[:count]
-        )
-        ends, other_ends = self.breaks[1 : count + 1], other.breaks[1 : count + 1]
-        parted = differs | (np.abs(ends - other_ends) > DRIVEN_ALIKE)
-        first = int(np.flatnonzero(np.append(parted, True))[0])
-        # One of two equal pieces may be longer.
-        if first < count and not differs[first]:
-            return float(min(ends[first], other_ends[first]))
-        return float(self.breaks[first])
+def add_programmed(
+    segments: Segments, starts: FloatArray, table: FloatArray, numbers: Indices
+) -> None:
+    """Add to corrections the path as programmed; of an arc, only the point where it begins.
+
+    Args:
+        segments: of the path.
+        starts: ways at which spans begin. Shape (n,) [m].
+        table: coefficients of the corrections on these spans. Shape (n, degree + 1, 3).
+        numbers: indices of their segments. Shape (n,).
+    """
+    along = segments.tangents[numbers]
+    along[segments.curvatures[numbers] != 0.0] = 0.0
+    table[:, 1] += along
+    along *= (starts - segments.joints[numbers])[:, np.newaxis]
+    along += segments.points[numbers]
+    table[:, 0] += along
 
 
-def _add_programmed(
-    segments: Segments, breaks: FloatArray, table: FloatArray, segment: Indices
-) -> Interruptible[None]:
-    """Add to corrections the path as programmed; of an arc, only the point where it begins."""
-    starts = breaks[:-1]
-    for first in range(0, len(table), AT_A_TIME):
-        yield
-        some = slice(first, first + AT_A_TIME)
-        numbers = segment[some]
-        along = segments.tangents[numbers]
-        along[segments.curvatures[numbers] != 0.0] = 0.0
-        table[some, 1] += along
-        along *= (starts[some] - segments.joints[numbers])[:, np.newaxis]
-        along += segments.points[numbers]
-        table[some, 0] += along
-
-
-def _slow_places(path: Pieces) -> Interruptible[FloatArray]:
+def _slow_ways(path: PiecewisePath) -> Interruptible[FloatArray]:
     """Return programmed ways at which the way driven is too short [m]."""
+    # Most spans are too short for it, or too nearly straight.
+    near = yield from column_of(
+        len(path.segment), lambda some: path.bounds_on(some).least_rates < LEAST_RATE
+    )
+    spans = yield from indices_of(near)
     found = [np.zeros(0)]
-    for part in blocks(len(path.segment)):
+    for some in blocks(len(spans), SPANS):
+        # A corner that is just not too sharp to be rounded is not too sharp.
+        found.append(path.slow_ways(spans[some], 0.99 * LEAST_RATE, SAMPLES))
         yield
-        # Most pieces are too short for it, or too nearly straight.
-        near = part.start + np.flatnonzero(path.bounds_on(part).least_rates < LEAST_RATE)
-        for first in range(0, len(near), AT_A_TIME // SAMPLES):
-            some = near[first : first + AT_A_TIME // SAMPLES]
-            pieces = np.repeat(some, SAMPLES)
-            starts = path.breaks[pieces]
-            parts = np.tile(np.linspace(0.0, 1.0, SAMPLES), len(some))
-            ways = starts + parts * (path.breaks[pieces + 1] - starts)
-            # A corner that is just not too sharp to be rounded is not too sharp.
-            found.append(ways[path.rates(pieces, ways) < 0.99 * LEAST_RATE])
-            yield
     return np.concatenate(found)
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.checks import finite_array
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
-from tri_glide_kinematics.interruptible import ROWS, Interruptible, concatenated
+from tri_glide_kinematics.interruptible import Interruptible, blocks
 from tri_glide_kinematics.motion.path.errors import PathError, SegmentError
 from tri_glide_kinematics.motion.path.input_checks import (
     LARGEST_PLACE,
@@ -31,17 +31,19 @@ from tri_glide_kinematics.motion.path.segments import (
     arc_about,
     arc_through,
     collected,
-    joined_in_pieces,
     line,
-    polyline_in_pieces,
+    polyline,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # Shorter runs of lines are made one by one.
 SHORTEST_RUN = 16
 
-# So many segments that are made one by one are a piece.
-PIECE = 32
+# So many lines, and so many points, are worked on together.
+LINES = 2000
+
+# So many segments that are made one by one are put into arrays together.
+TOGETHER = 32
 
 
 class SegmentKind(IntEnum):
@@ -140,32 +142,33 @@ class FlatPath:
         """
         if self._begins_at(start):
             # Whoever takes the first point from a measurement is a little beside the setpoint.
-            return (yield from self._without_first().path_from(_vector(self.numbers[:3])))
-        parts: list[Segments] = []
-        here = start
+            return self._without_first().path_from(_vector(self.numbers[:3]))
+        return PlatformPath.of_parts(self._parts(start))
+
+    def _parts(self, start: Vector3) -> Iterator[Segments]:
+        """Yield some segments after the other."""
         turns = np.flatnonzero(np.diff(self.kinds != SegmentKind.LINE)) + 1
         bounds = [0, *turns.tolist(), len(self)]
         singles: list[Segment] = []
-        begin = here
+        begin = here = start
         for first, last in itertools.pairwise(bounds):
             if self.kinds[first] == SegmentKind.LINE and last - first >= SHORTEST_RUN:
                 if singles:
-                    parts.append(collected(begin, singles))
+                    yield collected(begin, singles)
                     singles = []
-                parts.append((yield from self._lines(first, last, here)))
-                begin = here = _vector(parts[-1].points[-1])
-                yield
+                for some in blocks(last - first, LINES):
+                    lines = self._lines(first + some.start, first + some.stop, here)
+                    begin = here = _vector(lines.points[-1])
+                    yield lines
                 continue
             for number in range(first, last):
                 singles.append(self._single(number, here))
                 here = singles[-1].end
-                if len(singles) == PIECE:
-                    parts.append(collected(begin, singles))
+                if len(singles) == TOGETHER:
+                    yield collected(begin, singles)
                     singles, begin = [], here
-                    yield
         if singles:
-            parts.append(collected(begin, singles))
-        return PlatformPath.of_segments((yield from joined_in_pieces(parts)))
+            yield collected(begin, singles)
 
     def _begins_at(self, start: Vector3) -> bool:
         """Tell whether the first of several segments is a line that only leads to the ``start``."""
@@ -181,15 +184,12 @@ class FlatPath:
             self.speeds[1:],
         )
 
-    def _lines(self, first: int, last: int, start: Vector3) -> Interruptible[Segments]:
+    def _lines(self, first: int, last: int, start: Vector3) -> Segments:
         """Return segments that are all lines."""
         offset = int(self.offsets[first])
         ends = self.numbers[offset : offset + 3 * (last - first)].reshape(-1, 3)
-        points = yield from concatenated((np.array([start]), ends))
-        lines = yield from polyline_in_pieces(points, 0.0, number=first)
-        return replace(
-            lines, tolerances=self.tolerances[first:last], speeds=self.speeds[first:last]
-        )
+        points = np.concatenate((np.array([start]), ends))
+        return polyline(points, self.tolerances[first:last], self.speeds[first:last], first)
 
     def _single(self, number: int, start: Vector3) -> Segment:
         kind = int(self.kinds[number])
@@ -222,24 +222,30 @@ def polyline_from(
         ShortSegmentError: if points are the same though none is that of the one before it.
         TooManySegmentsError: if there are too many points.
     """
+    return PlatformPath.of_parts(_lines_through(start, points, tolerance))
+
+
+def _lines_through(start: Vector3, points: FloatArray, tolerance: float) -> Iterator[Segments]:
+    """Yield the lines from ``start`` through some ``points`` after the other."""
     check_count(len(points))
-    places = np.empty((len(points) + 1, 3))
-    places[0] = before = np.array(start)
-    check_coordinates(places[:1], 0)
-    count = 1
-    for first in range(0, len(points), ROWS):
-        some = points[first : first + ROWS]
-        check_coordinates(some, first + 1)
-        steps = np.diff(some, axis=0, prepend=before[np.newaxis])
-        new = some[np.einsum("ij,ij->i", steps, steps) >= SHORTEST * SHORTEST]
-        places[count : count + len(new)] = new
-        count += len(new)
-        before = some[-1]
-        yield
-    if count < 2:
+    end = before = np.array([start])
+    check_coordinates(end, 0)
+    limit = tolerance_of(0, tolerance)
+    count = 0
+    for some in blocks(len(points), LINES):
+        places = points[some]
+        check_coordinates(places, some.start + 1)
+        steps = np.diff(places, axis=0, prepend=before)
+        before = places[-1:]
+        new = np.concatenate(
+            (end, places[np.einsum("ij,ij->i", steps, steps) >= SHORTEST * SHORTEST])
+        )
+        if len(new) > 1:
+            yield polyline(new, limit, number=count)
+            count += len(new) - 1
+            end = new[-1:]
+    if not count:
         raise PathError("the path has 0 segments, at least 1: all its points are where it begins")
-    lines = yield from polyline_in_pieces(places[:count], tolerance_of(0, tolerance))
-    return PlatformPath.of_segments(lines)
 
 
 def _check_numbers(

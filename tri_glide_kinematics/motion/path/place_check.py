@@ -106,8 +106,8 @@ def _values(shape: Bound, places: FloatArray) -> FloatArray:
 # The first places are so far apart [m].
 FIRST_STEP = 0.01
 
-# So many pieces, places and first intervals are looked at between two breaks of the computation.
-PIECES = 4000
+# So many spans, places and first intervals are looked at between two breaks of the computation.
+SPANS = 4000
 PLACES = 200
 INTERVALS = 100
 
@@ -126,7 +126,7 @@ def check_place(
         PathPlaceError: with the segment, the place, and what the workspace says of it.
     """
     ways = _first_ways(driven, min(max(start, 0.0), driven.length))
-    part = driven.pieces_of(ways) // PIECES + np.arange(len(ways)) // INTERVALS
+    part = driven.spans_of(ways) // SPANS + np.arange(len(ways)) // INTERVALS
     heads = np.flatnonzero(np.diff(part, prepend=-1))
     for first, last in zip(heads, (*heads[1:], len(ways) - 1)):
         yield
@@ -146,14 +146,14 @@ def _check_between(
 ) -> Interruptible[None]:
     """Check the path between some ways, whose number is small."""
     known = _looked_at(driven, workspace, ways)
-    first, last = driven.pieces_of(ways[[0, -1]]).tolist()
+    first, last = driven.spans_of(ways[[0, -1]]).tolist()
     bounds = driven.bounds_on(slice(first, last + 1))
     # All intervals between the ways, from the index of one to that of the next.
     low, high = np.arange(len(ways) - 1), np.arange(1, len(ways))
     while len(low):
         yield
-        # The piece in which an interval ends is looked at, too.
-        heads, tails = driven.pieces_of(ways[low]) - first, driven.pieces_of(ways[high]) - first
+        # The span in which an interval ends is looked at, too.
+        heads, tails = driven.spans_of(ways[low]) - first, driven.spans_of(ways[high]) - first
         rates, bends = _largest(bounds.rates, heads, tails), _largest(bounds.bends, heads, tails)
         steps = ways[high] - ways[low]
         unproved = ~_is_inside_between(steps, rates, bends, known, low, high)

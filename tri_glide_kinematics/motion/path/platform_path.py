@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from functools import cached_property
+from collections.abc import Iterable, Iterator
 from math import dist
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import array_of_shape, finite
-from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.interruptible import Interruptible, Kept, at_once
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.errors import ApartError, EmptyPathError
 from tri_glide_kinematics.motion.path.input_checks import (
@@ -27,7 +26,6 @@ from tri_glide_kinematics.motion.path.segments import (
     arc_through,
     collected,
     joined,
-    joined_in_pieces,
     line,
     polyline,
 )
@@ -38,8 +36,8 @@ from tri_glide_kinematics.wording import vector_text
 LARGEST_ANGLE = 1e5
 
 
-# So many segments are worked on between two breaks of the computation.
-AT_A_TIME = 300
+# So many segments that were added one by one are put into arrays together.
+TOGETHER = 300
 
 
 class PlatformPath:
@@ -111,6 +109,11 @@ class PlatformPath:
         """Return the path of ``segments`` that are checked and follow one another."""
         first, last = segments.points[0].tolist(), segments.points[-1].tolist()
         return cls(tuple(last), len(segments), cls(tuple(first), 0), segments)
+
+    @classmethod
+    def of_parts(cls, parts: Iterable[Segments]) -> Interruptible[PlatformPath]:
+        """Return the path of small ``parts``, each made when it is its turn, interruptibly."""
+        return cls.of_segments((yield from joined(parts)))
 
     def line_to(
         self, position: Iterable[float], tolerance: float = 0.0, speed: float | None = None
@@ -199,7 +202,7 @@ class PlatformPath:
         distance = dist(self.end, start)
         if not distance <= JOINED_WITHIN:
             raise ApartError(self.end, start, distance, JOINED_WITHIN)
-        return PlatformPath.of_segments(joined((before, after)))
+        return PlatformPath.of_segments(at_once(joined((before, after))))
 
     def reversed(self) -> PlatformPath:
         """Return the same path, driven from its end to its start.
@@ -209,23 +212,25 @@ class PlatformPath:
         """
         return PlatformPath.of_segments(self.segments.reversed())
 
-    @cached_property
-    def segments(self) -> Segments:
+    @Kept
+    def segments(self) -> Interruptible[Segments]:
         """All segments, in arrays.
 
         Raises:
             EmptyPathError: if there is none.
         """
-        return at_once(_all_segments(self))
+        return joined(self._parts(), backwards=True)
 
-    @cached_property
-    def driven(self) -> DrivenPath:
+    @Kept
+    def driven(self) -> Interruptible[DrivenPath]:
         """The path as driven.
 
         Raises:
             EmptyPathError: if the path has no segment.
         """
-        return DrivenPath.of(self.segments)
+        segments = yield from PlatformPath.segments.in_pieces(self)
+        yield
+        return (yield from DrivenPath.of(segments))
 
     def driven_in_pieces(self) -> Interruptible[DrivenPath]:
         """Return the path as driven, interruptibly.
@@ -233,13 +238,7 @@ class PlatformPath:
         Raises:
             EmptyPathError: if the path has no segment.
         """
-        kept = self.__dict__
-        if "segments" not in kept:
-            kept["segments"] = yield from _all_segments(self)
-            yield
-        if "driven" not in kept:
-            kept["driven"] = yield from DrivenPath.in_pieces(self.segments)
-        return self.driven
+        return PlatformPath.driven.in_pieces(self)
 
     @property
     def length(self) -> float:
@@ -287,22 +286,18 @@ class PlatformPath:
     def _with(self, segment: Segment) -> PlatformPath:
         return PlatformPath(segment.end, self.count + 1, self, segment)
 
-
-def _all_segments(path: PlatformPath) -> Interruptible[Segments]:
-    """Return all segments of a path in arrays, without recursion."""
-    parts: list[Segments] = []
-    added: list[Segment] = []
-    here = path
-    while here._previous is not None:
-        if isinstance(here._part, Segment):
-            added.append(here._part)
-        elif here._part is not None:
-            parts.append(here._part)
-        here = here._previous
-        if added and (len(added) >= AT_A_TIME or not isinstance(here._part, Segment)):
-            parts.append(collected(here.end, added[::-1]))
-            added = []
-            yield
-    if not parts:
-        raise EmptyPathError(path.end)
-    return (yield from joined_in_pieces(parts[::-1]))
+    def _parts(self) -> Iterator[Segments]:
+        """Yield all segments in arrays, the last ones first; without recursion."""
+        added: list[Segment] = []
+        here = self
+        while here._previous is not None:
+            if isinstance(here._part, Segment):
+                added.append(here._part)
+            elif here._part is not None:
+                yield here._part
+            here = here._previous
+            if added and (len(added) >= TOGETHER or not isinstance(here._part, Segment)):
+                yield collected(here.end, added[::-1])
+                added = []
+        if not self.count:
+            raise EmptyPathError(self.end)

@@ -5,22 +5,23 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import Interruptible, column_of
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.pieces import Pieces
+from tri_glide_kinematics.motion.path.piecewise_path import PiecewisePath
 from tri_glide_kinematics.motion.path.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
 
-# An arc is drawn with chords of this angle, a piece of a rounding with so many [rad].
+# An arc is drawn with chords of this angle, a span of a rounding with so many [rad].
 CHORD_ANGLE = np.deg2rad(5.0)
 ROUNDING_CHORDS = 8
 
 # No more points are taken; of a path that has more places to draw, only some.
 MOST_POINTS = 3000
 
-# So many places are worked out between two breaks of the computation.
-AT_A_TIME = 300
+# So many places are worked out together.
+PLACES = 300
 
 
 class PathPolylines(NamedTuple):
@@ -42,31 +43,32 @@ def polylines_of(driven: DrivenPath, most: int = MOST_POINTS) -> Interruptible[P
         driven: the path.
         most: largest number of points of each.
     """
-    programmed = yield from _points_on(_as_programmed(driven.segments), most)
+    segments = driven.segments
+    if len(segments) < most:
+        programmed = yield from _points_on(_as_programmed(segments), most)
+    else:
+        programmed = segments.points[_evenly(len(segments) + 1, most)]
     return PathPolylines(programmed, (yield from _points_on(driven, most)))
 
 
-def _as_programmed(segments: Segments) -> Pieces:
+def _as_programmed(segments: Segments) -> PiecewisePath:
     """Return the path without roundings."""
     table = np.zeros((len(segments), 2, 3))
     table[:, 0] = segments.points[:-1]
     is_line = segments.curvatures == 0.0
     table[is_line, 1] = segments.tangents[is_line]
-    return Pieces(segments, segments.joints, table)
+    return PiecewisePath(segments, segments.joints, table, np.arange(len(segments)))
 
 
-def _points_on(path: Pieces, most: int) -> Interruptible[FloatArray]:
+def _points_on(path: PiecewisePath, most: int) -> Interruptible[FloatArray]:
+    """Return the points at which to draw a path. Shape (n, 3) [m]."""
     ways = _ways(path, most)
     yield
-    points = np.empty((len(ways), 3))
-    for first in range(0, len(ways), AT_A_TIME):
-        some = slice(first, first + AT_A_TIME)
-        points[some] = path.derivatives(ways[some], 0)[0]
-        yield
-    return points
+    found = column_of(len(ways), lambda some: path.derivatives(ways[some], 0)[0], rows=PLACES)
+    return (yield from found)
 
 
-def _ways(path: Pieces, most: int) -> FloatArray:
+def _ways(path: PiecewisePath, most: int) -> FloatArray:
     """Return the programmed ways at which to draw a path, both ends among them [m]."""
     ways = path.breaks
     if len(ways) < most:
@@ -79,6 +81,9 @@ def _ways(path: Pieces, most: int) -> FloatArray:
         parts = (np.arange(len(firsts)) - firsts) / np.repeat(chords, chords)
         starts = np.repeat(ways[:-1], chords)
         ways = np.append(starts + parts * np.repeat(steps, chords), ways[-1])
-    if len(ways) > most:
-        ways = ways[np.linspace(0, len(ways) - 1, most).round().astype(int)]
-    return ways
+    return ways[_evenly(len(ways), most)] if len(ways) > most else ways
+
+
+def _evenly(count: int, most: int) -> NDArray[np.intp]:
+    """Return the indices of so many of ``count`` places at ``most``, both ends among them."""
+    return np.linspace(0, count - 1, min(most, count)).round().astype(np.intp)

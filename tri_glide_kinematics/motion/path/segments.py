@@ -8,7 +8,7 @@ $$g(x) = P + \frac{\sin \kappa x}{\kappa} t + \frac{1 - \cos \kappa x}{\kappa} n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import acos, atan2, cos, dist, hypot, inf, sin
@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import Interruptible, accumulated, at_once, concatenated
+from tri_glide_kinematics.interruptible import Interruptible, Kept, accumulated, concatenated
 from tri_glide_kinematics.motion.path.errors import NoArcError, ShortSegmentError
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -60,9 +60,6 @@ LARGEST_RADIUS = 1000.0
 
 # A tighter arc is a point, but for rounding [m].
 LEAST_RADIUS = 1e-6
-
-# So many segments are made between two breaks of the computation.
-AT_A_TIME = 4000
 
 
 class Segment(NamedTuple):
@@ -124,18 +121,9 @@ class Segments:
         """Return the number of segments."""
         return len(self.lengths)
 
-    @cached_property
-    def joints(self) -> FloatArray:
+    @Kept
+    def joints(self) -> Interruptible[FloatArray]:
         """Programmed way at the start of the path and at all ends. Shape (n + 1,) [m]."""
-        return at_once(self._measured())
-
-    def measured(self) -> Interruptible[FloatArray]:
-        """Return ``joints``, worked out interruptibly if they have not been yet."""
-        if "joints" not in self.__dict__:
-            self.__dict__["joints"] = yield from self._measured()
-        return self.joints
-
-    def _measured(self) -> Interruptible[FloatArray]:
         lengths = yield from concatenated((np.zeros(1), self.lengths))
         return (yield from accumulated(np.add, lengths))
 
@@ -300,68 +288,73 @@ def collected(start: Vector3, segments: Sequence[Segment]) -> Segments:
     return Segments(points, *(np.array(column, dtype=np.float64) for column in columns[1:]))
 
 
-def polyline(points: FloatArray, tolerance: float, speed: float = inf) -> Segments:
-    """Return ``polyline_in_pieces`` at once."""
-    return at_once(polyline_in_pieces(points, tolerance, speed))
-
-
-def polyline_in_pieces(
-    points: FloatArray, tolerance: float, speed: float = inf, number: int = 0
-) -> Interruptible[Segments]:
-    """Return the lines between points, interruptibly.
+def polyline(
+    points: FloatArray,
+    tolerance: float | FloatArray,
+    speed: float | FloatArray = inf,
+    number: int = 0,
+) -> Segments:
+    """Return the lines between points.
 
     Args:
         points: Shape (n + 1, 3) [m].
-        tolerance: of all joints [m].
-        speed: largest one of the platform [m/s].
+        tolerance: of each joint, shape (n,), or of all of them [m].
+        speed: largest one of the platform on each line, shape (n,), or on all of them [m/s].
         number: index of the first segment, for the texts of errors.
 
     Raises:
         ShortSegmentError: if two points in succession are the same.
     """
-    count = len(points) - 1
-    lengths, tangents = np.empty(count), np.empty((count, 3))
-    tolerances, speeds = np.empty(count), np.empty(count)
-    for first in range(0, count, AT_A_TIME):
-        some = slice(first, first + AT_A_TIME)
-        steps = np.diff(points[first : first + AT_A_TIME + 1], axis=0)
-        lengths[some] = sizes = np.sqrt(np.einsum("ij,ij->i", steps, steps))
-        if not sizes.min() >= SHORTEST:
-            index = int((~(sizes >= SHORTEST)).argmax())
-            x, y, z = points[first + index].tolist()
-            length = float(sizes[index])
-            raise ShortSegmentError(number + first + index, (x, y, z), length, SHORTEST)
-        tangents[some] = steps / sizes[:, np.newaxis]
-        tolerances[some] = tolerance
-        speeds[some] = speed
-        yield
-    # What is all zero takes memory only where somebody writes.
-    nothing = np.zeros((count, 3))
+    steps = np.diff(points, axis=0)
+    lengths = np.sqrt(np.einsum("ij,ij->i", steps, steps))
+    if not lengths.min() >= SHORTEST:
+        index = int((~(lengths >= SHORTEST)).argmax())
+        x, y, z = points[index].tolist()
+        raise ShortSegmentError(number + index, (x, y, z), float(lengths[index]), SHORTEST)
+    count = len(steps)
+    steps /= lengths[:, np.newaxis]
+    return _lines(points, lengths, steps, np.full(count, tolerance), np.full(count, speed))
+
+
+def _lines(
+    points: FloatArray,
+    lengths: FloatArray,
+    tangents: FloatArray,
+    tolerances: FloatArray,
+    speeds: FloatArray,
+) -> Segments:
+    """Return segments that are all lines; what is zero for all of them takes no memory."""
+    nothing = np.broadcast_to(0.0, tangents.shape)
     return Segments(
-        points,
-        lengths,
-        tangents,
-        nothing,
-        np.zeros(count),
-        tangents,
-        nothing,
-        tolerances,
-        speeds,
+        *(points, lengths, tangents, nothing, nothing[:, 0]),
+        *(tangents, nothing, tolerances, speeds),
     )
 
 
-def joined(parts: Sequence[Segments]) -> Segments:
-    """Return ``joined_in_pieces`` at once."""
-    return at_once(joined_in_pieces(parts))
+def joined(parts: Iterable[Segments], backwards: bool = False) -> Interruptible[Segments]:
+    """Return segments one after the other, interruptibly after each part.
+
+    Args:
+        parts: of one path, small ones if they are made one after the other: each begins where the
+            one before it ends.
+        backwards: whether the last part comes first.
+    """
+    made = []
+    is_curved = False
+    for part in parts:
+        made.append(part)
+        is_curved = is_curved or part.is_curved
+        yield
+    if len(made) == 1:
+        return made[0]
+    if backwards:
+        made.reverse()
+    points = yield from concatenated([made[0].points[:1], *(part.points[1:] for part in made)])
+    columns = {}
+    for name in COLUMNS if is_curved else COLUMNS_OF_LINES:
+        columns[name] = yield from concatenated([getattr(part, name) for part in made])
+    return Segments(points, **columns) if is_curved else _lines(points, **columns)
 
 
-def joined_in_pieces(parts: Sequence[Segments]) -> Interruptible[Segments]:
-    """Return segments one after the other; each part begins where the one before it ends."""
-    if len(parts) == 1:
-        return parts[0]
-    points = yield from concatenated([parts[0].points[:1], *(part.points[1:] for part in parts)])
-    names = [name for name in Segments.__dataclass_fields__ if name != "points"]
-    columns = []
-    for name in names:
-        columns.append((yield from concatenated([getattr(part, name) for part in parts])))
-    return Segments(points, *columns)
+COLUMNS = [name for name in Segments.__dataclass_fields__ if name != "points"]
+COLUMNS_OF_LINES = ["lengths", "tangents", "tolerances", "speeds"]

@@ -107,7 +107,7 @@ def test_no_piece_of_work_grows_with_the_number_of_joints():
         runs = []
         for _ in range(3):
             times = []
-            rounding = DrivenPath.in_pieces(replace(segments))
+            rounding = DrivenPath.of(replace(segments))
             begin = time.thread_time()
             for _ in rounding:
                 times.append(time.thread_time() - begin)

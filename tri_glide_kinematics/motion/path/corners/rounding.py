@@ -104,7 +104,7 @@ def joints_of(
         segments: of the path.
         stops: ways of joints that are stops in any case, unless they are smooth; ascending [m].
     """
-    ways = yield from segments.measured()
+    ways = yield from Segments.joints.in_pieces(segments)
     inner, tolerances = ways[1:-1], segments.tolerances[:-1]
     changes = columns_of(len(inner), lambda some: jumps_at(segments, some, stops), spare_zeros=True)
     jumps = Jumps(*(yield from changes))

@@ -1,6 +1,6 @@
-r"""The pieces of the path as driven: polynomials, and arcs that they are added to.
+"""A path in spans: on each of them a polynomial, and an arc that it is added to.
 
-On each piece p(s) is a polynomial of the way from its begin; where the path as programmed is an
+On each span p(s) is a polynomial of the way from its begin; where the path as programmed is an
 arc, that arc is added to it.
 """
 
@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tri_glide_kinematics.interruptible import ROWS, Interruptible, at_once
 from tri_glide_kinematics.motion.path.corners import lengths_of
 from tri_glide_kinematics.motion.path.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
@@ -21,11 +20,11 @@ from tri_glide_kinematics.vectors import FloatArray
 Indices = NDArray[np.intp]
 
 
-class PieceBounds(NamedTuple):
-    """Upper bounds in pieces of a path.
+class SpanBounds(NamedTuple):
+    """Upper bounds in spans of a path.
 
     Attributes:
-        starts: |p'| where a piece begins, without an arc. Shape (k,).
+        starts: |p'| where a span begins, without an arc. Shape (k,).
         changes: by how much p' changes, without an arc. Shape (k,).
         angles: of the arc, 0 for a line, whose p' is in the numbers before. Shape (k,) [rad].
         bends: |p''|. Shape (k,) [1/m].
@@ -55,7 +54,7 @@ class PieceBounds(NamedTuple):
         return np.where(rounded, self.changes + self.angles, 0.0)
 
 
-class Pieces:
+class PiecewisePath:
     """Position of the platform over the programmed way s, with derivatives.
 
     Attributes:
@@ -65,7 +64,7 @@ class Pieces:
             them, p is smooth. Shape (k + 1,) [m].
         table: coefficients of ascending powers of the way from each break; for arcs, what is
             added to the arc. Shape (k, degree + 1, 3).
-        segment: index of the segment of each piece. Shape (k,).
+        segment: index of the segment of each span. Shape (k,).
     """
 
     def __init__(
@@ -73,15 +72,13 @@ class Pieces:
         segments: Segments,
         breaks: FloatArray,
         table: FloatArray,
-        segment: Indices | None = None,
+        segment: Indices,
     ) -> None:
-        """Take what the attributes are; the ``segment`` of each piece is found if not given."""
+        """Take what the attributes are."""
         self.segments = segments
         self.joints = segments.joints
         self.breaks = breaks
         self.table = table
-        if segment is None:
-            segment = at_once(segment_of_pieces(segments, breaks))
         self.segment = segment
         self._breaks_view = breaks.data
 
@@ -90,15 +87,17 @@ class Pieces:
         """Length of the path as programmed [m]."""
         return float(self.joints[-1])
 
-    def pieces_of(self, ways: ArrayLike) -> Indices:
-        """Return the index of the piece that each way lies on, of two the later. Shape (n,)."""
-        pieces = np.searchsorted(self.breaks, ways, "right") - 1
-        return np.asarray(np.clip(pieces, 0, len(self.segment) - 1))
+    def spans_of(self, ways: ArrayLike) -> Indices:
+        """Return the index of the span that each way lies on, of two the later. Shape (n,)."""
+        spans = np.searchsorted(self.breaks, ways, "right") - 1
+        return np.asarray(np.clip(spans, 0, len(self.segment) - 1))
+
+    pieces_of = spans_of  # as other rooms call it
 
     def derivatives(self, ways: ArrayLike, highest: int = 3) -> FloatArray:
         """Return positions, and their derivatives by the programmed way.
 
-        At a break they are those of the piece that begins there, save at the very end.
+        At a break they are those of the span that begins there, save at the very end.
 
         Args:
             ways: programmed. Shape (n,) [m].
@@ -108,12 +107,12 @@ class Pieces:
             Shape (highest + 1, n, 3) [m, 1, 1/m, ...].
         """
         places = np.asarray(ways, dtype=np.float64)
-        return self.derivatives_on(self.pieces_of(places), places, highest)
+        return self.derivatives_on(self.spans_of(places), places, highest)
 
-    def derivatives_on(self, pieces: Indices, ways: FloatArray, highest: int = 3) -> FloatArray:
-        """Return the same as ``derivatives``, on ``pieces`` that are known. Shape (n,)."""
-        x = (ways - self.breaks[pieces])[:, np.newaxis]
-        coefficients = self.table[pieces].transpose(1, 0, 2)
+    def derivatives_on(self, spans: Indices, ways: FloatArray, highest: int = 3) -> FloatArray:
+        """Return the same as ``derivatives``, on ``spans`` that are known. Shape (n,)."""
+        x = (ways - self.breaks[spans])[:, np.newaxis]
+        coefficients = self.table[spans].transpose(1, 0, 2)
         result = np.zeros((highest + 1, len(ways), 3))
         for order in range(min(highest + 1, len(coefficients))):
             if order:
@@ -125,15 +124,15 @@ class Pieces:
                 total *= x
                 total += coefficient
         if self.segments.is_curved:
-            self._add_arcs(result, pieces, ways)
+            self._add_arcs(result, spans, ways)
         return result
 
-    def _add_arcs(self, result: FloatArray, pieces: Indices, ways: FloatArray) -> None:
+    def _add_arcs(self, result: FloatArray, spans: Indices, ways: FloatArray) -> None:
         """Add the arcs as programmed to what ``derivatives_on`` returns."""
-        on_arcs = np.flatnonzero(self.segments.curvatures[self.segment[pieces]])
+        on_arcs = np.flatnonzero(self.segments.curvatures[self.segment[spans]])
         if not len(on_arcs):
             return
-        segment = self.segment[pieces[on_arcs]]
+        segment = self.segment[spans[on_arcs]]
         curvature = self.segments.curvatures[segment][:, np.newaxis]
         angle = curvature * (ways[on_arcs] - self.joints[segment])[:, np.newaxis]
         sine, cosine = np.sin(angle), np.cos(angle)
@@ -153,9 +152,9 @@ class Pieces:
         Returns:
             Nine plain numbers: x, y, z, then their first and their second derivatives.
         """
-        piece = min(max(bisect_right(self._breaks_view, way) - 1, 0), len(self._breaks_view) - 2)
-        x = way - self._breaks_view[piece]
-        rows = self.table[piece].tolist()
+        span = min(max(bisect_right(self._breaks_view, way) - 1, 0), len(self._breaks_view) - 2)
+        x = way - self._breaks_view[span]
+        rows = self.table[span].tolist()
         if len(rows) == 4:
             (ax, ay, az), (bx, by, bz), (cx, cy, cz), (dx, dy, dz) = rows
             ex = ey = ez = 0.0
@@ -173,7 +172,7 @@ class Pieces:
             2.0 * cz + x * (6.0 * dz + x * 12.0 * ez),
         )
         if self.segments.is_curved:
-            segment = int(self.segment[piece])
+            segment = int(self.segment[span])
             if self.segments.curvatures[segment]:
                 return self._with_arc(values, segment, way)
         return values
@@ -200,26 +199,43 @@ class Pieces:
             rz + bent_back * tz + bent * nz,
         )
 
-    def rates(self, pieces: Indices, ways: FloatArray) -> FloatArray:
-        """Return |p'| on ``pieces``. Shape (n,)."""
-        x = (ways - self.breaks[pieces])[:, np.newaxis]
+    def rates(self, spans: Indices, ways: FloatArray) -> FloatArray:
+        """Return |p'| on ``spans``. Shape (n,)."""
+        x = (ways - self.breaks[spans])[:, np.newaxis]
         highest = self.table.shape[1] - 1
-        total = highest * self.table[pieces, highest]
+        total = highest * self.table[spans, highest]
         for power in range(highest - 1, 0, -1):
             total *= x
-            total += power * self.table[pieces, power]
+            total += power * self.table[spans, power]
         if self.segments.is_curved:
-            on_arcs = np.flatnonzero(self.segments.curvatures[self.segment[pieces]])
-            segment = self.segment[pieces[on_arcs]]
+            on_arcs = np.flatnonzero(self.segments.curvatures[self.segment[spans]])
+            segment = self.segment[spans[on_arcs]]
             angle = self.segments.curvatures[segment] * (ways[on_arcs] - self.joints[segment])
             total[on_arcs] += np.cos(angle)[:, np.newaxis] * self.segments.tangents[segment]
             total[on_arcs] += np.sin(angle)[:, np.newaxis] * self.segments.normals[segment]
         return lengths_of(total)
 
-    def bounds_on(self, pieces: slice) -> PieceBounds:
-        """Return upper bounds in each of some ``pieces``."""
-        steps = np.diff(self.breaks[:-1][pieces], append=self.breaks[1:][pieces][-1:])
-        table = self.table[pieces, 1:]
+    def slow_ways(self, spans: Indices, least: float, samples: int) -> FloatArray:
+        """Return ways at which |p'| is less than ``least``, of so many ``samples`` in each span.
+
+        Args:
+            spans: indices of those that are looked at. Shape (n,).
+            least: the bound.
+            samples: number of places, evenly from the begin to the end of a span.
+
+        Returns:
+            Shape (m,) [m].
+        """
+        repeated = np.repeat(spans, samples)
+        starts = self.breaks[repeated]
+        parts = np.tile(np.linspace(0.0, 1.0, samples), len(spans))
+        ways = starts + parts * (self.breaks[repeated + 1] - starts)
+        return np.asarray(ways[self.rates(repeated, ways) < least])
+
+    def bounds_on(self, spans: slice) -> SpanBounds:
+        """Return upper bounds in each of some ``spans``."""
+        steps = np.diff(self.breaks[:-1][spans], append=self.breaks[1:][spans][-1:])
+        table = self.table[spans, 1:]
         x, y, z = np.moveaxis(table, 2, 0)
         sizes = np.sqrt(x * x + y * y + z * z)
         changes, bends = np.zeros(len(steps)), np.zeros(len(steps))
@@ -231,18 +247,8 @@ class Pieces:
         thirds = 6.0 * sizes[:, 2]
         if sizes.shape[1] == 4:
             thirds += 24.0 * sizes[:, 3] * steps
-        curvatures = self.segments.curvatures[self.segment[pieces]]
+        curvatures = self.segments.curvatures[self.segment[spans]]
         angles = curvatures * steps
-        return PieceBounds(
+        return SpanBounds(
             sizes[:, 0], changes, angles, bends + curvatures, thirds + curvatures * curvatures
         )
-
-
-def segment_of_pieces(segments: Segments, breaks: FloatArray) -> Interruptible[Indices]:
-    """Return the index of the segment that each piece lies on, interruptibly. Shape (k,)."""
-    found = np.empty(len(breaks) - 1, dtype=np.intp)
-    for first in range(0, len(found), ROWS):
-        starts = breaks[:-1][first : first + ROWS]
-        found[first : first + ROWS] = np.searchsorted(segments.joints, starts, "right") - 1
-        yield
-    return found
