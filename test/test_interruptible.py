@@ -8,6 +8,7 @@ import pytest
 from tri_glide_kinematics import interruptible
 from tri_glide_kinematics.interruptible import (
     Interruptible,
+    Kept,
     accumulated,
     any_of,
     at_once,
@@ -76,9 +77,46 @@ def test_columns_made_block_by_block_are_those_made_at_once(monkeypatch, count):
         return np.append(rows[2:], rows[-2:], axis=0), np.zeros(len(rows)), late
 
     expected = around(slice(0, count))
-    for spare_zeros in (False, True):
-        found = at_once(columns_of(count, around, margin=2, spare_zeros=spare_zeros))
+    for spare_zeros, rows in ((False, None), (True, None), (False, 7)):
+        made = columns_of(count, around, margin=2, spare_zeros=spare_zeros, rows=rows)
+        found = at_once(made)
         for column, whole in zip(found, expected):
             np.testing.assert_array_equal(column, whole)
             assert column.dtype == whole.dtype
         assert found[1].flags.writeable != (spare_zeros and count > 100)
+
+
+
+class Numbers:
+    """Numbers whose sum is worked out once."""
+
+    def __init__(self, numbers):
+        self.numbers = numbers
+        self.worked_out = 0
+
+    @Kept
+    def total(self) -> Interruptible[int]:
+        """Sum of the numbers."""
+        self.worked_out += 1
+        return summing(self.numbers)
+
+
+def test_what_is_kept_is_worked_out_once_at_once_or_in_pieces():
+    first, second = Numbers([1, 2, 3]), Numbers([4, 5])
+    assert not Numbers.total.is_kept(first)
+    assert first.total == first.total == 6
+    assert Numbers.total.is_kept(first) and not Numbers.total.is_kept(second)
+    assert at_once(Numbers.total.in_pieces(first)) == 6
+    assert len(list(Numbers.total.in_pieces(first))) == 0
+    assert len(list(Numbers.total.in_pieces(second))) == 2
+    assert second.total == 9
+    assert first.worked_out == second.worked_out == 1
+    assert Numbers.total.__doc__ == "Sum of the numbers."
+
+
+def test_what_cannot_be_worked_out_is_not_kept():
+    numbers = Numbers([1, -2])
+    for _ in range(2):
+        with pytest.raises(ValueError, match="-2 is negative"):
+            _ = numbers.total
+    assert not Numbers.total.is_kept(numbers)

@@ -7,13 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from testing.path_samples import unit
+from testing.path_samples import random_path, unit
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import (
     NoArcError,
     PlatformPath,
+    Segments,
     ShortSegmentError,
     arc_about,
     arc_through,
+    joined,
     line,
 )
 
@@ -125,3 +128,20 @@ def test_reversed_segments_are_the_same_backwards():
     twice = backwards.reversed()
     for name in ("points", "lengths", "tangents", "normals", "tolerances", "end_normals"):
         assert (getattr(twice, name) == getattr(forwards, name)).all()
+
+
+@pytest.mark.parametrize("arcs", [0.0, 0.4])
+def test_parts_joined_are_the_whole(arcs):
+    whole = random_path(np.random.default_rng(2), 30, arcs)[0].segments
+    names = [name for name in Segments.__dataclass_fields__ if name != "points"]
+    parts = [
+        Segments(whole.points[a : b + 1], *(getattr(whole, name)[a:b] for name in names))
+        for a, b in ((0, 1), (1, 20), (20, 30))
+    ]
+    for found in (joined(iter(parts)), joined(parts[::-1], backwards=True), joined([whole])):
+        made = at_once(found)
+        for name in ("points", *names):
+            assert (getattr(made, name) == getattr(whole, name)).all()
+    assert whole.is_curved == (arcs > 0.0)
+    # Between two parts others may have their turn.
+    assert len(list(joined(parts))) == len(parts)

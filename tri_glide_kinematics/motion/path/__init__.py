@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.segments import Segments as Segments
     from tri_glide_kinematics.motion.path.segments import arc_about as arc_about
     from tri_glide_kinematics.motion.path.segments import arc_through as arc_through
+    from tri_glide_kinematics.motion.path.segments import joined as joined
     from tri_glide_kinematics.motion.path.segments import line as line
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

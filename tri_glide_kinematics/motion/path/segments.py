@@ -349,10 +349,15 @@ def joined(parts: Iterable[Segments], backwards: bool = False) -> Interruptible[
         return made[0]
     if backwards:
         made.reverse()
-    points = yield from concatenated([made[0].points[:1], *(part.points[1:] for part in made)])
+    names = COLUMNS if is_curved else COLUMNS_OF_LINES
+    rows = {name: [getattr(part, name) for part in made] for name in names}
+    places = [made[0].points[:1], *(part.points[1:] for part in made)]
+    # From here on, what is put together is given back column by column, not all at once.
+    made.clear()
     columns = {}
-    for name in COLUMNS if is_curved else COLUMNS_OF_LINES:
-        columns[name] = yield from concatenated([getattr(part, name) for part in made])
+    for name in names:
+        columns[name] = yield from concatenated(rows.pop(name))
+    points = yield from concatenated(places)
     return Segments(points, **columns) if is_curved else _lines(points, **columns)
 
 
