@@ -6,6 +6,8 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.arc_length import ArcLength as ArcLength
+    from tri_glide_kinematics.motion.path.checked_numbers import MOST_SEGMENTS as MOST_SEGMENTS
+    from tri_glide_kinematics.motion.path.checked_numbers import check_count as check_count
     from tri_glide_kinematics.motion.path.driven_path import DrivenPath as DrivenPath
     from tri_glide_kinematics.motion.path.errors import ApartError as ApartError
     from tri_glide_kinematics.motion.path.errors import EmptyPathError as EmptyPathError
@@ -18,8 +20,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.flat_path import FlatPath as FlatPath
     from tri_glide_kinematics.motion.path.flat_path import SegmentKind as SegmentKind
     from tri_glide_kinematics.motion.path.flat_path import polyline_from as polyline_from
-    from tri_glide_kinematics.motion.path.input_checks import MOST_SEGMENTS as MOST_SEGMENTS
-    from tri_glide_kinematics.motion.path.input_checks import check_count as check_count
     from tri_glide_kinematics.motion.path.number_sets import are_among as are_among
     from tri_glide_kinematics.motion.path.number_sets import distinct as distinct
     from tri_glide_kinematics.motion.path.piecewise_path import Indices as Indices

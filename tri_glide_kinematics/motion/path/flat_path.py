@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from tri_glide_kinematics.checks import finite_array
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.interruptible import Interruptible, blocks
-from tri_glide_kinematics.motion.path.errors import PathError, SegmentError
-from tri_glide_kinematics.motion.path.input_checks import (
+from tri_glide_kinematics.motion.path.checked_numbers import (
     LARGEST_PLACE,
     LARGEST_SPEED,
     LEAST_SPEED,
@@ -23,6 +22,7 @@ from tri_glide_kinematics.motion.path.input_checks import (
     check_count,
     tolerance_of,
 )
+from tri_glide_kinematics.motion.path.errors import PathError, SegmentError
 from tri_glide_kinematics.motion.path.platform_path import LARGEST_ANGLE, PlatformPath
 from tri_glide_kinematics.motion.path.segments import (
     SHORTEST,

@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import array_of_shape, finite
 from tri_glide_kinematics.interruptible import Interruptible, Kept, at_once
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.errors import ApartError, EmptyPathError
-from tri_glide_kinematics.motion.path.input_checks import (
+from tri_glide_kinematics.motion.path.checked_numbers import (
     place_of,
     points_of,
     speed_of,
     tolerance_of,
 )
+from tri_glide_kinematics.motion.path.driven_path import DrivenPath
+from tri_glide_kinematics.motion.path.errors import ApartError, EmptyPathError
 from tri_glide_kinematics.motion.path.segments import (
     JOINED_WITHIN,
     Segment,
