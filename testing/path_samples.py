@@ -105,7 +105,7 @@ def sides_of_breaks(driven: DrivenPath) -> tuple[FloatArray, FloatArray, float]:
     """
     inner = driven.breaks[1:-1]
     inner = inner[np.abs(inner[:, np.newaxis] - driven.stops).min(axis=1) > 1e-9]
-    after = driven.pieces_of(inner)
+    after = driven.spans_of(inner)
     left = driven.derivatives_on(after - 1, inner, 2)
     right = driven.derivatives_on(after, inner, 2)
     return left, right, 1.0 + float(np.abs(right[2]).max(initial=0.0))

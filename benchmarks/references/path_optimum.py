@@ -88,7 +88,7 @@ def _optimum(
     stations = len(places)
     middles = 0.5 * (places[1:] + places[:-1])
     # At the first and the last station, what is seen is that of the path between them.
-    pieces = curve.driven.pieces_of(np.concatenate((places[:-1], middles[-1:])))
+    pieces = curve.driven.spans_of(np.concatenate((places[:-1], middles[-1:])))
     h, first, second, third = curve.derivatives_on(pieces, places).heights
     robot = copp_py.Robot(3, capacity=stations)
     robot.append_s(places / LENGTH)

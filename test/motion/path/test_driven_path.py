@@ -76,7 +76,7 @@ def test_derivatives_are_those_of_the_positions():
         parts = rng.uniform(0.3, 0.7, len(pieces))
         ways = driven.breaks[pieces] + parts * lengths[pieces]
         step = 1e-3 * lengths[pieces]
-        assert (driven.pieces_of(ways) == pieces).all()
+        assert (driven.spans_of(ways) == pieces).all()
         values = driven.derivatives(ways, 5)
         above, below = driven.derivatives(ways + step, 5), driven.derivatives(ways - step, 5)
         for order in range(5):
@@ -107,7 +107,7 @@ def test_the_way_driven_is_never_much_shorter():
         rates = np.linalg.norm(driven.derivatives(dense_ways(driven), 1)[1], axis=1)
         assert rates.min() > 0.15
         bounds = driven.bounds_on(slice(None))
-        pieces = driven.pieces_of(dense_ways(driven))
+        pieces = driven.spans_of(dense_ways(driven))
         assert (rates <= bounds.rates[pieces] + 1e-12).all()
         assert (rates >= bounds.least_rates[pieces] - 1e-12).all()
         bends, thirds = np.linalg.norm(driven.derivatives(dense_ways(driven))[2:], axis=2)
@@ -229,7 +229,7 @@ def test_ten_thousand_points_take_little_time():
     assert len(driven.stops) == 2
 
 
-def test_pieces_of_the_computation_give_the_same_path():
+def test_spans_of_the_computation_give_the_same_path():
     path = PATHS[7][0]
     computation = PlatformPath.start((9, 9, 9)).line_to((0, 0, 0)).driven_in_pieces()
     steps = sum(1 for _ in computation)

@@ -20,6 +20,9 @@ LARGEST_PLACE = 100.0
 # What may be the size of a machine, as the parameters of the nodes have it [m].
 LARGEST_MACHINE = 10.0
 
+# No arc turns farther [rad].
+LARGEST_ANGLE = 1e5
+
 # No speed is larger, or smaller [m/s].
 LARGEST_SPEED = 1e6
 LEAST_SPEED = 1e-5

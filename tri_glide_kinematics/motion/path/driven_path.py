@@ -28,6 +28,8 @@ from tri_glide_kinematics.motion.path.arc_length import ArcLength, integrals, ru
 from tri_glide_kinematics.motion.path.checked_numbers import check_count
 from tri_glide_kinematics.motion.path.corners import (
     LEAST_RATE,
+    MAX_ROUNDS,
+    SMALLER,
     RoundedJoints,
     Widths,
     corrections_of,
@@ -44,16 +46,11 @@ from tri_glide_kinematics.motion.path.segments import JOINED_WITHIN, Segments, j
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text
 
-# Where roundings that overlap would make the way driven too short, they are made smaller so often,
-# each time to this part.
-MAX_ROUNDS = 40
-SMALLER = 0.7
-
 # Places in a span at which it is looked for where the way driven is too short.
 SAMPLES = 9
 
 # So many spans are worked on together: where they are looked at, and where they are measured.
-SPANS = 222
+SAMPLED_SPANS = 222
 MEASURED_SPANS = 500
 
 # Where a path ended there is a stop still, if the place up to which it stays is not so far before.
@@ -240,7 +237,7 @@ def _slow_ways(path: PiecewisePath) -> Interruptible[FloatArray]:
     )
     spans = yield from indices_of(near)
     found = [np.zeros(0)]
-    for some in blocks(len(spans), SPANS):
+    for some in blocks(len(spans), SAMPLED_SPANS):
         # A corner that is just not too sharp to be rounded is not too sharp.
         found.append(path.slow_ways(spans[some], 0.99 * LEAST_RATE, SAMPLES))
         yield

@@ -15,6 +15,7 @@ from tri_glide_kinematics.checks import finite_array
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.interruptible import Interruptible, blocks
 from tri_glide_kinematics.motion.path.checked_numbers import (
+    LARGEST_ANGLE,
     LARGEST_PLACE,
     LARGEST_SPEED,
     LEAST_SPEED,
@@ -23,7 +24,7 @@ from tri_glide_kinematics.motion.path.checked_numbers import (
     tolerance_of,
 )
 from tri_glide_kinematics.motion.path.errors import PathError, SegmentError
-from tri_glide_kinematics.motion.path.platform_path import LARGEST_ANGLE, PlatformPath
+from tri_glide_kinematics.motion.path.platform_path import PlatformPath
 from tri_glide_kinematics.motion.path.segments import (
     SHORTEST,
     Segment,
@@ -40,10 +41,10 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 SHORTEST_RUN = 16
 
 # So many lines, and so many points, are worked on together.
-LINES = 2000
+LINES_TOGETHER = 2000
 
 # So many segments that are made one by one are put into arrays together.
-TOGETHER = 32
+SINGLES_TOGETHER = 32
 
 
 class SegmentKind(IntEnum):
@@ -156,7 +157,7 @@ class FlatPath:
                 if singles:
                     yield collected(begin, singles)
                     singles = []
-                for some in blocks(last - first, LINES):
+                for some in blocks(last - first, LINES_TOGETHER):
                     lines = self._lines(first + some.start, first + some.stop, here)
                     begin = here = _vector(lines.points[-1])
                     yield lines
@@ -164,7 +165,7 @@ class FlatPath:
             for number in range(first, last):
                 singles.append(self._single(number, here))
                 here = singles[-1].end
-                if len(singles) == TOGETHER:
+                if len(singles) == SINGLES_TOGETHER:
                     yield collected(begin, singles)
                     singles, begin = [], here
         if singles:
@@ -232,7 +233,7 @@ def _lines_through(start: Vector3, points: FloatArray, tolerance: float) -> Iter
     check_coordinates(end, 0)
     limit = tolerance_of(0, tolerance)
     count = 0
-    for some in blocks(len(points), LINES):
+    for some in blocks(len(points), LINES_TOGETHER):
         places = points[some]
         check_coordinates(places, some.start + 1)
         steps = np.diff(places, axis=0, prepend=before)

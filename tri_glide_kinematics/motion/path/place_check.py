@@ -107,8 +107,8 @@ def _values(shape: Bound, places: FloatArray) -> FloatArray:
 FIRST_STEP = 0.01
 
 # So many spans, places and first intervals are looked at between two breaks of the computation.
-SPANS = 4000
-PLACES = 200
+CHECKED_SPANS = 4000
+CHECKED_PLACES = 200
 INTERVALS = 100
 
 
@@ -126,7 +126,7 @@ def check_place(
         PathPlaceError: with the segment, the place, and what the workspace says of it.
     """
     ways = _first_ways(driven, min(max(start, 0.0), driven.length))
-    part = driven.spans_of(ways) // SPANS + np.arange(len(ways)) // INTERVALS
+    part = driven.spans_of(ways) // CHECKED_SPANS + np.arange(len(ways)) // INTERVALS
     heads = np.flatnonzero(np.diff(part, prepend=-1))
     for first, last in zip(heads, (*heads[1:], len(ways) - 1)):
         yield
@@ -163,7 +163,7 @@ def _check_between(
         middles = 0.5 * (ways[low] + ways[high])
         new = np.arange(len(ways), len(ways) + len(middles))
         found = []
-        for some in np.array_split(middles, 1 + len(middles) // PLACES):
+        for some in np.array_split(middles, 1 + len(middles) // CHECKED_PLACES):
             yield
             found.append(_looked_at(driven, workspace, some))
         ways = np.concatenate((ways, middles))

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from tri_glide_kinematics.checks import array_of_shape, finite
 from tri_glide_kinematics.interruptible import Interruptible, Kept, at_once
 from tri_glide_kinematics.motion.path.checked_numbers import (
+    LARGEST_ANGLE,
     place_of,
     points_of,
     speed_of,
@@ -32,12 +33,8 @@ from tri_glide_kinematics.motion.path.segments import (
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import vector_text
 
-# No arc turns farther [rad].
-LARGEST_ANGLE = 1e5
-
-
 # So many segments that were added one by one are put into arrays together.
-TOGETHER = 300
+ADDED_TOGETHER = 300
 
 
 class PlatformPath:
@@ -296,7 +293,7 @@ class PlatformPath:
             elif here._part is not None:
                 yield here._part
             here = here._previous
-            if added and (len(added) >= TOGETHER or not isinstance(here._part, Segment)):
+            if added and (len(added) >= ADDED_TOGETHER or not isinstance(here._part, Segment)):
                 yield collected(here.end, added[::-1])
                 added = []
         if not self.count:

@@ -21,7 +21,7 @@ ROUNDING_CHORDS = 8
 MOST_POINTS = 3000
 
 # So many places are worked out together.
-PLACES = 300
+DRAWN_PLACES = 300
 
 
 class PathPolylines(NamedTuple):
@@ -64,7 +64,7 @@ def _points_on(path: PiecewisePath, most: int) -> Interruptible[FloatArray]:
     """Return the points at which to draw a path. Shape (n, 3) [m]."""
     ways = _ways(path, most)
     yield
-    found = column_of(len(ways), lambda some: path.derivatives(ways[some], 0)[0], rows=PLACES)
+    found = column_of(len(ways), lambda some: path.derivatives(ways[some], 0)[0], rows=DRAWN_PLACES)
     return (yield from found)
 
 

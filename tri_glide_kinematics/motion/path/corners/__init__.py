@@ -8,6 +8,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.corners.joints import LEAST_RATE as LEAST_RATE
     from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints as RoundedJoints
     from tri_glide_kinematics.motion.path.corners.joints import lengths_of as lengths_of
+    from tri_glide_kinematics.motion.path.corners.rounding import MAX_ROUNDS as MAX_ROUNDS
+    from tri_glide_kinematics.motion.path.corners.rounding import SMALLER as SMALLER
     from tri_glide_kinematics.motion.path.corners.rounding import corrections_of as corrections_of
     from tri_glide_kinematics.motion.path.corners.rounding import (
         deviation_bounds as deviation_bounds,

@@ -67,13 +67,15 @@ from tri_glide_kinematics.motion.path.corners.widths import (
 from tri_glide_kinematics.motion.path.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
 
-# The widths are made smaller at most so often, until all tolerances hold.
+# The widths are made smaller at most so often, until all tolerances hold and the way driven is
+# nowhere too short.
 MAX_ROUNDS = 40
 
 # So often are widths in a crowd made smaller before that.
 FIRST_ROUNDS = 4
 
-# Roundings that reach too far over one that stays as it is are made smaller to this part.
+# Roundings are made smaller to this part where they reach too far over one that stays as it is, or
+# where together they would make the way driven too short.
 SMALLER = 0.7
 
 # Two breaks that are nearer, as part of the path's length, are one: the rest is rounding error.
@@ -84,7 +86,7 @@ FEW_TERMS = 4000
 FEW_EACH = 2
 
 # So many spans between breaks are worked on together where sums are carried on.
-SPANS = 32 * BLOCK
+CARRIED_SPANS = 32 * BLOCK
 
 # So many joints are worked on together where their neighbours are searched for.
 SEARCHED_ROWS = 1000
@@ -542,8 +544,8 @@ def _with_layer(
         yield
     carries_on = terms > max(FEW_TERMS, FEW_EACH * count)
     made = np.empty((count, sums.size, 3)) if table is None else table
-    for begin in range(0, count, SPANS):
-        some = slice(begin, min(begin + SPANS, count))
+    for begin in range(0, count, CARRIED_SPANS):
+        some = slice(begin, min(begin + CARRIED_SPANS, count))
         added = yield from _corrections_on(sums, some, carries_on)
         if table is None:
             made[some] = added
