@@ -331,6 +331,11 @@ def _lines(
     )
 
 
+# What segments have besides points; and what is not the same for all lines.
+COLUMNS = [name for name in Segments.__dataclass_fields__ if name != "points"]
+COLUMNS_OF_LINES = ["lengths", "tangents", "tolerances", "speeds"]
+
+
 def joined(parts: Iterable[Segments], backwards: bool = False) -> Interruptible[Segments]:
     """Return segments one after the other, interruptibly after each part.
 
@@ -359,7 +364,3 @@ def joined(parts: Iterable[Segments], backwards: bool = False) -> Interruptible[
         columns[name] = yield from concatenated(rows.pop(name))
     points = yield from concatenated(places)
     return Segments(points, **columns) if is_curved else _lines(points, **columns)
-
-
-COLUMNS = [name for name in Segments.__dataclass_fields__ if name != "points"]
-COLUMNS_OF_LINES = ["lengths", "tangents", "tolerances", "speeds"]

@@ -1,7 +1,8 @@
 """How a path is rounded, stage by stage: its joints, how wide they are rounded, what that adds.
 
 What is done for some joints, or between some breaks, stands in ``joints``, ``widths`` and
-``corrections``. Here it is done for all of them, interruptibly.
+``corrections``. Here it is done for all of them, interruptibly. Functions inside of others work on
+``some`` of the rows, with the values that the names around them have at that time.
 """
 
 from __future__ import annotations
