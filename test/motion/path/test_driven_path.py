@@ -10,7 +10,7 @@ import pytest
 
 from testing.path_samples import agree_until, distances, random_path, sides_of_breaks
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
-from tri_glide_kinematics.motion.path.corners import FARTHEST, REACH
+from tri_glide_kinematics.motion.path.corners import FARTHEST_SWING, SWING_REACH
 
 PATHS = [random_path(np.random.default_rng(seed)) for seed in range(120)]
 
@@ -188,7 +188,7 @@ def test_one_corner_is_as_wide_as_its_tolerance_allows():
         path = PlatformPath.start((0, 0, 0)).line_to((0.5, 0, 0), 1e-3).line_to(end)
         driven = path.driven
         height = 1e-3 / np.sin(min(angle, np.pi / 2))
-        reach = min(REACH * 0.5, FARTHEST * height)
+        reach = min(SWING_REACH * 0.5, FARTHEST_SWING * height)
         assert driven.widths.reaches[0] == pytest.approx(reach, rel=1e-6)
         middle = driven.state(0.5)
         assert abs(middle[1]) <= 1e-3

@@ -13,11 +13,11 @@ from tri_glide_kinematics.vectors import FloatArray
 Indices = NDArray[np.intp]
 
 # Nodes of the rule for spans on which the derivative of the curve changes by less than this.
-NODES = ((0.05, 3), (0.3, 6), (1.0, 12), (np.inf, 32))
-LIMITS = [change for change, _ in NODES[:-1]]
+RULES = ((0.05, 3), (0.3, 6), (1.0, 12), (np.inf, 32))
+LARGEST_CHANGES = [change for change, _ in RULES[:-1]]
 
 # Newton's method takes so many steps from the place on a straight line; each doubles the digits.
-STEPS = 5
+NEWTON_STEPS = 5
 
 
 class ArcLength:
@@ -65,7 +65,7 @@ class ArcLength:
         start, end = self.totals[spans], self.totals[spans + 1]
         wanted = np.clip(lengths, 0.0, self.total) - start
         found = low + (high - low) * wanted / (end - start)
-        for _ in range(STEPS):
+        for _ in range(NEWTON_STEPS):
             excess = self._integrals(spans, found) - wanted
             found = np.clip(found - excess / self._rates(spans, found), low, high)
         return np.asarray(found)
@@ -82,7 +82,7 @@ def rules_for(changes: FloatArray) -> NDArray[np.int8]:
     Args:
         changes: how much the derivative of the curve changes on each, at most. Shape (n,) [m].
     """
-    return np.searchsorted(LIMITS, changes).astype(np.int8)
+    return np.searchsorted(LARGEST_CHANGES, changes).astype(np.int8)
 
 
 def integrals(
@@ -102,7 +102,7 @@ def integrals(
         steps: of the parameter to the end. Shape (n,).
     """
     total = np.empty(len(spans))
-    for kind, (_, nodes) in enumerate(NODES):
+    for kind, (_, nodes) in enumerate(RULES):
         some = np.flatnonzero(kinds == kind)
         if len(some):
             total[some] = _by_nodes(rates, spans[some], starts[some], steps[some], nodes)

@@ -47,7 +47,7 @@ from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text
 
 # Places in a span at which it is looked for where the way driven is too short.
-SAMPLES = 9
+SAMPLES_IN_SPAN = 9
 
 # So many spans are worked on together: where they are looked at, and where they are measured.
 SAMPLED_SPANS = 222
@@ -239,7 +239,7 @@ def _slow_ways(path: PiecewisePath) -> Interruptible[FloatArray]:
     found = [np.zeros(0)]
     for some in blocks(len(spans), SAMPLED_SPANS):
         # A corner that is just not too sharp to be rounded is not too sharp.
-        found.append(path.slow_ways(spans[some], 0.99 * LEAST_RATE, SAMPLES))
+        found.append(path.slow_ways(spans[some], 0.99 * LEAST_RATE, SAMPLES_IN_SPAN))
         yield
     return np.concatenate(found)
 

@@ -239,7 +239,10 @@ def _lines_through(start: Vector3, points: FloatArray, tolerance: float) -> Iter
         steps = np.diff(places, axis=0, prepend=before)
         before = places[-1:]
         new = np.concatenate(
-            (end, places[np.einsum("ij,ij->i", steps, steps) >= SHORTEST * SHORTEST])
+            (
+                end,
+                places[np.einsum("ij,ij->i", steps, steps) >= SHORTEST * SHORTEST],
+            )
         )
         if len(new) > 1:
             yield polyline(new, limit, number=count)

@@ -104,7 +104,7 @@ def _values(shape: Bound, places: FloatArray) -> FloatArray:
 
 
 # The first places are so far apart [m].
-FIRST_STEP = 0.01
+FIRST_PLACES_APART = 0.01
 
 # So many spans, places and first intervals are looked at between two breaks of the computation.
 CHECKED_SPANS = 4000
@@ -135,7 +135,7 @@ def check_place(
 
 def _first_ways(driven: DrivenPath, start: float) -> FloatArray:
     """Return programmed ways, among them all stops, from ``start`` on. Shape (n,) [m]."""
-    count = max(int(np.ceil((driven.length - start) / FIRST_STEP)), 1)
+    count = max(int(np.ceil((driven.length - start) / FIRST_PLACES_APART)), 1)
     even = np.linspace(start, driven.length, count + 1)
     stops = driven.stops[driven.stops > start]
     return distinct(even, stops)

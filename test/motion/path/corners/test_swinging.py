@@ -9,7 +9,13 @@ import pytest
 
 from testing.path_samples import random_path
 from tri_glide_kinematics.motion.path import PlatformPath
-from tri_glide_kinematics.motion.path.corners import FARTHEST, NARROWER, REACH, WIDEST, swing_of
+from tri_glide_kinematics.motion.path.corners import (
+    FARTHEST_SWING,
+    NARROWER,
+    SWING_REACH,
+    WIDEST,
+    swing_of,
+)
 
 TOLERANCE = 1e-3
 PLACES = np.linspace(0.0, 1.0, 401)
@@ -43,7 +49,7 @@ def driven(*points, tolerance=TOLERANCE):
 def test_the_form_is_that_of_the_formulas(room):
     path = driven((0, 0, 0), (room, 0, 0), (room, room, 0))
     x = np.linspace(-room, room, 800)[:-1]
-    reach = min(REACH * room, FARTHEST * TOLERANCE)
+    reach = min(SWING_REACH * room, FARTHEST_SWING * TOLERANCE)
     expected = rounding(x, TOLERANCE, reach)
     programmed = np.column_stack((room + np.minimum(x, 0.0), np.maximum(x, 0.0), 0.0 * x))
     found = path.derivatives(room + x, 0)[0] - programmed
@@ -64,9 +70,12 @@ def test_it_is_the_same_as_one_that_tapers_off_where_there_is_just_room_for_that
 def test_two_beside_each_other_keep_the_larger_tolerance():
     """The way between is 1; each rounding may be narrower, for what is on its other side."""
     ratios = (
-        2.0 * REACH * WIDEST * np.array([1.0, 1.1, 1.3, 1.6, 2.0, 2.3, 2.5, 2.8, 3.3, 4.5, 7.0])
+        2.0
+        * SWING_REACH
+        * WIDEST
+        * np.array([1.0, 1.1, 1.3, 1.6, 2.0, 2.3, 2.5, 2.8, 3.3, 4.5, 7.0])
     )
-    reaches = REACH * np.array([1.0, 0.9, 0.7, 0.4, 0.1])
+    reaches = SWING_REACH * np.array([1.0, 0.9, 0.7, 0.4, 0.1])
     swinging = []
     # Where the line on the other side is longer, only a part of the swing is used.
     for ratio, reach, part in product(ratios.tolist(), reaches.tolist(), (1.0, 0.6, 0.2)):

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.corners.rounding import widths_behind as widths_behind
     from tri_glide_kinematics.motion.path.corners.rounding import widths_kept as widths_kept
     from tri_glide_kinematics.motion.path.corners.rounding import widths_of as widths_of
-    from tri_glide_kinematics.motion.path.corners.swinging import FARTHEST as FARTHEST
+    from tri_glide_kinematics.motion.path.corners.swinging import FARTHEST_SWING as FARTHEST_SWING
     from tri_glide_kinematics.motion.path.corners.swinging import NARROWER as NARROWER
-    from tri_glide_kinematics.motion.path.corners.swinging import REACH as REACH
+    from tri_glide_kinematics.motion.path.corners.swinging import SWING_REACH as SWING_REACH
     from tri_glide_kinematics.motion.path.corners.swinging import swing_of as swing_of
     from tri_glide_kinematics.motion.path.corners.tapering import WIDEST as WIDEST
     from tri_glide_kinematics.motion.path.corners.widths import CONVEX_BEND as CONVEX_BEND

@@ -22,10 +22,10 @@ from tri_glide_kinematics.motion.path.corners.joints import Indices
 from tri_glide_kinematics.vectors import FloatArray
 
 # So many breaks are worked through from each sum over all roundings.
-BLOCK = 64
+SUM_BLOCK = 64
 
 # Carrying on may cost so many units of rounding of the largest third derivative, and this [m].
-UNITS = 2e-15
+LOST_UNITS = 2e-15
 LARGEST_LOSS = 1e-15
 
 
@@ -160,24 +160,24 @@ def carried_on(
 
     Args:
         sums: over roundings.
-        some: spans, which are blocks of ``BLOCK``; the last one may be shorter.
+        some: spans, which are blocks of ``SUM_BLOCK``; the last one may be shorter.
         first: coefficients on the first span of each block. Shape (n, size, 3).
 
     Returns:
         Shape (m, size, 3); (m,).
     """
     blocks, begin, count = len(first), some.start, some.stop - some.start
-    padded = np.zeros((sums.size, 3, blocks * BLOCK))
+    padded = np.zeros((sums.size, 3, blocks * SUM_BLOCK))
     for power, at, change in _jumps(sums, sums.near(begin, begin + count)):
         # The breaks ascend, as the roundings do.
         inside = slice(*np.searchsorted(at, (begin, begin + count)))
         places = at[inside] - begin
         for axis in range(3):
             padded[power, axis, :count] += np.bincount(places, change[axis, inside], count)
-    steps = np.zeros((blocks, BLOCK))
+    steps = np.zeros((blocks, SUM_BLOCK))
     steps.ravel()[:count] = np.diff(sums.breaks.ways[begin : begin + count + 1])
     # From what the coefficients change by at each break to what they are.
-    table = padded.reshape(sums.size, 3, blocks, BLOCK)
+    table = padded.reshape(sums.size, 3, blocks, SUM_BLOCK)
     table[..., 0] = first.transpose(1, 2, 0)
     highest = sums.size - 1
     for power in range(highest, -1, -1):
@@ -188,8 +188,8 @@ def carried_on(
     largest = np.abs(table[3:]).max(axis=(1, 3))
     lost = sum(extents ** (3 + power) * row for power, row in enumerate(largest))
     filled = padded.transpose(2, 0, 1)[:count]
-    lossy = np.asarray(UNITS * lost > LARGEST_LOSS)
-    return filled, np.repeat(lossy, BLOCK)[:count]
+    lossy = np.asarray(LOST_UNITS * lost > LARGEST_LOSS)
+    return filled, np.repeat(lossy, SUM_BLOCK)[:count]
 
 
 def _moved(table: FloatArray, steps: FloatArray, power: int) -> FloatArray:

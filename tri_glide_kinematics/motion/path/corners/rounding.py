@@ -27,7 +27,7 @@ from tri_glide_kinematics.interruptible import (
     sorting,
 )
 from tri_glide_kinematics.motion.path.corners.corrections import (
-    BLOCK,
+    SUM_BLOCK,
     Breaks,
     Layer,
     RoundingSums,
@@ -87,7 +87,7 @@ FEW_TERMS = 4000
 FEW_EACH = 2
 
 # So many spans between breaks are worked on together where sums are carried on.
-CARRIED_SPANS = 32 * BLOCK
+CARRIED_SPANS = 32 * SUM_BLOCK
 
 # So many joints are worked on together where their neighbours are searched for.
 SEARCHED_ROWS = 1000
@@ -648,7 +648,7 @@ def _corrections_on(sums: RoundingSums, some: slice, carries_on: bool) -> Interr
     counts = sums.counts(some)
     formed = counts > 0
     if carries_on:
-        firsts = yield from _formed(sums, np.arange(some.start, some.stop, BLOCK))
+        firsts = yield from _formed(sums, np.arange(some.start, some.stop, SUM_BLOCK))
         table, is_lossy = carried_on(sums, some, firsts)
         yield
         table[~formed] = 0.0

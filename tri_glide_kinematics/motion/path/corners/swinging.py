@@ -29,24 +29,25 @@ NARROWER = 0.8
 
 # Largest part of the way to the next joint, and largest multiple of the height, that w is. Farther
 # from the corner, nothing is gained by it.
-REACH = 0.9
-FARTHEST = 100.0
+SWING_REACH = 0.9
+FARTHEST_SWING = 100.0
 
-# With a swing a <= LEAST + FALLING (h / w)^2, B is nowhere below -0.993 h, nor are two together.
-LEAST = 0.99
+# With a swing a <= LEAST_SWING + FALLING (h / w)^2, B is nowhere below -0.993 h, nor are two
+# together.
+LEAST_SWING = 0.99
 FALLING = 560.0
 
 # How fast a grows with w where there is little room. T becomes a little wider than half of it.
 GROWING = 1.1
 
 # What tapers off by all but this does so altogether: rounding.
-ALL = 1.0 - 1e-9
+ALL_OF_IT = 1.0 - 1e-9
 
 
 def swing_of(ratios: FloatArray) -> FloatArray:
     """Return a for the ``ratios`` of w to h; at most 0 where there is no room for any."""
-    fitting = GROWING * (ratios / (2.0 * REACH * WIDEST) - 1.0)
-    return np.asarray(np.minimum(fitting, LEAST + FALLING / (ratios * ratios)))
+    fitting = GROWING * (ratios / (2.0 * SWING_REACH * WIDEST) - 1.0)
+    return np.asarray(np.minimum(fitting, LEAST_SWING + FALLING / (ratios * ratios)))
 
 
 def swing_parts(
@@ -74,7 +75,7 @@ def swung(joints: RoundedJoints, widths: Widths, count: int, rooms_before: Float
         rooms_before: over which each may reach to what is before it. Shape (m,) [m].
     """
     alone = widths.single & (joints.bends == 0.0)
-    corners = alone & (widths.tapers >= ALL) & joints.free
+    corners = alone & (widths.tapers >= ALL_OF_IT) & joints.free
     corners[:count] = False
     if not corners.any():
         return widths
@@ -85,7 +86,8 @@ def swung(joints: RoundedJoints, widths: Widths, count: int, rooms_before: Float
     after = np.minimum(np.concatenate((gaps - others[1:], (np.inf,))), joints.rooms_after)
     heights = (1.0 - SPARE) * joints.tolerances[corners] / joints.distances[corners]
     first, second = (
-        np.minimum(REACH * rooms[corners], FARTHEST * heights) for rooms in (before, after)
+        np.minimum(SWING_REACH * rooms[corners], FARTHEST_SWING * heights)
+        for rooms in (before, after)
     )
     reaches = np.minimum(first, second)
     # Where one line is longer, the platform comes along it too fast for the swing of the other.
