@@ -153,33 +153,48 @@ class RoundingSums:
         return result
 
 
-def carried_on(
-    sums: RoundingSums, some: slice, first: FloatArray
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the coefficients on some spans, and which of these lose digits.
+def changes_at(sums: RoundingSums, some: slice) -> FloatArray:
+    """Return by how much the coefficients of some spans jump where these begin.
 
     Args:
         sums: over roundings.
         some: spans, which are blocks of ``SUM_BLOCK``; the last one may be shorter.
-        first: coefficients on the first span of each block. Shape (n, size, 3).
 
     Returns:
-        Shape (m, size, 3); (m,).
+        Shape (size, 3, n, SUM_BLOCK) for n blocks.
     """
-    blocks, begin, count = len(first), some.start, some.stop - some.start
-    padded = np.zeros((sums.size, 3, blocks * SUM_BLOCK))
+    begin, count = some.start, some.stop - some.start
+    blocks = -(-count // SUM_BLOCK)
+    changes = np.zeros((sums.size, 3, blocks * SUM_BLOCK))
     for power, at, change in _jumps(sums, sums.near(begin, begin + count)):
         # The breaks ascend, as the roundings do.
         inside = slice(*np.searchsorted(at, (begin, begin + count)))
         places = at[inside] - begin
         for axis in range(3):
-            padded[power, axis, :count] += np.bincount(places, change[axis, inside], count)
-    steps = np.zeros((blocks, SUM_BLOCK))
-    steps.ravel()[:count] = np.diff(sums.breaks.ways[begin : begin + count + 1])
+            changes[power, axis, :count] += np.bincount(places, change[axis, inside], count)
+    return changes.reshape(sums.size, 3, blocks, SUM_BLOCK)
+
+
+def carried_on(
+    changes: FloatArray, first: FloatArray, ways: FloatArray
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return the coefficients on spans in succession, and which of these lose digits.
+
+    Args:
+        changes: what ``changes_at`` returns; it is written to. Shape (size, 3, n, SUM_BLOCK).
+        first: coefficients on the first span of each block. Shape (n, size, 3).
+        ways: at which these spans begin, and the last one ends. Shape (m + 1,) [m].
+
+    Returns:
+        Shape (m, size, 3); (m,).
+    """
+    count = len(ways) - 1
+    steps = np.zeros(changes.shape[2:])
+    steps.ravel()[:count] = np.diff(ways)
     # From what the coefficients change by at each break to what they are.
-    table = padded.reshape(sums.size, 3, blocks, SUM_BLOCK)
+    table = changes
     table[..., 0] = first.transpose(1, 2, 0)
-    highest = sums.size - 1
+    highest = len(table) - 1
     for power in range(highest, -1, -1):
         if power < highest:
             table[power, ..., 1:] += _moved(table[power:, ..., :-1], steps[:, :-1], power)
@@ -187,9 +202,9 @@ def carried_on(
     extents = steps.sum(axis=1)
     largest = np.abs(table[3:]).max(axis=(1, 3))
     lost = sum(extents ** (3 + power) * row for power, row in enumerate(largest))
-    filled = padded.transpose(2, 0, 1)[:count]
     lossy = np.asarray(LOST_UNITS * lost > LARGEST_LOSS)
-    return filled, np.repeat(lossy, SUM_BLOCK)[:count]
+    filled = table.reshape(len(table), 3, -1).transpose(2, 0, 1)
+    return filled[:count], np.repeat(lossy, SUM_BLOCK)[:count]
 
 
 def _moved(table: FloatArray, steps: FloatArray, power: int) -> FloatArray:

@@ -32,6 +32,7 @@ from tri_glide_kinematics.motion.path.corners.corrections import (
     Layer,
     RoundingSums,
     carried_on,
+    changes_at,
     roundings_over,
 )
 from tri_glide_kinematics.motion.path.corners.joints import (
@@ -86,11 +87,11 @@ SAME_BREAK = 1e-13
 FEW_TERMS = 4000
 FEW_EACH = 2
 
-# So many spans between breaks are worked on together where sums are carried on.
-CARRIED_SPANS = 32 * SUM_BLOCK
+# So many spans between breaks are worked on together.
+CARRIED_SPANS = 64 * SUM_BLOCK
 
 # So many joints are worked on together where their neighbours are searched for.
-SEARCHED_ROWS = 1000
+SEARCHED_ROWS = 2000
 
 # So many terms of sums are worked on together.
 TERMS = 2000
@@ -645,31 +646,39 @@ def _breaks(ways: FloatArray, layers: Sequence[Layer]) -> Interruptible[list[Bre
 
 def _corrections_on(sums: RoundingSums, some: slice, carries_on: bool) -> Interruptible[FloatArray]:
     """Return the coefficients on some spans in succession. Shape (n, size, 3)."""
-    counts = sums.counts(some)
-    formed = counts > 0
+    formed = sums.counts(some) > 0
     if carries_on:
-        firsts = yield from _formed(sums, np.arange(some.start, some.stop, SUM_BLOCK))
-        table, is_lossy = carried_on(sums, some, firsts)
+        heads = np.flatnonzero(formed[::SUM_BLOCK])
+        firsts = np.zeros((-(-len(formed) // SUM_BLOCK), sums.size, 3))
+        yield from _form(firsts, heads, sums, some.start + SUM_BLOCK * heads)
+        changes = changes_at(sums, some)
+        yield
+        ways = sums.breaks.ways[some.start : some.stop + 1]
+        table, is_lossy = carried_on(changes, firsts, ways)
         yield
         table[~formed] = 0.0
         formed &= is_lossy
     else:
-        table = np.zeros((len(counts), sums.size, 3))
-    places = np.flatnonzero(formed)
-    if len(places):
-        table[places] = yield from _formed(sums, some.start + places)
+        table = np.zeros((len(formed), sums.size, 3))
+    rows = np.flatnonzero(formed)
+    yield from _form(table, rows, sums, some.start + rows)
     return table
 
 
-def _formed(sums: RoundingSums, spans: Indices) -> Interruptible[FloatArray]:
-    """Return the coefficients on ``spans``, each from the sum over all roundings."""
-    table = np.zeros((len(spans), sums.size, 3))
-    counts = sums.counts(spans)
-    covered = np.flatnonzero(counts)
-    part = np.cumsum(counts[covered]) // TERMS
+def _form(
+    table: FloatArray, rows: Indices, sums: RoundingSums, spans: Indices
+) -> Interruptible[None]:
+    """Write coefficients on ``spans`` to ``rows`` of a ``table``, each summed over all roundings.
+
+    Args:
+        table: Shape (n, size, 3).
+        rows: Shape (m,).
+        sums: over roundings.
+        spans: Shape (m,).
+    """
+    part = np.cumsum(sums.counts(spans)) // TERMS
     for number in range(int(part[-1]) + 1 if len(part) else 0):
-        these = covered[slice(*np.searchsorted(part, (number, number + 1)))]
-        if len(these):
-            table[these] = sums.at(spans[these])
+        these = slice(*np.searchsorted(part, (number, number + 1)))
+        if these.stop > these.start:
+            table[rows[these]] = sums.at(spans[these])
             yield
-    return table
