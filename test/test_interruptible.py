@@ -86,7 +86,6 @@ def test_columns_made_block_by_block_are_those_made_at_once(monkeypatch, count):
         assert found[1].flags.writeable != (spare_zeros and count > 100)
 
 
-
 class Numbers:
     """Numbers whose sum is worked out once."""
 

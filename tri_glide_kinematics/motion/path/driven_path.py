@@ -203,7 +203,7 @@ class DrivenPath(PiecewisePath):
     def ways(self, programmed: ArrayLike) -> FloatArray:
         """Return the way driven at programmed ways, shape (n,) [m]. Shape (n,) [m]."""
         places = np.asarray(programmed, dtype=np.float64)
-        return self.arc_length.at(self.pieces_of(places), places)
+        return self.arc_length.at(self.spans_of(places), places)
 
     def place_of(self, driven: ArrayLike) -> FloatArray:
         """Return the programmed way at ways driven, shape (n,) [m]. Shape (n,) [m]."""

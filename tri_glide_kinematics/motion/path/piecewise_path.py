@@ -92,8 +92,6 @@ class PiecewisePath:
         spans = np.searchsorted(self.breaks, ways, "right") - 1
         return np.asarray(np.clip(spans, 0, len(self.segment) - 1))
 
-    pieces_of = spans_of  # as other rooms call it
-
     def derivatives(self, ways: ArrayLike, highest: int = 3) -> FloatArray:
         """Return positions, and their derivatives by the programmed way.
 

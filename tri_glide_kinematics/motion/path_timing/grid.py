@@ -253,7 +253,7 @@ def cell_ends(curve: PathHeights, cells: Cells) -> CellEnds:
     driven, places = curve.driven, cells.ways[0]
     # What lies before a break counts for the end of the cell before it.
     pieces = np.concatenate(
-        (driven.pieces_of(places[:-1]), np.searchsorted(driven.breaks, places[1:], "left") - 1)
+        (driven.spans_of(places[:-1]), np.searchsorted(driven.breaks, places[1:], "left") - 1)
     )
     both, rates = curve.derivatives_on(pieces, np.concatenate((places[:-1], places[1:])))
     count = len(places) - 1
@@ -327,7 +327,7 @@ def _widened(
         return thirds, thirds
     # Of breaks inside cells, the third derivatives on both sides count as well.
     owner, hidden_breaks = owner[hidden], breaks[hidden]
-    pieces = heights.driven.pieces_of(hidden_breaks)
+    pieces = heights.driven.spans_of(hidden_breaks)
     before = heights.derivatives_on(pieces - 1, hidden_breaks).heights[3]
     after = heights.derivatives_on(pieces, hidden_breaks).heights[3]
     firsts = np.flatnonzero(np.diff(owner, prepend=-1))

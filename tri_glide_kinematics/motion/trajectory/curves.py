@@ -385,7 +385,7 @@ class PathHeights:
         """
         begins, ends = ways.reshape(2, -1)
         middles = 0.5 * (begins + ends)
-        pieces = self.driven.pieces_of(middles)
+        pieces = self.driven.spans_of(middles)
         table = self.driven.derivatives_on(np.concatenate((pieces, pieces)), ways, 5)
         (_, *at_ends), rates = self.seen_from_sliders(table)
         by_way, place = self._largest_by_way(table, ends - begins)
