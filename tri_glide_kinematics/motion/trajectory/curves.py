@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import chain
 from math import sqrt
 from typing import NamedTuple, Protocol
 
@@ -121,6 +122,7 @@ class StraightLine:
 
     __slots__ = (
         "_arm_lengths",
+        "_numbers",
         "_rises",
         "_tilts",
         "arms",
@@ -160,6 +162,8 @@ class StraightLine:
             cx, cy = x - anchor[0], y - anchor[1]
             arms.append((arm_length * arm_length - cx * cx - cy * cy, -(cx * ux + cy * uy)))
         self.arms = tuple(arms)
+        # What each setpoint takes, in one tuple, as that is unpacked soonest.
+        self._numbers = (*chain.from_iterable(arms), m, uz, z)
         self._arm_lengths = geometry.arm_lengths
         # Rises are concave along a line: if both ends are within reach, so is what is between.
         self.heights_at(length)
@@ -224,9 +228,8 @@ class StraightLine:
             speed: of it [m/s].
             acceleration: of it [m/s^2].
         """
-        (s1, x1), (s2, x2), (s3, x3) = self.arms
-        m, slope = self.curvature, self.slope
-        base, change, square = self.start[2] + slope * way, m * way, speed * speed
+        s1, x1, s2, x2, s3, x3, m, slope, base = self._numbers
+        base, change, square = base + slope * way, m * way, speed * speed
         y1, y2, y3 = x1 + change, x2 + change, x3 + change
         r1 = math.sqrt(s1 + way * (x1 + y1))
         r2 = math.sqrt(s2 + way * (x2 + y2))
