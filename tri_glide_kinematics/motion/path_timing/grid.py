@@ -261,12 +261,20 @@ def cell_ends(curve: PathHeights, cells: Cells) -> CellEnds:
     return CellEnds(heights, rates.reshape(2, count))
 
 
-def timing_grid(curve: PathHeights, cells: Cells, ends: CellEnds) -> TimingGrid:
-    """Return what some ``cells`` of a path allow, of which the ``ends`` are known."""
-    breaks, rest_map = curve.driven.breaks, cells.rest_map
-    breaks = breaks[(breaks > rest_map.begin) & (breaks < rest_map.end)]
-    h1, h2, h3 = ends.heights
-    highest, lowest = _widened(curve, cells.ways[0], breaks, h3)
+def timing_grid(
+    curve: PathHeights, cells: Cells, ends: CellEnds, thirds: tuple[FloatArray, FloatArray]
+) -> TimingGrid:
+    """Return what some ``cells`` of a path allow.
+
+    Args:
+        curve: the path.
+        cells: of a window.
+        ends: of the cells.
+        thirds: the largest and the least third derivatives in them (``extreme_thirds``).
+    """
+    rest_map = cells.rest_map
+    h1, h2, _ = ends.heights
+    highest, lowest = thirds
     _, s1, s2, s3 = np.stack((cells.ways[:, :-1], cells.ways[:, 1:]), axis=1)[:, :, np.newaxis]
     first, square = h1 * s1, s1 * s1
     rest = 3.0 * h2 * s1 * s2 + h1 * s3
@@ -310,26 +318,28 @@ def _squared_speeds(
     return np.asarray(np.clip(point, 0.5 * middle, 1.5 * middle))
 
 
-def _widened(
-    heights: PathHeights, knots: FloatArray, breaks: FloatArray, thirds: FloatArray
+def extreme_thirds(
+    curve: PathHeights, cells: Cells, ends: CellEnds
 ) -> tuple[FloatArray, FloatArray]:
     """Return the largest and the least third derivatives by the way that cells have to allow.
 
-    Args:
-        heights: of the sliders along the path.
-        knots: where cells begin and end. Shape (n + 1,) [m].
-        breaks: between them [m].
-        thirds: at the two places of each cell. Shape (2, 3, n) [1/m^2].
+    Those at the two ``ends`` of each cell, and at breaks of the path inside it.
+
+    Returns:
+        Shape (2, 3, n) each [1/m^2].
     """
+    thirds, knots, rest_map = ends.heights[2], cells.ways[0], cells.rest_map
+    breaks = curve.driven.breaks
+    breaks = breaks[(breaks > rest_map.begin) & (breaks < rest_map.end)]
     owner = np.searchsorted(knots, breaks, "right") - 1
     hidden = knots[owner] != breaks
     if not hidden.any():
         return thirds, thirds
     # Of breaks inside cells, the third derivatives on both sides count as well.
     owner, hidden_breaks = owner[hidden], breaks[hidden]
-    pieces = heights.driven.spans_of(hidden_breaks)
-    before = heights.derivatives_on(pieces - 1, hidden_breaks).heights[3]
-    after = heights.derivatives_on(pieces, hidden_breaks).heights[3]
+    pieces = curve.driven.spans_of(hidden_breaks)
+    before = curve.derivatives_on(pieces - 1, hidden_breaks).heights[3]
+    after = curve.derivatives_on(pieces, hidden_breaks).heights[3]
     firsts = np.flatnonzero(np.diff(owner, prepend=-1))
     owners = owner[firsts]
     highest, lowest = thirds.copy(), thirds.copy()

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.path import distinct
-from tri_glide_kinematics.motion.trajectory import PathHeights, SliderLimits
+from tri_glide_kinematics.motion.trajectory import HeightDerivatives, PathHeights, SliderLimits
 from tri_glide_kinematics.vectors import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -78,6 +78,7 @@ def samples(begin: float, end: float, breaks: FloatArray) -> FloatArray:
 def estimated(
     heights: PathHeights,
     places: FloatArray,
+    seen: HeightDerivatives,
     speed: float,
     limits: SliderLimits,
     each: float | None = None,
@@ -87,6 +88,7 @@ def estimated(
     Args:
         heights: of the sliders along the path.
         places: ascending, dense enough for what is estimated. Shape (n,) [m].
+        seen: derivatives of the heights there.
         speed: at the first of them [m/s].
         limits: of the sliders.
         each: how long the platform is to take in a cell, if that is known [s].
@@ -94,7 +96,7 @@ def estimated(
     Raises:
         PathTimingError: if an arm does not reach some place.
     """
-    (_, first, second, third), rates = heights.derivatives(places)
+    (_, first, second, third), rates = seen
     unreached = np.flatnonzero(~np.isfinite(first).all(axis=0))
     if len(unreached):
         place = float(places[unreached[0]])

@@ -28,6 +28,7 @@ from tri_glide_kinematics.motion.path_timing.grid import (
     cell_ends,
     cells_of,
     extent,
+    extreme_thirds,
     pieces_ahead,
     timing_grid,
 )
@@ -318,11 +319,15 @@ def _window(
     Raises:
         PathTimingError: if an arm does not reach some place.
     """
-    estimate = estimated(curve, ahead.samples, speed, limits)
+    seen = curve.derivatives(ahead.samples)
+    yield
+    estimate = estimated(curve, ahead.samples, seen, speed, limits)
     yield
     part = ahead.cut(estimate)
     if part is not ahead:
-        estimate = estimated(curve, part.samples, speed, limits, estimate.each)
+        seen = curve.derivatives(part.samples)
+        yield
+        estimate = estimated(curve, part.samples, seen, speed, limits, estimate.each)
         yield
     cells = cells_of(part, estimate, speed, first_places)
     yield
@@ -333,7 +338,9 @@ def _grid(curve: PathHeights, cells: Cells) -> Interruptible[TimingGrid]:
     """Return what some ``cells`` of a path allow."""
     ends = cell_ends(curve, cells)
     yield
-    grid = timing_grid(curve, cells, ends)
+    thirds = extreme_thirds(curve, cells, ends)
+    yield
+    grid = timing_grid(curve, cells, ends, thirds)
     yield
     return grid
 

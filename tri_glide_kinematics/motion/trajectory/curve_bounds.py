@@ -58,7 +58,7 @@ _INSTANT = 1e-11
 _HALLEY_STEPS = 40
 
 # Parts that are looked at together, about: few together cost nearly as much as many.
-_BLOCK = 250
+_BLOCK = 160
 
 
 class Bounds(NamedTuple):
