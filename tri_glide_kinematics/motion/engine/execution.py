@@ -33,7 +33,7 @@ from tri_glide_kinematics.workspace import Workspace
 RETRY_INTERVAL = 0.008
 
 # A stop may take so many pieces within its call. Nearly all take fewer.
-URGENT_PIECES = 6
+URGENT_PIECES = 7
 
 # The first step of tracking, before any other was made, is taken to be this long [s].
 FIRST_STEP = 0.002
