@@ -140,7 +140,9 @@ class Adversary:
         controller = self.controller
         self._now += self._scenario.dt
         before = self._last
-        self._was_planning = self.engine.preparing
+        # A command may wait for some cycles, as one that came in with it had its turn first.
+        waiting = controller._queue.target is not None
+        self._was_planning = waiting or self.engine.preparing
         setpoint = controller.cycle(self._now, some_pieces(self._rng))
         if setpoint is None and before is not None and any(before.velocities):
             self._violated("the stream ended in motion")
