@@ -22,6 +22,7 @@ from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, polylines_of
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.ros.goal_sender import GoalSender
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 
@@ -36,7 +37,7 @@ class Leg:
         duration: from the command to the end [s].
         first: its first row in the stream of commands.
         end: the row after its last.
-        deviation: largest measured distance from its path; 0 for a leg without one [m].
+        deviation: largest distance of its setpoints from its path; 0 for a leg without one [m].
         tolerance: of that path [m].
     """
 
@@ -57,6 +58,7 @@ class Leg:
         return float(np.linalg.norm(np.subtract(self.target, self.reached)))
 
 
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
 TOLERANCE = 1e-4  # m between a target and the pose measured back
 SETTLED_POSES = 10  # measured poses that have to agree
 SETTLED = 5e-6  # m, within which they do
@@ -201,14 +203,17 @@ class DemoClient(Node):
         self.wait_for(has_settled, MOVE_TIMEOUT, f"reaching {name}")
         return Leg(name, target, self.path[-1], time.monotonic() - begin, first, len(self.commands))
 
-    def follow(self, name: str, start: Vector3, segments: FlatPath) -> Leg:
+    def follow(self, name: str, start: Vector3, segments: FlatPath, joints: tuple[str, ...]) -> Leg:
         """Drive along a path by the action, and wait until it tells of the end.
+
+        Setpoints are compared with the path, not measured poses: between two setpoints of which
+        one is late, as this computer is busy, no machine stays on it.
 
         Raises:
             DemoError: if it tells of another end than success.
         """
         path = at_once(segments.path_from(start))
-        begin, first, first_pose = time.monotonic(), len(self.commands), len(self.path)
+        begin, first = time.monotonic(), len(self.commands)
         goal = self._goals.follow(segments)
 
         def has_ended() -> bool:
@@ -229,7 +234,7 @@ class DemoClient(Node):
             time.monotonic() - begin,
             first,
             len(self.commands),
-            _largest_distance(np.array(self.path[first_pose:]), path),
+            _largest_distance(MACHINE.forward_batch(self._heights(joints)[first:]), path),
             float(segments.tolerances.max()),
         )
 
@@ -256,17 +261,18 @@ class DemoClient(Node):
         self.wait_for(self.is_at_rest, MOVE_TIMEOUT, "stopping after the jog")
         return Leg("jog", None, self.path[-1], time.monotonic() - begin, first, len(self.commands))
 
+    def _heights(self, joints: tuple[str, ...]) -> list[list[float]]:
+        """Return the heights of all commands so far, in the order of ``joints`` [m]."""
+        rows = [dict(zip(command.name, command.position)) for command in self.commands]
+        return [[row[joint] for joint in joints] for row in rows]
+
     def stream(self, settings: MachineSettings) -> CommandStream:
         """Return all commands so far.
 
         Raises:
             DemoError: if commands were lost on the way, so that their differences mean nothing.
         """
-        rows = []
-        for command in self.commands:
-            by_name = dict(zip(command.name, command.position))
-            rows.append([by_name[joint] for joint in settings.joints])
-        stream = CommandStream.from_heights(rows, settings.period)
+        stream = CommandStream.from_heights(self._heights(settings.joints), settings.period)
         published = np.array([command.velocity for command in self.commands])
         mean = (published[1:] + published[:-1]) / 2.0
         # Within one period the two differ by the jerk alone; a lost command differs far more.

@@ -72,8 +72,8 @@ def drive(client: DemoClient, legs: list[Leg]) -> MachineSettings:
     say(f"pose {HOME[0]} {in_millimetres(HOME[1])} mm")
     legs.append(client.move(*HOME, frame))
     say(f"path of {len(PATH)} segments, corners rounded by {1e3 * CORNER_TOLERANCE:g} mm at most")
-    legs.append(client.follow("path", HOME[1], PATH))
-    say(f"path: measured at most {1e3 * legs[-1].deviation:.3f} mm from it as programmed")
+    legs.append(client.follow("path", HOME[1], PATH, settings.joints))
+    say(f"path: setpoints at most {1e3 * legs[-1].deviation:.3f} mm from it as programmed")
     return settings
 
 
