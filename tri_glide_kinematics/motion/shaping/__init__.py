@@ -1,0 +1,13 @@
+"""Motion that leaves no vibration behind."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.shaping.shapers import Mode as Mode
+    from tri_glide_kinematics.motion.shaping.shapers import Shaper as Shaper
+    from tri_glide_kinematics.motion.shaping.shapers import ShaperKind as ShaperKind
+    from tri_glide_kinematics.motion.shaping.shapers import residual as residual
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
