@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 
 import pytest
@@ -64,6 +65,30 @@ def test_it_succeeds_at_the_end_of_the_path(rig):
     assert text == "path of 4 segments is reached, measured 0 m away"
     assert place(rig) == pytest.approx(SQUARE[-1], abs=1e-9)
     assert rig.controller.state is IDLE
+
+
+@pytest.mark.parametrize("pieces", [20, 30])
+def test_the_state_is_moving_as_soon_as_the_path_is_followed(pieces):
+    # So slow a planner has the next part in preparation in nearly every cycle of the path.
+    rig = Rig(kind=MotionKind.LINEAR, in_pieces=True, start=START)
+    rig.pieces = pieces
+    rig.cycle(2)
+    for _ in range(10):
+        rig.jog((0.0, 0.02, 0.0))
+        rig.cycle(2)
+    angles = [0.05 * count for count in range(1, 200)]
+    circle = [(0.03 * math.sin(a), 0.03 - 0.03 * math.cos(a), 0.25) for a in angles]
+    goal = pursue(rig, circle)
+    states = []
+    for _ in range(5000):
+        rig.cycle()
+        if goal.outcome is not None:
+            break
+        if rig.engine.phase is MotionPhase.FOLLOWING:
+            states.append(rig.controller.state)
+    assert goal.outcome.code is GoalCode.SUCCEEDED
+    assert len(states) > 100
+    assert set(states) == {MOVING}
 
 
 def test_a_cancelled_path_rests_on_it_or_beside_it(rig):

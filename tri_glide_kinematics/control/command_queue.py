@@ -270,7 +270,10 @@ class CommandQueue:
         command = self._begun
         if command is None:
             return None
-        if refusal is None and (self._making is not None or self._engine.preparing):
+        # A path has been taken though its next part is planned already; limits need all plans.
+        engine = self._engine
+        is_planned = engine.preparing_goal if command.is_target else engine.preparing
+        if refusal is None and (self._making is not None or is_planned):
             return None
         self._begun = None
         refusal = refusal or self._engine.take_refusal()

@@ -408,6 +408,11 @@ class MotionEngine:
         return self._execution.preparation is not None
 
     @property
+    def preparing_goal(self) -> bool:
+        """Whether that is the plan of a new goal, and not what comes next for the present one."""
+        return self._execution.goal_in_preparation is not None
+
+    @property
     def tracks(self) -> bool:
         """Whether something is tracked, so that a new velocity or target needs no plan."""
         return self._execution.tracks
