@@ -22,6 +22,7 @@ from tri_glide_kinematics.motion.moves.line_moves import (
 )
 from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
 from tri_glide_kinematics.motion.moves.stopping import Candidate, Stopping, first_found, inside
+from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     SOUND,
@@ -32,6 +33,7 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderState,
     StraightLine,
     Trajectory,
+    planned_shaped,
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace
@@ -248,10 +250,11 @@ def plan_move(
     end: Sequence[float],
     *,
     kind: MotionKind = MotionKind.SLIDER,
+    shaper: Shaper | None = None,
 ) -> Trajectory:
     """Return the motion of the platform from rest at one position to rest at another.
 
-    It is the motion of a ``MotionEngine`` of this ``kind`` that moves from there.
+    Without a shaper it is the motion of a ``MotionEngine`` of this ``kind`` that moves from there.
 
     Args:
         workspace: where the platform may be, and of which machine.
@@ -259,6 +262,7 @@ def plan_move(
         start: of the platform. Shape (3,) [m].
         end: of the platform. Shape (3,) [m].
         kind: slider moves bend, linear ones are straight lines.
+        shaper: for the modes of vibration that the motion is to leave alone; lines stay straight.
 
     Raises:
         NotAChoiceError: if ``kind`` is no ``MotionKind``, but its name, for example.
@@ -273,5 +277,16 @@ def plan_move(
     planner = MotionPlanner(workspace, kind)
     state = SliderState(heights, AT_REST, AT_REST)
     region = planner.region(state)
+    target = (x, y, z)
     with SOUND:
-        return at_once(planner.move(state, (x, y, z), limits, region, moving=False))
+        if shaper is None:
+            return at_once(planner.move(state, target, limits, region, moving=False))
+        shaped = planned_shaped(
+            lambda less: planner.move(state, target, less, region, moving=False),
+            limits,
+            workspace.machine,
+            shaper,
+        )
+        motion = at_once(shaped)
+        motion.check_inside(region, limits)
+        return motion

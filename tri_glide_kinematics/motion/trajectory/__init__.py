@@ -57,6 +57,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.ruckig_planner import (
         Synchronization as Synchronization,
     )
+    from tri_glide_kinematics.motion.trajectory.shaped import DrivenPart as DrivenPart
+    from tri_glide_kinematics.motion.trajectory.shaped import LimitBounds as LimitBounds
+    from tri_glide_kinematics.motion.trajectory.shaped import ShapedTrajectory as ShapedTrajectory
+    from tri_glide_kinematics.motion.trajectory.shaped import planned_shaped as planned_shaped
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling as PathScaling
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart as PathStart
     from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling

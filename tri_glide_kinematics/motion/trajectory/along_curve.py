@@ -11,15 +11,24 @@ import numpy as np
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import check_place
 from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
-from tri_glide_kinematics.motion.trajectory.curve_bounds import check_along
+from tri_glide_kinematics.motion.trajectory.curve_bounds import check_along, smooth_parts
 from tri_glide_kinematics.motion.trajectory.curves import Curve, PathHeights, StraightLine
 from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.series import (
+    Series,
+    composed,
+    heights_of,
+    moved,
+    polynomial,
+    position_of,
+)
 from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
 from tri_glide_kinematics.motion.trajectory.trajectory import (
     SampledPlan,
     SliderState,
     Trajectory,
 )
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Traced, Workspace
 
@@ -142,6 +151,29 @@ class CurvePlan(Trajectory):
             PlanningError: if the platform would go back along the curve, or too fast for it.
         """
         check_along(self.curve, self.scaling, limits, blend=self.blend, since=since)
+
+    def knots(self) -> FloatArray:
+        """Return where pieces of the scaling, of the curve and of the blend begin, and the end."""
+        knots = smooth_parts(self.curve, self.scaling).times
+        if self.blend is None:
+            return knots
+        return np.unique(np.concatenate((knots, self.blend.knots())))
+
+    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the platform's position."""
+        last = float(self.scaling.times[-1])
+        inside = np.clip(times, 0.0, last)
+        index = np.searchsorted(self._starts, inside, side="right") - 1
+        coefficients = self._table[:, np.newaxis, index]
+        ways = moved(coefficients, inside - np.take(self._starts, index))
+        ways[1:, 0, (times < 0.0) | (times >= last)] = 0.0
+        way = polynomial(ways, half)
+        curve = self.curve.place_series(way.values[0, 0], half * way.bounds[1, 0])
+        position = composed(curve, way)
+        if self.blend is None:
+            return position
+        heights = heights_of(machine.geometry, position, half)
+        return position_of(machine, heights.plus(self.blend.height_series(times, half)), half)
 
 
 class LinePlan(CurvePlan):

@@ -16,6 +16,12 @@ from tri_glide_kinematics.motion.trajectory.limits import (
     SliderLimits,
 )
 from tri_glide_kinematics.motion.trajectory.phases import Phases, after
+from tri_glide_kinematics.motion.trajectory.series import (
+    Series,
+    moved,
+    polynomial,
+    position_of,
+)
 from tri_glide_kinematics.motion.trajectory.trajectory import (
     AT_REST,
     SampledPlan,
@@ -23,6 +29,7 @@ from tri_glide_kinematics.motion.trajectory.trajectory import (
     Trajectory,
     new_state,
 )
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Traced, Workspace
 
@@ -124,6 +131,27 @@ class CubicPlan(Trajectory):
         lengths[0] -= time - self._starts[index]
         pieces[:3, 0] = self.at(time)
         return lengths, pieces
+
+    def knots(self) -> FloatArray:
+        """Return where pieces begin, and the end [s]."""
+        return np.append(self.starts, self.duration)
+
+    def height_series(self, times: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the slider heights; the arguments are as of the platform's."""
+        coefficients = np.zeros((4, 3, len(times)))
+        if self._rows:
+            inside = np.clip(times, 0.0, self.duration)
+            index = np.searchsorted(self.starts, inside, side="right") - 1
+            height, velocity, acceleration, jerk = self.pieces[:, index].transpose(0, 2, 1)
+            pieces = np.array((height, velocity, acceleration / 2.0, jerk / 6.0))
+            coefficients = moved(pieces, inside - self.starts[index])
+            coefficients[1:, :, (times < 0.0) | (times >= self.duration)] = 0.0
+        coefficients[0, :, times >= self.duration] = self._final.heights
+        return polynomial(coefficients, half)
+
+    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the platform's position."""
+        return position_of(machine, self.height_series(times, half), half)
 
     def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
         """Compare the exact extremes with the limits.
@@ -362,3 +390,11 @@ class TrackedStep(Trajectory):
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
         """Check travel, and return the check of all of the way, as a ``CubicPlan`` does."""
         return self.as_cubic().checks_inside(region, limits)
+
+    def knots(self) -> FloatArray:
+        """Return where pieces begin, and the end [s]."""
+        return self.as_cubic().knots()
+
+    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the platform's position."""
+        return self.as_cubic().platform_series(machine, times, half)

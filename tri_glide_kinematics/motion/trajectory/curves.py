@@ -25,10 +25,13 @@ import numpy as np
 
 from tri_glide_kinematics.motion.path import DrivenPath, Indices
 from tri_glide_kinematics.motion.trajectory.errors import PathTimingError
+from tri_glide_kinematics.motion.trajectory.series import Series, anywhere, polynomial
 from tri_glide_kinematics.motion.trajectory.trajectory import SliderState, new_state
 from tri_glide_kinematics.tri_glide import ArmTooShortError, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
+
+_FACTORIALS = np.array((1.0, 1.0, 2.0, 6.0, 24.0, 120.0))[:, np.newaxis, np.newaxis]
 
 # The breaks of a curve that has none.
 _NO_BREAKS = np.empty(0)
@@ -101,6 +104,14 @@ class Curve(Protocol):
 
         Args:
             ways: where parts begin, and then where they end. Shape (2 m,) [m].
+        """
+
+    def place_series(self, ways: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the platform's position over the way.
+
+        Args:
+            ways: middles of parts between breaks. Shape (n,) [m].
+            half: of the lengths of the parts. Shape (n,) [m].
         """
 
 
@@ -265,6 +276,12 @@ class StraightLine:
         by_way = (steepest + abs(self.slope), g2, 3.0 * ratio * g2, 15.0 * g4, 105.0 * ratio * g4)
         return CurveParts(np.array(at_ends), np.array(by_way), None)
 
+    def place_series(self, ways: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the platform's position over the way."""
+        start, direction = (np.array(v)[:, np.newaxis] for v in (self.start, self.direction))
+        places = start + direction * ways
+        return polynomial(np.array((places, np.broadcast_to(direction, places.shape))), half)
+
     def _heights(self, ways: FloatArray, rise: FloatArray) -> FloatArray:
         return np.asarray(self.start[2] + self.slope * ways + rise)
 
@@ -394,6 +411,14 @@ class PathHeights:
         by_way, place = self._largest_by_way(table, ends - begins)
         platform = PlatformParts(rates, place, self.speed_limits(middles))
         return CurveParts(np.array(at_ends), by_way, platform)
+
+    def place_series(self, ways: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the platform's position over the way."""
+        values = self.driven.derivatives(ways, 5).transpose(0, 2, 1) / _FACTORIALS
+        bounds = np.abs(values)
+        # Of a tilted circle only the whole has a constant magnitude.
+        bounds[5] = np.sqrt(np.square(values[5]).sum(axis=0))
+        return Series(values, anywhere(bounds, half))
 
     def _largest_by_way(
         self, table: FloatArray, length: FloatArray

@@ -15,6 +15,8 @@ import numpy as np
 
 from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError, SliderTravelError
 from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING, SliderLimits
+from tri_glide_kinematics.motion.trajectory.series import ORDERS, Series
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Traced, Workspace
 
@@ -86,6 +88,20 @@ class Trajectory(ABC):
     @abstractmethod
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
         """Return what is left to check of travel and workspace; see ``check_inside``."""
+
+    @abstractmethod
+    def knots(self) -> FloatArray:
+        """Return the ascending instants between which it is smooth, its end among them [s]."""
+
+    @abstractmethod
+    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the platform's position [m].
+
+        Args:
+            machine: whose sliders move.
+            times: middles of cells, each between two knots, or outside. Shape (n,) [s].
+            half: of the lengths of the cells. Shape (n,) [s].
+        """
 
     def keeps_limits(self, limits: SliderLimits, since: float = 0.0) -> bool:
         """Return whether ``limits`` hold from the time ``since`` [s] on."""
@@ -188,6 +204,28 @@ class SequencePlan(Trajectory):
         """Return what is left to check of each plan."""
         for plan in self._plans:
             yield from plan.checks_inside(region, limits)
+
+    def knots(self) -> FloatArray:
+        """Return the instants between which it is smooth."""
+        begins = [-self._skipped, *(end - self._skipped for end in self._ends)]
+        knots = [
+            np.append(plan.knots()[plan.knots() < end - begin] + begin, end)
+            for plan, begin, end in zip(self._plans, begins, begins[1:])
+        ]
+        return np.unique(np.concatenate(knots))
+
+    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the platform's position, each from the plan that it lies in."""
+        shifted = times + self._skipped
+        owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
+        series = Series(*(np.empty((ORDERS, 3, len(times))) for _ in range(2)))
+        for index in np.unique(owner).tolist():
+            mine = owner == index
+            since = shifted[mine] - (self._ends[index - 1] if index else 0.0)
+            part = self._plans[index].platform_series(machine, since, half[mine])
+            for values, of_part in zip(series, part):
+                values[..., mine] = of_part
+        return series
 
     def parts(self, time: float) -> list[tuple[Trajectory, float]]:
         """Return the plans that are not over at ``time`` [s], and how much of each is past."""

@@ -1,0 +1,199 @@
+"""Shaped trajectories: straight, inside all limits, and without a swing behind them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from motion_machine import LIMITS, MACHINE, WORKSPACE, each_kind
+from timed_paths import random_path
+
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion import (
+    CommandStream,
+    MotionKind,
+    SliderLimitError,
+    plan_move,
+    time_path,
+)
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
+from tri_glide_kinematics.motion.trajectory import DrivenPart, ShapedTrajectory, Trajectory
+
+SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
+
+
+def random_ends(count: int, seed: int = 6) -> list[tuple]:
+    """Return pairs of positions inside the workspace."""
+    rng = np.random.default_rng(seed)
+    ends = rng.uniform((-0.1, -0.1, 0.2), (0.1, 0.1, 0.38), (count, 2, 3))
+    return [(tuple(a), tuple(b)) for a, b in ends.tolist()]
+
+
+def shaped(plan: Trajectory, shaper: Shaper = SHAPER) -> ShapedTrajectory:
+    return ShapedTrajectory(MACHINE, shaper, (DrivenPart(0.0, plan, 0.0),))
+
+
+def swing(places: np.ndarray, dt: float, mode: Mode) -> np.ndarray:
+    """Return how far a platform with one mode on each axis is from its rigid ``places``.
+
+    The response to places that change linearly between instants, in closed form: independent of
+    the shapers' formulas.
+    """
+    w, z = math.tau * mode.frequency, mode.damping
+    damped = w * math.sqrt(1.0 - z * z)
+    # The offset q from the rigid place: q'' + 2 z w q' + w^2 q = -(rigid)'', an impulse of the
+    # rigid velocity's change at each instant.
+    fade = math.exp(-z * w * dt)
+    c, s = math.cos(damped * dt), math.sin(damped * dt)
+    step = fade * np.array(
+        ((c + z * w / damped * s, s / damped), (-w * w / damped * s, c - z * w / damped * s))
+    )
+    rates = np.diff(places, axis=0, prepend=places[:1]) / dt
+    kicks = np.diff(rates, axis=0, append=np.zeros((1, 3)))
+    state = np.zeros((2, 3))
+    offsets = []
+    for kick in kicks:
+        offsets.append(state[0])
+        state = step @ (state - np.array((np.zeros(3), kick)))
+    return np.array(offsets)
+
+
+def left_after(motion: Trajectory, mode: Mode, dt: float = 0.0005) -> float:
+    """Return how far the platform swings after a ``motion`` [m]."""
+    times = np.arange(0.0, motion.duration + 3.0 * mode.period, dt)
+    offsets = swing(MACHINE.forward_batch(motion.sample(times).heights), dt, mode)
+    return float(np.linalg.norm(offsets[times > motion.duration + dt], axis=1).max())
+
+
+@each_kind
+def test_it_keeps_the_limits_by_bounds_and_as_a_drive_sees_them(kind):
+    for start, end in random_ends(12):
+        motion = plan_move(WORKSPACE, LIMITS, start, end, kind=kind, shaper=SHAPER)
+        use = at_once(motion.limit_use(LIMITS)).use
+        assert use.max() <= 1.0 + 1e-8
+        stream = CommandStream.from_heights(
+            motion.sample(np.arange(0.0, motion.duration + 0.01, 0.001)).heights, 0.001
+        )
+        for seen, bound, most in zip(
+            (stream.velocities, stream.accelerations, stream.jerks), LIMITS.table, use
+        ):
+            assert (np.abs(seen).max(axis=0) <= most * bound * (1.0 + 1e-6) + 1e-7).all()
+
+
+@each_kind
+def test_bounds_are_near_what_is_reached(kind):
+    for start, end in random_ends(6):
+        motion = plan_move(WORKSPACE, LIMITS, start, end, kind=kind, shaper=SHAPER)
+        sampled = motion.sample(np.linspace(0.0, motion.duration, 5000))
+        use = at_once(motion.limit_use(LIMITS)).use
+        reached = (
+            np.abs(sampled.velocities).max(axis=0),
+            np.abs(sampled.accelerations).max(axis=0),
+        )
+        np.testing.assert_allclose(use[0], reached[0] / LIMITS.velocity, atol=0.002)
+        np.testing.assert_allclose(use[1], reached[1] / LIMITS.acceleration, atol=0.05)
+
+
+@each_kind
+def test_setpoints_are_those_of_the_samples_and_of_their_differences(kind):
+    start, end = random_ends(1)[0]
+    motion = plan_move(WORKSPACE, LIMITS, start, end, kind=kind, shaper=SHAPER)
+    times = np.linspace(0.001, motion.duration + 0.01, 200)
+    sampled = motion.sample(times)
+    for time, *expected in zip(times.tolist(), *sampled[1:]):
+        for found, values in zip(motion.at(time), expected):
+            np.testing.assert_allclose(found, values, rtol=0.0, atol=1e-11)
+    dt = 1e-6
+    later = motion.sample(times + dt)
+    np.testing.assert_allclose(
+        (later.heights - sampled.heights) / dt,
+        0.5 * (later.velocities + sampled.velocities),
+        atol=1e-8,
+    )
+    np.testing.assert_allclose(
+        (later.velocities - sampled.velocities) / dt,
+        0.5 * (later.accelerations + sampled.accelerations),
+        atol=1e-3,
+    )
+
+
+def test_lines_stay_straight():
+    for start, end in random_ends(10):
+        motion = plan_move(WORKSPACE, LIMITS, start, end, kind=MotionKind.LINEAR, shaper=SHAPER)
+        times = np.linspace(0.0, motion.duration, 400)
+        places = MACHINE.forward_batch([motion.at(time).heights for time in times.tolist()])
+        along = np.subtract(end, start) / math.dist(start, end)
+        across = np.cross(places - start, along)
+        assert np.linalg.norm(across, axis=1).max() < 1e-12
+
+
+@each_kind
+@pytest.mark.parametrize("frequency", [8.0, 15.0, 40.0])
+def test_it_leaves_no_swing(kind, frequency):
+    mode = Mode(frequency, 0.03)
+    shaper = Shaper.of(ShaperKind.EI, mode)
+    left, unshaped = [], []
+    for start, end in random_ends(5):
+        motion = plan_move(WORKSPACE, LIMITS, start, end, kind=kind, shaper=shaper)
+        left.append(left_after(motion, mode))
+        plain = plan_move(WORKSPACE, LIMITS, start, end, kind=kind)
+        unshaped.append(left_after(plain, mode))
+    assert np.sqrt(np.mean(np.square(left))) < 0.05 * np.sqrt(np.mean(np.square(unshaped)))
+
+
+def test_it_comes_to_rest_one_shaper_later():
+    start, end = random_ends(1)[0]
+    plan = plan_move(WORKSPACE, LIMITS, start, end)
+    motion = shaped(plan)
+    assert motion.duration == pytest.approx(plan.duration + SHAPER.duration)
+    final = motion.at(motion.duration)
+    assert MACHINE.forward(final.heights) == pytest.approx(end, abs=1e-9)
+    assert max(map(abs, (*final.velocities, *final.accelerations))) < 1e-9
+    assert MACHINE.forward(motion.at(-1.0).heights) == pytest.approx(start, abs=1e-12)
+
+
+def test_paths_are_shaped_too():
+    plan = time_path(random_path(5, most=4), WORKSPACE, LIMITS)
+    motion = shaped(plan)
+    use = at_once(motion.limit_use(LIMITS)).use
+    times = np.linspace(0.0, motion.duration, 20000)
+    sampled = motion.sample(times)
+    jerks = np.diff(sampled.accelerations, axis=0) / np.diff(times)[:, np.newaxis]
+    reached = [np.abs(x).max(axis=0) for x in (sampled.velocities, sampled.accelerations, jerks)]
+    parts = np.array(reached) / LIMITS.table
+    assert (parts <= use + 1e-6).all()
+    assert parts.max() > 0.9 * use.max()
+
+
+def test_what_was_driven_before_belongs_to_it():
+    """A plan that is replaced by its own rest changes nothing."""
+    start, end = random_ends(1)[0]
+    plan = plan_move(WORKSPACE, LIMITS, start, end)
+    whole = shaped(plan)
+    past = 0.4 * plan.duration
+    parts = (DrivenPart(-past, plan, 0.0), DrivenPart(0.0, plan, past))
+    left = ShapedTrajectory(MACHINE, SHAPER, parts)
+    assert left.duration == pytest.approx(whole.duration - past)
+    times = np.linspace(0.0, left.duration, 300)
+    for found, expected in zip(left.sample(times)[1:], whole.sample(times + past)[1:]):
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9)
+    assert (
+        at_once(left.limit_use(LIMITS)).use.max()
+        <= at_once(whole.limit_use(LIMITS)).use.max() + 1e-3
+    )
+
+
+def test_a_limit_that_is_exceeded_is_named():
+    start, end = random_ends(1)[0]
+    motion = shaped(plan_move(WORKSPACE, LIMITS, start, end))
+    less = type(LIMITS)(LIMITS.velocity, tuple(0.5 * a for a in LIMITS.acceleration), LIMITS.jerk)
+    with pytest.raises(SliderLimitError, match="acceleration"):
+        motion.check_limits(less)
+    assert not motion.keeps_limits(less)
+
+
+def test_a_motion_that_is_over_keeps_all_limits():
+    start, end = random_ends(1)[0]
+    motion = shaped(plan_move(WORKSPACE, LIMITS, start, end))
+    assert at_once(motion.limit_use(LIMITS, since=motion.duration)).use.max() == 0.0

@@ -1,0 +1,337 @@
+r"""Shaped trajectories: the platform moves as the mean of its motion at some earlier instants.
+
+An input shaper makes of the platform's position $p(t)$ the position $\sum_k A_k\,p(t - t_k)$, with
+impulses $A_k > 0$ whose sum is 1 (``shaping``). On a straight line that stays on the line, and as
+the means of places inside a convex shape they are inside it. Of the limits of the sliders this says
+nothing: they are proved for the shaped motion itself, with Taylor series in cells of time that are
+made smaller where that is needed.
+
+What was driven before belongs to it: the shaped motion remembers it as long as the shaper lasts.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Sequence
+from math import hypot, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError
+from tri_glide_kinematics.motion.trajectory.limits import (
+    QUANTITIES,
+    RELATIVE_ROUNDING,
+    SliderLimits,
+)
+from tri_glide_kinematics.motion.trajectory.series import ORDERS, Series, heights_of
+from tri_glide_kinematics.motion.trajectory.trajectory import (
+    SampledPlan,
+    SliderState,
+    Trajectory,
+)
+from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.workspace import Traced, Workspace
+
+# Cells are at most so long, and so often divided by four where no limit is proved [s].
+LONGEST_CELL = 0.008
+DIVISIONS = 3
+
+# So many cells are looked at together.
+CELLS_AT_ONCE = 64
+
+# Where the middles of the quarters of a cell are, as parts of it.
+_QUARTERS = np.array((0.125, 0.375, 0.625, 0.875))
+
+
+class DrivenPart(NamedTuple):
+    """A plan, and when it is driven.
+
+    Attributes:
+        begin: when it takes over; past instants are negative [s].
+        plan: that is driven, until the next one takes over or to its end.
+        skipped: how much of it is past when it takes over [s].
+    """
+
+    begin: float
+    plan: Trajectory
+    skipped: float
+
+
+class LimitBounds(NamedTuple):
+    """How much of the limits is used at most, by bounds.
+
+    Attributes:
+        use: parts of velocity, acceleration and jerk of each slider; NaN where no bound is known.
+            Shape (3, 3).
+        when: instants at which it is so much. Shape (3, 3) [s].
+    """
+
+    use: FloatArray
+    when: FloatArray
+
+
+class ShapedTrajectory(Trajectory):
+    """The shaped motion of some plans, of which each takes over from the one before.
+
+    Attributes:
+        driven: ascending; the first begins at rest, or earlier than the shaper lasts.
+        duration: time from now until all sliders rest [s].
+        shaper: its impulses.
+    """
+
+    __slots__ = ("_begins", "_machine", "driven", "duration", "shaper")
+
+    def __init__(self, machine: TriGlide, shaper: Shaper, driven: Sequence[DrivenPart]) -> None:
+        """Shape the motion of a ``machine``."""
+        self._machine = machine
+        self.shaper = shaper
+        self.driven = tuple(driven)
+        self._begins = [part.begin for part in self.driven]
+        self.duration = max(self._end + shaper.duration, 0.0)
+
+    @property
+    def _end(self) -> float:
+        """When the unshaped motion comes to rest [s]."""
+        begin, plan, skipped = self.driven[-1]
+        return max(begin + plan.duration - skipped, begin)
+
+    def at(self, time: float) -> SliderState:
+        """Return the setpoint at a ``time`` [s]; outside, that of the start or of the end."""
+        x = y = z = vx = vy = vz = ax = ay = az = 0.0
+        for amplitude, delay in zip(self.shaper.amplitudes, self.shaper.times):
+            before = time - delay
+            index = max(bisect_right(self._begins, before) - 1, 0)
+            begin, plan, skipped = self.driven[index]
+            place, velocity, acceleration = platform_state(
+                self._machine, plan.at(max(before - begin, 0.0) + skipped)
+            )
+            x += amplitude * place[0]
+            y += amplitude * place[1]
+            z += amplitude * place[2]
+            vx += amplitude * velocity[0]
+            vy += amplitude * velocity[1]
+            vz += amplitude * velocity[2]
+            ax += amplitude * acceleration[0]
+            ay += amplitude * acceleration[1]
+            az += amplitude * acceleration[2]
+        return slider_state(self._machine, (x, y, z), (vx, vy, vz), (ax, ay, az))
+
+    def sample(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints at many ``times``. Shape (n,) [s]."""
+        half = np.zeros(len(times))
+        heights = self._height_series(np.asarray(times, dtype=np.float64), half).values
+        return SampledPlan(times, heights[0].T, heights[1].T, 2.0 * heights[2].T)
+
+    def knots(self) -> FloatArray:
+        """Return the instants from now on between which it is smooth."""
+        ends = [*self._begins[1:], self._end]
+        unshaped = np.concatenate(
+            [
+                np.clip(part.plan.knots() - part.skipped, 0.0, end - part.begin) + part.begin
+                for part, end in zip(self.driven, ends)
+            ]
+        )
+        knots = np.add.outer(np.array(self.shaper.times), unshaped)
+        return np.unique(np.clip(knots, 0.0, self.duration))
+
+    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the platform's position."""
+        delays = self.shaper.times
+        before = np.subtract.outer(delays, times)
+        before = -before.ravel()
+        halves = np.tile(half, len(delays))
+        owner = np.maximum(np.searchsorted(self._begins, before, side="right") - 1, 0)
+        table = np.empty((2, ORDERS, 3, len(before)))
+        for index in np.unique(owner).tolist():
+            begin, plan, skipped = self.driven[index]
+            mine = owner == index
+            # Before the first part there was rest where it begins.
+            since = before[mine] - begin
+            series = plan.platform_series(machine, since + skipped, halves[mine])
+            table[..., mine] = series
+        shape = (2, ORDERS, 3, len(delays), len(times))
+        return Series(*np.einsum("bomkn,k->bomn", table.reshape(shape), self.shaper.amplitudes))
+
+    def _height_series(self, times: FloatArray, half: FloatArray) -> Series:
+        position = self.platform_series(self._machine, times, half)
+        return heights_of(self._machine.geometry, position, half)
+
+    def limit_use(self, limits: SliderLimits, since: float = 0.0) -> Interruptible[LimitBounds]:
+        """Return bounds of how much of the limits is used, from the time ``since`` [s] on.
+
+        Where that is more than all of it, cells are made smaller, and so the bounds.
+        """
+        edges = self.knots()
+        middles, half = divided(np.unique(np.append(edges[edges > since], since)))
+        most, when = np.zeros((3, 3)), np.zeros((3, 3))
+        for division in range(DIVISIONS + 1):
+            unsettled = np.zeros(len(middles), dtype=bool)
+            for first in range(0, len(middles), CELLS_AT_ONCE):
+                some = slice(first, first + CELLS_AT_ONCE)
+                use = largest_of(self._height_series(middles[some], half[some]), half[some])
+                use /= limits.table[..., np.newaxis]
+                if division < DIVISIONS:
+                    unsettled[some] = ~(use <= 1.0 + RELATIVE_ROUNDING).all(axis=(0, 1))
+                    use[..., unsettled[some]] = 0.0
+                index = use.argmax(axis=-1)
+                found = np.take_along_axis(use, index[..., np.newaxis], axis=-1)[..., 0]
+                # What is not known counts as more.
+                more = ~(found <= most)
+                most = np.where(more, found, most)
+                when = np.where(more, middles[some][index], when)
+                yield
+            begins, half = (middles - half)[unsettled], 0.25 * half[unsettled]
+            middles = (begins[:, np.newaxis] + np.outer(8.0 * half, _QUARTERS)).ravel()
+            half = np.repeat(half, 4)
+        return LimitBounds(most, when)
+
+    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+        """Compare bounds of the derivatives with the limits.
+
+        Raises:
+            SliderLimitError: if a limit may be exceeded.
+        """
+        use, when = at_once(self.limit_use(limits, since))
+        for (quantity, unit), parts, bounds, times in zip(QUANTITIES, use, limits.table, when):
+            for slider, part in enumerate(parts.tolist()):
+                if not part <= 1.0 + RELATIVE_ROUNDING:
+                    bound = float(bounds[slider])
+                    raise SliderLimitError(
+                        quantity, slider, part * bound, bound, unit, float(times[slider])
+                    )
+
+    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
+        """Check travel, and return the check of all of the way."""
+        middles, half = divided(np.unique(np.append(self.knots(), 0.0)))
+        if len(middles):
+            heights = self._height_series(middles, half)
+            beyond = half * heights.bounds[1]
+            lowest = (heights.values[0] - beyond).min(axis=1)
+            highest = (heights.values[0] + beyond).max(axis=1)
+            self.check_travel(lowest, highest, region)
+        return (region.path_check(self.at, self.duration, hypot(*limits.acceleration)),)
+
+
+def divided(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return middles and halves of cells between ``edges``, none longer than ``LONGEST_CELL``."""
+    lengths = np.diff(edges)
+    counts = np.maximum(np.ceil(lengths / LONGEST_CELL), 1.0).astype(int)
+    half = np.repeat(0.5 * lengths / counts, counts)
+    number = np.arange(len(half)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.repeat(edges[:-1], counts) + (2.0 * number + 1.0) * half, half
+
+
+def largest_of(series: Series, half: FloatArray) -> FloatArray:
+    """Return bounds of velocities, accelerations and jerks in cells. Shape (3, m, n).
+
+    Args:
+        series: of some quantities. Shape (6, m, n).
+        half: of the lengths of the cells. Shape (n,) [s].
+    """
+    _, c1, c2, c3, c4, _ = series.values
+    rest = series.bounds[5] * half**3
+    a2, a3, a4 = c2 * half, c3 * half**2, c4 * half**3
+    # At the ends; within, by how much each is above the straight line between these.
+    even, odd = c1 + 3.0 * a3, 2.0 * a2 + 4.0 * a4
+    velocity = np.abs(even) + np.abs(odd)
+    turns = np.abs(a2) < 3.0 * np.abs(a3) + 6.0 * np.abs(a4) + 10.0 * rest * half
+    velocity += np.where(turns, 3.0 * np.abs(a3) + 4.0 * np.abs(a4), 0.0) + 5.0 * rest * half
+    acceleration = np.abs(2.0 * c2 + 12.0 * c4 * half**2) + np.abs(6.0 * c3 * half)
+    acceleration += 12.0 * np.abs(c4) * half**2 + 20.0 * rest
+    jerk = np.abs(6.0 * c3) + np.abs(24.0 * c4) * half + 60.0 * series.bounds[5] * half**2
+    return np.array((velocity, acceleration, jerk))
+
+
+def platform_state(machine: TriGlide, state: SliderState) -> tuple[Vector3, Vector3, Vector3]:
+    """Return position [m], velocity [m/s] and acceleration [m/s^2] of the platform.
+
+    Raises:
+        NoPoseError: if no pose belongs to the heights.
+    """
+    heights, rates, accelerations = state
+    (x, y, z), (vx, vy, vz) = machine.forward_velocity(heights, rates)
+    rows = []
+    for (cx, cy), h, v, a in zip(machine.geometry.anchors, heights, rates, accelerations):
+        w1, w2, w3 = x - cx, y - cy, z - h
+        rows.append((w1, w2, w3, w3 * a - vx * vx - vy * vy - (vz - v) * (vz - v)))
+    (a1, a2, a3, r1), (b1, b2, b3, r2), (c1, c2, c3, r3) = rows
+    m1, m2, m3 = b2 * c3 - b3 * c2, b3 * c1 - b1 * c3, b1 * c2 - b2 * c1
+    determinant = a1 * m1 + a2 * m2 + a3 * m3
+    return (
+        (x, y, z),
+        (vx, vy, vz),
+        (
+            (r1 * m1 + r2 * (a3 * c2 - a2 * c3) + r3 * (a2 * b3 - a3 * b2)) / determinant,
+            (r1 * m2 + r2 * (a1 * c3 - a3 * c1) + r3 * (a3 * b1 - a1 * b3)) / determinant,
+            (r1 * m3 + r2 * (a2 * c1 - a1 * c2) + r3 * (a1 * b2 - a2 * b1)) / determinant,
+        ),
+    )
+
+
+def slider_state(
+    machine: TriGlide, position: Vector3, velocity: Vector3, acceleration: Vector3
+) -> SliderState:
+    """Return the setpoint that moves the platform so; the opposite of ``platform_state``.
+
+    Raises:
+        ValueError: if the position is out of reach of an arm.
+    """
+    (x, y, z), (vx, vy, vz), (ax, ay, az) = position, velocity, acceleration
+    heights, rates, accelerations = [], [], []
+    level = vx * vx + vy * vy
+    geometry = machine.geometry
+    for (cx, cy), length in zip(geometry.anchors, geometry.arm_lengths):
+        dx, dy = x - cx, y - cy
+        rise = sqrt(length * length - dx * dx - dy * dy)
+        slope = (dx * vx + dy * vy) / -rise
+        heights.append(z + rise)
+        rates.append(slope + vz)
+        accelerations.append(az - (level + slope * slope + dx * ax + dy * ay) / rise)
+    (h1, h2, h3), (v1, v2, v3), (a1, a2, a3) = heights, rates, accelerations
+    return SliderState((h1, h2, h3), (v1, v2, v3), (a1, a2, a3))
+
+
+# So often a motion is planned again, with limits that leave what shaping takes.
+ATTEMPTS = 5
+
+# How much more they leave, so that the next attempt keeps the limits though it is another motion.
+_MORE = 1.002
+
+
+def planned_shaped(
+    plan: Callable[[SliderLimits], Interruptible[Trajectory]],
+    limits: SliderLimits,
+    machine: TriGlide,
+    shaper: Shaper,
+    history: Sequence[DrivenPart] = (),
+) -> Interruptible[ShapedTrajectory]:
+    """Return a plan, shaped, that keeps the ``limits``; it begins now.
+
+    Shaping takes some of the limits, as the sliders' ratios change on the way: nothing on lines as
+    a rule, some percent else. Where the shaped plan exceeds one, it is planned again for less.
+
+    Args:
+        plan: returns a plan for limits.
+        limits: that the shaped plan has to keep.
+        machine: whose sliders move.
+        shaper: its impulses.
+        history: what was driven before, as long as the shaper lasts.
+
+    Raises:
+        SliderLimitError: if no plan keeps them.
+        KinematicsError: if there is no plan.
+    """
+    table = limits.table
+    for _ in range(ATTEMPTS):
+        unshaped = yield from plan(SliderLimits(*table.tolist()))
+        shaped = ShapedTrajectory(machine, shaper, (*history, DrivenPart(0.0, unshaped, 0.0)))
+        use, _ = yield from shaped.limit_use(limits)
+        if (use <= 1.0 + RELATIVE_ROUNDING).all():
+            return shaped
+        table = table / np.where(use > 1.0, use * _MORE, 1.0)
+    shaped.check_limits(limits)
+    raise AssertionError("the last bounds were above the limits")
