@@ -14,14 +14,14 @@ from tri_glide_kinematics.ros.starting.run import run
 
 def break_planner(*_: object) -> None:
     """Let all planning fail from now on."""
-    from tri_glide_kinematics.motion.engine import Pursuit, Replanning
+    from tri_glide_kinematics.motion.engine import Replanning, Tracker
 
     def fail(*_: object, **__: object) -> NoReturn:
         raise RuntimeError("the planner is broken")
 
     for name in ("with_goal", "braked", "tried_again", "continued"):
         setattr(Replanning, name, fail)
-    Pursuit.next = fail  # type: ignore[method-assign]
+    Tracker.next = fail  # type: ignore[method-assign]
 
 
 if __name__ == "__main__":

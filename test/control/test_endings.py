@@ -14,7 +14,7 @@ from machine_states import FAR, STATES
 import tri_glide_kinematics
 from tri_glide_kinematics.control import DISABLED, FAULT, WAITING, BrokenError, Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine import GoalCode, Pursuit, Replanning
+from tri_glide_kinematics.motion.engine import GoalCode, Replanning, Tracker
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 
 PACKAGE = Path(tri_glide_kinematics.__file__).parent
@@ -37,7 +37,7 @@ def break_planner(monkeypatch):
 
     for name in ("with_goal", "braked", "tried_again", "continued", "planned"):
         monkeypatch.setattr(Replanning, name, fail)
-    monkeypatch.setattr(Pursuit, "next", fail)
+    monkeypatch.setattr(Tracker, "next", fail)
 
 
 @contextmanager

@@ -22,9 +22,9 @@ from tri_glide_kinematics.panel.machine_link import NOBODY, Identity, MachineLin
 from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
 from tri_glide_kinematics.panel.tabs import (
-    Desk,
     DriveTab,
     LiveView,
+    OperatorRequests,
     PagesBar,
     PointsTab,
     pages_text,
@@ -75,9 +75,9 @@ class PanelNode(Node):
         self._notice = ""
         self._told: dict[int, tuple[Strip, float]] = {}
         self._refused = 0
-        link = MachineLink(self, lambda reason: self._desk.refuse(reason))
-        self._desk = Desk(link, self._on_stop)
-        self._link = self._desk.link
+        link = MachineLink(self, lambda reason: self._requests.refuse(reason))
+        self._requests = OperatorRequests(link, self._on_stop)
+        self._link = self._requests.link
         self._feeds = Feeds(self, self._link.server, self._on_lines)
         self._build(Path(values["points_file"] or POINTS_FILE))
         self.create_subscription(ParameterEvent, "/parameter_events", self._on_parameters, 100)
@@ -89,29 +89,29 @@ class PanelNode(Node):
 
     def _build(self, points_file: Path) -> None:
         """Make all of the page that does not depend on the machine."""
-        server, gui, desk = self._server, self._server.gui, self._desk
+        server, gui, requests = self._server, self._server.gui, self._requests
         gui.set_panel_label("tri-glide")
         stop = gui.add_button("Stop", visible=False)
-        stop.on_click(desk.stop)
+        stop.on_click(requests.stop)
         release = gui.add_button("Release", visible=False)
-        release.on_click(desk.release)
+        release.on_click(requests.release)
         self._page.put_above(stop, release)
-        PagesBar(gui, desk)
+        PagesBar(gui, requests)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Drive"):
-            self._drive = DriveTab(gui, desk, self._move_to, self._move_by)
+            self._drive = DriveTab(gui, requests, self._move_to, self._move_by)
         with tabs.add_tab("Points"):
-            PointsTab(gui, desk, points_file, self._measured_position, self._follow)
-        self._view = LiveView(server, tabs, desk, self._move_to)
+            PointsTab(gui, requests, points_file, self._measured_position, self._follow)
+        self._view = LiveView(server, tabs, requests, self._move_to)
         with tabs.add_tab("Mechanisms"):
             # Its files lie beside the parameters.
             folder = default_parameter_file().parent
             self._mechanisms = MechanismsTab(gui, server.scene, MechanismRequests(self), folder)
         gui.main_panel.dock_right()
-        server.on_client_connect(desk.opened)
+        server.on_client_connect(requests.opened)
         server.on_client_connect(self._greet)
-        server.on_client_disconnect(desk.closed)
-        self._page.on_presence = desk.answers
+        server.on_client_disconnect(requests.closed)
+        self._page.on_presence = requests.answers
 
     async def _greet(self, client: viser.ClientHandle) -> None:
         self._page.greet(client)
@@ -139,20 +139,20 @@ class PanelNode(Node):
         self._feeds.motion.forget()
         self._steps.drop()
         self._link.forget()
-        self._desk.end_hold()
+        self._requests.end_hold()
 
     def _is_known(self) -> bool:
         """Tell whether the machine is the one that is shown, and say so if not."""
         self._look()
         if self._facts is None:
-            self._desk.refuse(f"nothing done: {self._link.server} has not told its target yet")
+            self._requests.refuse(f"nothing done: {self._link.server} has not told its target yet")
         return self._facts is not None
 
     def _take_facts(self, facts: MachineFacts, identity: Identity) -> None:
         if identity != self._identity:
             return
         self._facts = facts
-        self._desk.follow_twist_timeout(facts.values["twist_timeout"])
+        self._requests.follow_twist_timeout(facts.values["twist_timeout"])
         self._view.show_machine(facts)
 
     def _on_parameters(self, event: ParameterEvent) -> None:
@@ -164,7 +164,7 @@ class PanelNode(Node):
             if each.name in NAMES
         }
         self._facts = self._facts.with_changes(changed)
-        self._desk.follow_twist_timeout(self._facts.values["twist_timeout"])
+        self._requests.follow_twist_timeout(self._facts.values["twist_timeout"])
         self._view.show_machine(self._facts)
 
     def _on_lines(self, name: str, points: FloatArray) -> None:
@@ -172,7 +172,7 @@ class PanelNode(Node):
 
     def _frame(self) -> None:
         """Fulfil what is wished, and show where everything is."""
-        self._desk.fulfil()
+        self._requests.fulfil()
         self._look_for_refusals()
         self._look_for_ends()
         clients = self._server.get_clients()
@@ -189,15 +189,15 @@ class PanelNode(Node):
         _ = self._link.goal
         status = self._feeds.status
         if status.refused > self._refused:
-            self._desk.refuse(status.last_refusal)
-            self._desk.end_hold()
+            self._requests.refuse(status.last_refusal)
+            self._requests.end_hold()
         self._refused = status.refused
 
     def _look_for_ends(self) -> None:
         """Let nothing go on by itself that has ended."""
         status = self._feeds.status
         if self._jog_watch.has_ended(status.state, status.cause):
-            self._desk.end_hold()
+            self._requests.end_hold()
         self._steps.look(status.state)
 
     def _on_stop(self) -> None:
@@ -217,7 +217,7 @@ class PanelNode(Node):
             del self._told[number]
 
     def _strip(self, page: int) -> Strip:
-        pages, refusal = pages_text(self._desk.controls, page), self._desk.refusal
+        pages, refusal = pages_text(self._requests.controls, page), self._requests.refusal
         if self._facts is None:
             reason = self._with_notice(f"nobody answers as {self._link.server}")
             return Strip(WARNING, "no machine", reason, refusal, pages, "not heard")
@@ -257,7 +257,7 @@ class PanelNode(Node):
             now=time.monotonic(),
         )
         if target is None:
-            self._desk.refuse("no step: the position of the platform is not known")
+            self._requests.refuse("no step: the position of the platform is not known")
         else:
             self._link.move_to(target)
 

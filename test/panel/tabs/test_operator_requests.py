@@ -1,4 +1,4 @@
-"""The desk on a real page server, with real topics: whose wishes are fulfilled, and which not."""
+"""Requests on a real page server, with real topics: whose wishes are fulfilled, and which not."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from testing.client import Probe
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.panel.button_jogs import RENEWALS
 from tri_glide_kinematics.panel.machine_link import LATEST_ONLY, NOBODY, MachineLink
-from tri_glide_kinematics.panel.tabs import Desk, OperatorsInput
+from tri_glide_kinematics.panel.tabs import OperatorRequests, OperatorsInput
 
 pytestmark = pytest.mark.nodes
 
@@ -27,15 +27,15 @@ X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 SPEED = 0.02  # m/s
 
 
-class Table:
-    """A desk at which two pages sit, and what it sends."""
+class TwoPages:
+    """Two pages that make requests, and what is sent for them."""
 
     def __init__(self, context: Context, server: ViserServer) -> None:
-        self.probe = Probe(context, "/desk", "panel")
+        self.probe = Probe(context, "/operator", "panel")
         self.done: list[str] = []
         self.refusals: list[str] = []
         link = MachineLink(self.probe.node, self.refusals.append)
-        self.desk = Desk(link, lambda: self.done.append("on stop"))
+        self.requests = OperatorRequests(link, lambda: self.done.append("on stop"))
         self.server = server
         self.number = server.gui.add_number("number", 1.0)
         self.twists: list[float] = []
@@ -47,22 +47,22 @@ class Table:
         )
         self.probe.wait_for(lambda: self.probe.node.count_subscribers("target_twist"), "the topic")
         for page in (OPERATOR, OTHER):
-            self.desk.controls.opened(page)
+            self.requests.controls.opened(page)
 
     def event(self, page: int) -> Any:
         return GuiEvent(None, page, self.number)  # type: ignore[arg-type]
 
     def stop(self, page: int) -> None:
-        asyncio.run(self.desk.stop(self.event(page)))
+        asyncio.run(self.requests.stop(self.event(page)))
 
     def release(self, page: int) -> None:
-        asyncio.run(self.desk.release(self.event(page)))
+        asyncio.run(self.requests.release(self.event(page)))
 
     def hold(self, count: int = 6, page: int = OPERATOR) -> list[float]:
         """Hold a button for so many messages; return the twists that come of it."""
         self.twists.clear()
         for _ in range(count):
-            self.desk.hold(self.event(page), X, SPEED)
+            self.requests.hold(self.event(page), X, SPEED)
             self.probe.spin_for(1.0 / RENEWALS)
         return list(self.twists)
 
@@ -74,118 +74,120 @@ def context() -> Iterator[Context]:
 
 
 @pytest.fixture
-def table(context: Context) -> Iterator[Table]:
+def pages(context: Context) -> Iterator[TwoPages]:
     with page_server() as server:
-        table = Table(context, server)
-        yield table
-        table.probe.close()
+        pages = TwoPages(context, server)
+        yield pages
+        pages.probe.close()
 
 
-def test_stop_drops_what_was_wished_before_it(table: Table) -> None:
-    desk, done = table.desk, table.done
-    desk.wish(lambda: done.append("before"))
-    table.stop(OTHER)
-    desk.wish(lambda: done.append("after"))
-    desk.fulfil()
+def test_stop_drops_what_was_wished_before_it(pages: TwoPages) -> None:
+    requests, done = pages.requests, pages.done
+    requests.wish(lambda: done.append("before"))
+    pages.stop(OTHER)
+    requests.wish(lambda: done.append("after"))
+    requests.fulfil()
     assert done == ["on stop", "after"]
 
 
-def test_a_stop_during_a_wish_ends_what_it_has_sent(table: Table) -> None:
-    desk, done = table.desk, table.done
+def test_a_stop_during_a_wish_ends_what_it_has_sent(pages: TwoPages) -> None:
+    requests, done = pages.requests, pages.done
 
     def go() -> None:
-        table.stop(OTHER)
+        pages.stop(OTHER)
         done.append("sent")
 
-    desk.wish(go)
-    desk.wish(lambda: done.append("later"))
-    desk.fulfil()
+    requests.wish(go)
+    requests.wish(lambda: done.append("later"))
+    requests.fulfil()
     assert done == ["sent", "on stop"]
 
 
-def test_after_the_stop_of_another_page_a_held_button_has_to_be_released(table: Table) -> None:
-    assert SPEED in table.hold()
-    table.stop(OTHER)
-    assert not table.hold()
+def test_after_the_stop_of_another_page_a_held_button_has_to_be_released(pages: TwoPages) -> None:
+    assert SPEED in pages.hold()
+    pages.stop(OTHER)
+    assert not pages.hold()
     # ik_node takes this pause for a release.
-    table.probe.spin_for(0.3)
-    assert not table.hold()
-    table.release(OPERATOR)
-    assert SPEED in table.hold()
+    pages.probe.spin_for(0.3)
+    assert not pages.hold()
+    pages.release(OPERATOR)
+    assert SPEED in pages.hold()
 
 
-def test_what_was_ended_elsewhere_has_to_be_released_too(table: Table) -> None:
-    assert SPEED in table.hold()
-    table.desk.end_hold()
-    assert not table.hold()
+def test_what_was_ended_elsewhere_has_to_be_released_too(pages: TwoPages) -> None:
+    assert SPEED in pages.hold()
+    pages.requests.end_hold()
+    assert not pages.hold()
 
 
-def test_who_only_looks_on_does_not_end_the_jog_of_the_operator(table: Table) -> None:
-    table.twists.clear()
+def test_who_only_looks_on_does_not_end_the_jog_of_the_operator(pages: TwoPages) -> None:
+    pages.twists.clear()
     for _ in range(10):
-        table.desk.hold(table.event(OPERATOR), X, SPEED)
-        table.desk.hold(table.event(OTHER), Y, SPEED)
-        table.probe.spin_for(1.0 / RENEWALS)
-        table.release(OTHER)
-    assert set(table.twists) == {SPEED}
-    assert "nothing done" in table.desk.refusal
+        pages.requests.hold(pages.event(OPERATOR), X, SPEED)
+        pages.requests.hold(pages.event(OTHER), Y, SPEED)
+        pages.probe.spin_for(1.0 / RENEWALS)
+        pages.release(OTHER)
+    assert set(pages.twists) == {SPEED}
+    assert "nothing done" in pages.requests.refusal
 
 
-def test_who_gets_the_controls_while_holding_has_to_press_again(table: Table) -> None:
-    assert not table.hold(page=OTHER)
-    table.desk.controls.ask(OTHER)
-    table.desk.give(OPERATOR)
-    assert not table.hold(page=OTHER)
-    table.release(OTHER)
-    assert SPEED in table.hold(page=OTHER)
+def test_who_gets_the_controls_while_holding_has_to_press_again(pages: TwoPages) -> None:
+    assert not pages.hold(page=OTHER)
+    pages.requests.controls.ask(OTHER)
+    pages.requests.give(OPERATOR)
+    assert not pages.hold(page=OTHER)
+    pages.release(OTHER)
+    assert SPEED in pages.hold(page=OTHER)
 
 
-def test_a_page_that_answers_no_more_has_no_controls_until_it_presses_again(table: Table) -> None:
-    desk = table.desk
-    assert SPEED in table.hold()
-    desk.answers(OPERATOR, False)
-    assert desk.controls.holder is None
-    desk.answers(OPERATOR, True)
-    assert desk.controls.holder is None
-    assert desk.controls.ask(OPERATOR)
-    assert SPEED not in table.hold()
-    table.release(OPERATOR)
-    assert SPEED in table.hold()
+def test_a_page_that_answers_no_more_has_no_controls_until_it_presses_again(
+    pages: TwoPages,
+) -> None:
+    requests = pages.requests
+    assert SPEED in pages.hold()
+    requests.answers(OPERATOR, False)
+    assert requests.controls.holder is None
+    requests.answers(OPERATOR, True)
+    assert requests.controls.holder is None
+    assert requests.controls.ask(OPERATOR)
+    assert SPEED not in pages.hold()
+    pages.release(OPERATOR)
+    assert SPEED in pages.hold()
 
 
-def test_an_input_goes_back_if_its_page_only_looks_on(table: Table) -> None:
+def test_an_input_goes_back_if_its_page_only_looks_on(pages: TwoPages) -> None:
     taken: list[float] = []
-    number = OperatorsInput(table.desk, table.number, taken.append)
+    number = OperatorsInput(pages.requests, pages.number, taken.append)
     for page, value in ((OPERATOR, 2.0), (OTHER, 7.0)):
-        table.number.value = value
-        asyncio.run(number._take(table.event(page)))
-    table.desk.fulfil()
-    assert number.value == table.number.value == 2.0
+        pages.number.value = value
+        asyncio.run(number._take(pages.event(page)))
+    pages.requests.fulfil()
+    assert number.value == pages.number.value == 2.0
     assert taken == [2.0]
 
 
-def test_an_ik_node_that_was_started_anew_is_another_one(table: Table, context: Context) -> None:
-    link = table.desk.link
+def test_an_ik_node_that_was_started_anew_is_another_one(pages: TwoPages, context: Context) -> None:
+    link = pages.requests.link
     assert link.identity == NOBODY
     seen = set()
     for _ in range(2):
-        server = Probe(context, "/desk", "ik_node")
+        server = Probe(context, "/operator", "ik_node")
         server.node.create_publisher(MachineState, "ik_node/machine_state", 1)
         server.node.create_service(Trigger, "ik_node/stop", lambda _, answer: answer)
-        table.probe.wait_for(lambda: link.identity, "ik_node")
+        pages.probe.wait_for(lambda: link.identity, "ik_node")
         seen.add(link.identity)
         server.close()
-        table.probe.wait_for(lambda: link.identity == NOBODY, "its end")
+        pages.probe.wait_for(lambda: link.identity == NOBODY, "its end")
     assert len(seen) == 2
 
 
-def test_a_choice_that_is_none_is_not_taken(table: Table) -> None:
-    group = table.server.gui.add_button_group("choice", ("save", "load"))
+def test_a_choice_that_is_none_is_not_taken(pages: TwoPages) -> None:
+    group = pages.server.gui.add_button_group("choice", ("save", "load"))
     taken: list[str] = []
-    take = table.desk.on(taken.append)
+    take = pages.requests.on(taken.append)
     for value in ("save", "x" * 1000, "load"):
         group._impl.value = value
         asyncio.run(take(GuiEvent(None, OPERATOR, group)))  # type: ignore[arg-type]
-        table.desk.fulfil()
+        pages.requests.fulfil()
     assert taken == ["save", "load"]
-    assert table.desk.refusal == f"nothing done: there is no choice '{'x' * 20}'"
+    assert pages.requests.refusal == f"nothing done: there is no choice '{'x' * 20}'"

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.held_motion import HeldMotion as HeldMotion
     from tri_glide_kinematics.motion.engine.held_motion import PlanRole as PlanRole
     from tri_glide_kinematics.motion.engine.progress import PathProgress as PathProgress
-    from tri_glide_kinematics.motion.engine.pursuit import Pursuit as Pursuit
     from tri_glide_kinematics.motion.engine.replanning import Replanning as Replanning
+    from tri_glide_kinematics.motion.engine.tracker import Tracker as Tracker
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

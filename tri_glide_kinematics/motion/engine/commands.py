@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     # What carries commands out asks them what differs between kinds, and they ask it in turn.
     from tri_glide_kinematics.motion.engine.execution import PlanExecution
     from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion
-    from tri_glide_kinematics.motion.engine.pursuit import Pursuit
     from tri_glide_kinematics.motion.engine.replanning import Replanning
+    from tri_glide_kinematics.motion.engine.tracker import Tracker
 
 # Jogs are the same if their directions differ by less than this [rad], and their speeds by less
 # than this fraction.
@@ -197,7 +197,7 @@ class Command:
         """Return a plan that leads there; the arguments are those of ``MotionPlanner.move``."""
         raise NotImplementedError
 
-    def wanted(self, pursuit: Pursuit, limits: DriveLimits, dt: float) -> Wanted:
+    def wanted(self, tracker: Tracker, limits: DriveLimits, dt: float) -> Wanted:
         """Return what a step of ``dt`` [s] is to lead to, while this is tracked."""
         raise NotImplementedError
 
@@ -361,7 +361,7 @@ class Jog(Command):
         speed = self.speed * limits.speed_scale
         return planner.jog(state, self.direction, speed, limits.effective, region, moving)
 
-    def wanted(self, pursuit: Pursuit, limits: DriveLimits, dt: float) -> Wanted:
+    def wanted(self, tracker: Tracker, limits: DriveLimits, dt: float) -> Wanted:
         """Return its velocity, as far as the scale lets it."""
         speed = self.speed * limits.speed_scale
         x, y, z = self.direction
@@ -452,7 +452,7 @@ class Track(Command):
         if not goes_on:
             execution.workspace.check_heights(held.plan.at(holder.time).heights)
             execution.workspace.check_position(self.position)
-        execution.pursuit.report(self, begins=not goes_on)
+        execution.tracker.report(self, begins=not goes_on)
         if goes_on:
             execution.replace(held.with_goal(self))
             return
@@ -463,9 +463,9 @@ class Track(Command):
         else:
             execution.track(tracking)
 
-    def wanted(self, pursuit: Pursuit, limits: DriveLimits, dt: float) -> Wanted:
+    def wanted(self, tracker: Tracker, limits: DriveLimits, dt: float) -> Wanted:
         """Return where the target will be, and how it will move."""
-        return pursuit.target_after(dt)
+        return tracker.target_after(dt)
 
     def edge(self, check_position: Callable[[Vector3], object]) -> KinematicsError | None:
         """Return why the target is not inside the workspace, if it is not."""

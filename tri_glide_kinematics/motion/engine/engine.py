@@ -468,7 +468,7 @@ class MotionEngine:
         held = self._holder.motion
         if held is None or held.goal is None or held.goal.has_end:
             return math.nan
-        return self._execution.pursuit.distance(self.state.heights)
+        return self._execution.tracker.distance(self.state.heights)
 
     def distance_from_target(self, heights: Sequence[float]) -> float:
         """Return how far the platform at measured ``heights`` is from the target.

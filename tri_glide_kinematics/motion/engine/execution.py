@@ -17,8 +17,8 @@ from tri_glide_kinematics.motion.engine.commands import Command
 from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.preparation import LeadTime, Making, Preparation, only_held
 from tri_glide_kinematics.motion.engine.progress import PathMeasuring, PathProgress, progress
-from tri_glide_kinematics.motion.engine.pursuit import Pursuit
 from tri_glide_kinematics.motion.engine.replanning import Replanning
+from tri_glide_kinematics.motion.engine.tracker import Tracker
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import DrivenPath
 from tri_glide_kinematics.motion.trajectory import (
@@ -151,7 +151,7 @@ class PlanExecution:
         tracks: whether something is tracked, so that a new velocity or target needs no plan.
         preparation: of the next plan; None if there is none.
         replanning: makes what is held next.
-        pursuit: makes steps of tracking.
+        tracker: makes steps of tracking.
     """
 
     def __init__(
@@ -171,7 +171,7 @@ class PlanExecution:
         self._in_pieces = in_pieces
         self.workspace = workspace
         self.replanning = Replanning(workspace, kind)
-        self.pursuit = Pursuit(workspace)
+        self.tracker = Tracker(workspace)
         self._lead_time = LeadTime()
         # The next part of a path takes longer, but is known to be needed long before.
         self._path_lead_time = LeadTime()
@@ -217,7 +217,7 @@ class PlanExecution:
             self._on_event(dt)
             held = holder.held
             if self.tracks:
-                self.pursuit.advance(dt)
+                self.tracker.advance(dt)
             # A plan that has just begun may do so a rounding error later.
             time = max(holder.time + dt, 0.0)
         setpoint = held.plan.at(time)
@@ -406,7 +406,7 @@ class PlanExecution:
 
     def certified_step(self, held: HeldMotion) -> HeldMotion | None:
         """Return what is held after the first step towards the goal of ``held``; None without."""
-        return self.pursuit.next(held, self.holder.time, self._last_step or FIRST_STEP)
+        return self.tracker.next(held, self.holder.time, self._last_step or FIRST_STEP)
 
     def track(self, held: HeldMotion) -> None:
         """Hold what begins to track, or is to do so when a step is certified."""
@@ -431,7 +431,7 @@ class PlanExecution:
     def _take_step(self, dt: float) -> bool:
         """Track for ``dt`` [s] if such a step is certified; return whether it is."""
         held = self.holder.held
-        tracking = self.pursuit.next(held, self.holder.time, dt)
+        tracking = self.tracker.next(held, self.holder.time, dt)
         if tracking is not None:
             self.preparation = None
             self.replace(tracking)

@@ -10,7 +10,11 @@ import viser
 from tri_glide_kinematics.panel.button_jogs import RENEWALS
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import note
-from tri_glide_kinematics.panel.tabs.operator_requests import Desk, Event, OperatorsInput
+from tri_glide_kinematics.panel.tabs.operator_requests import (
+    Event,
+    OperatorRequests,
+    OperatorsInput,
+)
 from tri_glide_kinematics.vectors import Vector3
 
 HOLD = "hold"
@@ -38,19 +42,21 @@ Move = Callable[[Vector3], None]
 class DriveTab:
     """Enabling, speed, jogs, steps, and a position to go to."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk, move_to: Move, move_by: Move) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, requests: OperatorRequests, move_to: Move, move_by: Move
+    ) -> None:
         """Add all to the open container of ``gui``; moves are to a position or by a vector [m]."""
         self._gui = gui
-        self._desk = desk
+        self._requests = requests
         self._move_by = move_by
         self._is_shown: MachineFacts | None = None
-        link = desk.link
+        link = requests.link
         power = gui.add_button_group("Machine", ("enable", "disable"))
-        power.on_click(desk.on(lambda value: link.enable(value == "enable")))
+        power.on_click(requests.on(lambda value: link.enable(value == "enable")))
         motion = gui.add_button_group("Motion", ("pause", "resume"))
-        motion.on_click(desk.on(link.trigger))
+        motion.on_click(requests.on(link.trigger))
         self._scale = OperatorsInput(
-            desk,
+            requests,
             gui.add_slider("Speed [%]", min=1, max=100, step=1, initial_value=100),
             lambda value: link.set_speed_scale(0.01 * value),
         )
@@ -60,17 +66,17 @@ class DriveTab:
             "Jog [mm/s]", min=SLOWEST_JOG, max=FASTEST_JOG, step=1.0, initial_value=USUAL_JOG
         )
         self._speed_slider = speed
-        self._speed = OperatorsInput(desk, speed)
+        self._speed = OperatorsInput(requests, speed)
         self._buttons = [self._pad_button(direction) for _, direction in filter(None, PAD)]
         self._pad = gui.add_html(self._pad_text(HOLD))
-        mode.on_click(desk.on(self._set_mode))
+        mode.on_click(requests.on(self._set_mode))
         with gui.add_folder("Go to [mm]"):
             place = gui.add_vector3("x, y, z", (0.0, 0.0, 0.0), step=0.1)
-            self._place = OperatorsInput(desk, place)
+            self._place = OperatorsInput(requests, place)
             go = gui.add_button("Go", color="blue", icon=viser.Icon.PLAYER_PLAY)
-            go.on_click(desk.on(lambda _: move_to(_in_metres(self._place.value))))
+            go.on_click(requests.on(lambda _: move_to(_in_metres(self._place.value))))
             here = gui.add_button("Take the present position")
-            here.on_click(desk.on(lambda _: self._take_present()))
+            here.on_click(requests.on(lambda _: self._take_present()))
         self._present: Vector3 | None = None
 
     def show(self, facts: MachineFacts, position: Vector3 | None) -> None:
@@ -96,10 +102,10 @@ class DriveTab:
     def _pad_button(self, direction: Vector3) -> Any:
         """Return a button that is not seen: the pad presses and holds it."""
         button = self._gui.add_button("jog", visible=False)
-        desk = self._desk
+        requests = self._requests
 
         async def hold(event: Event) -> None:
-            desk.hold(event, direction, 0.001 * self._speed.value)
+            requests.hold(event, direction, 0.001 * self._speed.value)
 
         def step(_: object) -> None:
             size = self._step_size
@@ -108,7 +114,7 @@ class DriveTab:
                 self._move_by((size * x, size * y, size * z))
 
         button.on_hold(hold, callback_hz=RENEWALS)
-        button.on_click(desk.on(step))
+        button.on_click(requests.on(step))
         return button
 
     def _pad_text(self, mode: str) -> str:

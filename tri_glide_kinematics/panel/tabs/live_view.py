@@ -19,7 +19,7 @@ from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
 from tri_glide_kinematics.panel.markup import bar, note, table
 from tri_glide_kinematics.panel.slider_curves import CurveLimits, Curves
-from tri_glide_kinematics.panel.tabs.operator_requests import Desk
+from tri_glide_kinematics.panel.tabs.operator_requests import OperatorRequests
 from tri_glide_kinematics.ros.outputs import Motion
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import edge_rings
@@ -62,11 +62,15 @@ class GoToHandle:
     """The handle: it sends a target when it is released, and says beside it if that is refused."""
 
     def __init__(
-        self, server: viser.ViserServer, desk: Desk, size: float, move_to: Callable[[Vector3], None]
+        self,
+        server: viser.ViserServer,
+        requests: OperatorRequests,
+        size: float,
+        move_to: Callable[[Vector3], None],
     ) -> None:
         """Put it into the scene, hidden before it has a place; its arrows have a ``size`` [m]."""
         self._server = server
-        self._desk = desk
+        self._requests = requests
         self._move_to = move_to
         self._drag = Drag()
         self._asked: Vector3 | None = None
@@ -83,7 +87,7 @@ class GoToHandle:
 
     def follow(self, position: Vector3 | None) -> None:
         """Follow the machine at rest, and show why the last target was refused [m]."""
-        refusal = self._desk.refusal if self._asked is not None else ""
+        refusal = self._requests.refusal if self._asked is not None else ""
         if self._label.visible != bool(refusal) or (refusal and self._label.text != refusal):
             self._label.text = refusal
             self._label.position = self._asked or (0.0, 0.0, 0.0)
@@ -102,10 +106,10 @@ class GoToHandle:
         is_there = page in self._server.get_clients()
         if event.phase == "end" or not is_there:
             place = drag.end(page)
-            if is_there and self._desk.may(page) and place is not None:
+            if is_there and self._requests.may(page) and place is not None:
                 target = place
-                self._desk.wish(lambda: self._go(target))
-        elif self._desk.controls.holder != page:
+                self._requests.wish(lambda: self._go(target))
+        elif self._requests.controls.holder != page:
             self._handle.position = drag.place
         elif event.phase == "start":
             drag.begin(page)
@@ -116,7 +120,7 @@ class GoToHandle:
 
     def _go(self, position: Vector3) -> None:
         self._asked = position
-        self._desk.refusal = ""
+        self._requests.refusal = ""
         self._move_to(position)
 
 
@@ -222,12 +226,12 @@ class LiveView:
         self,
         server: viser.ViserServer,
         tabs: viser.GuiTabGroupHandle,
-        desk: Desk,
+        requests: OperatorRequests,
         move_to: Callable[[Vector3], None],
     ) -> None:
         """Add the tabs with numbers and curves; ``move_to`` goes to a position [m]."""
         self._server = server
-        self._desk = desk
+        self._requests = requests
         self._move_to = move_to
         self._drawn: MachineFacts | None = None
         self._scene: Scene | None = None
@@ -262,7 +266,7 @@ class LiveView:
         camera.position, camera.look_at = map(np.array, view_of(facts))
         self._scene = Scene(self._server.scene, facts)
         size = HANDLE_SIZE * max(facts.machine.geometry.arm_lengths)
-        self._handle = GoToHandle(self._server, self._desk, size, self._move_to)
+        self._handle = GoToHandle(self._server, self._requests, size, self._move_to)
         self._shaping = edge_rings(facts.workspace)
 
     def show_lines(self, name: str, points: FloatArray) -> None:

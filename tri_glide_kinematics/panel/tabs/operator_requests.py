@@ -81,8 +81,8 @@ Wish = Callable[[], None]
 Event = Any
 
 
-class Desk:
-    """The operator's desk.
+class OperatorRequests:
+    """The requests of the operator, and who has the controls.
 
     Stop and the renewals of a held jog go to the machine straight from the thread that hears the
     page. Everything else is a wish, which the node's own thread fulfils. Stop drops all wishes that
@@ -230,11 +230,14 @@ class OperatorsInput:
     """
 
     def __init__(
-        self, desk: Desk, handle: Any, on_change: Callable[[Any], None] | None = None
+        self,
+        requests: OperatorRequests,
+        handle: Any,
+        on_change: Callable[[Any], None] | None = None,
     ) -> None:
         """Take over an input of viser; ``on_change`` gets where the node spins what is set."""
         self.value = handle.value
-        self._desk = desk
+        self._requests = requests
         self._handle = handle
         self._on_change = on_change
         handle.on_update(self._take)
@@ -247,28 +250,28 @@ class OperatorsInput:
     async def _take(self, event: Event) -> None:
         if event.client_id is None:
             return
-        if not self._desk.may(event.client_id):
+        if not self._requests.may(event.client_id):
             self._handle.value = self.value
             return
         self.value = value = event.target.value
         on_change = self._on_change
         if on_change is not None:
-            self._desk.wish(lambda: on_change(value))
+            self._requests.wish(lambda: on_change(value))
 
 
 class PagesBar:
     """Buttons with which a page takes, asks for, and gives up the controls."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+    def __init__(self, gui: viser.GuiApi, requests: OperatorRequests) -> None:
         """Add them to the open container of ``gui``."""
         group = gui.add_button_group("Controls", ("take", "give up"))
 
         async def on_click(event: Event) -> None:
             page = event.client_id
             if event.target.value == "give up":
-                desk.give(page)
+                requests.give(page)
             else:
-                desk.controls.ask(page)
+                requests.controls.ask(page)
 
         group.on_click(on_click)
 

@@ -11,7 +11,7 @@ import yaml
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.panel.markup import note, table
-from tri_glide_kinematics.panel.tabs.operator_requests import Desk, OperatorsInput
+from tri_glide_kinematics.panel.tabs.operator_requests import OperatorRequests, OperatorsInput
 from tri_glide_kinematics.programs import PathStep, load_drive
 from tri_glide_kinematics.vectors import Vector3
 
@@ -88,7 +88,7 @@ class PointsTab:
     def __init__(
         self,
         gui: viser.GuiApi,
-        desk: Desk,
+        requests: OperatorRequests,
         file: Path,
         present: Callable[[], Vector3 | None],
         follow: Follow,
@@ -100,29 +100,29 @@ class PointsTab:
         [m/s].
         """
         self.points: list[Vector3] = []
-        self._desk = desk
+        self._requests = requests
         self._file = file
         self._present = present
         self._follow = follow
         gui.add_button("Teach this position", icon=viser.Icon.MAP_PIN_PLUS).on_click(
-            desk.on(lambda _: self._teach())
+            requests.on(lambda _: self._teach())
         )
         self._table = gui.add_html("")
         self._edit = gui.add_button_group("Points", ("undo", "clear"))
-        self._edit.on_click(desk.on(self._remove))
+        self._edit.on_click(requests.on(self._remove))
         self._tolerance = OperatorsInput(
-            desk, gui.add_number("Corners [mm]", USUAL_TOLERANCE, min=0.0, step=0.1)
+            requests, gui.add_number("Corners [mm]", USUAL_TOLERANCE, min=0.0, step=0.1)
         )
         hint = "0: as fast as the sliders can"
         self._speed = OperatorsInput(
-            desk, gui.add_number("Speed [mm/s]", 0.0, min=0.0, step=1.0, hint=hint)
+            requests, gui.add_number("Speed [mm/s]", 0.0, min=0.0, step=1.0, hint=hint)
         )
         gui.add_button("Drive through them", color="blue", icon=viser.Icon.ROUTE).on_click(
-            desk.on(lambda _: self._drive())
+            requests.on(lambda _: self._drive())
         )
         self._files = gui.add_button_group("File", ("save", "load"))
         self._files.on_click(
-            desk.on(lambda value: self._save() if value == "save" else self._load())
+            requests.on(lambda value: self._save() if value == "save" else self._load())
         )
         self._note = gui.add_html("")
         self._show()
@@ -130,7 +130,7 @@ class PointsTab:
     def _teach(self) -> None:
         position = self._present()
         if position is None:
-            self._desk.refuse("nothing taught: the position of the platform is not known")
+            self._requests.refuse("nothing taught: the position of the platform is not known")
             return
         self.points.append(position)
         self._show()

@@ -1,4 +1,4 @@
-"""What the engine tracks: a velocity or a moving target, by one certified step after the other.
+"""Tracks a velocity or a moving target, by one certified step after the other.
 
 Each step is held with the braking behind it, so at every instant there is a verified way to rest.
 Where no step can be certified the held braking goes on, and the next step is tried in the next
@@ -22,7 +22,7 @@ from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 
-class Pursuit:
+class Tracker:
     """Makes the next step towards a jog or a target; keeps how the target has moved."""
 
     def __init__(self, workspace: Workspace) -> None:
