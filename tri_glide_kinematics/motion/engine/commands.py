@@ -8,6 +8,7 @@ classes, so a new kind is a new class.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from enum import Enum, IntEnum
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
@@ -87,7 +88,7 @@ class Outcome(NamedTuple):
     text: str
 
 
-class Command:
+class Command(ABC):
     """Something that a machine is asked to do.
 
     Attributes:
@@ -152,7 +153,7 @@ class Command:
         if self.outcome is None:
             self.outcome = Outcome(code, text)
 
-    def has_turn(self, now: float, period: float) -> None:
+    def has_turn(self, now: float, period: float) -> None:  # noqa: B027, as most need nothing
         """Note that it is given to the engine ``now`` [s], one ``period`` [s] before a setpoint."""
 
     def making(self, end: Vector3 | None) -> Interruptible[None] | None:
@@ -163,6 +164,7 @@ class Command:
         """
         return None
 
+    @abstractmethod
     def begin(self, execution: PlanExecution) -> None:
         """Ask ``execution`` for what this is.
 
@@ -170,7 +172,6 @@ class Command:
             NotStartedError: before the start.
             KinematicsError: if it is refused at once.
         """
-        raise NotImplementedError
 
     def next_held(
         self, replanning: Replanning, held: HeldMotion, time: float
@@ -201,7 +202,9 @@ class Command:
         """Return what a step of ``dt`` [s] is to lead to, while this is tracked."""
         raise NotImplementedError
 
-    def stepped(self, execution: PlanExecution, *, is_certified: bool) -> None:
+    def stepped(  # noqa: B027, as most need nothing
+        self, execution: PlanExecution, *, is_certified: bool
+    ) -> None:
         """Look after a step of tracking, which may have been ``is_certified`` or not."""
 
     def ends_at_edge(self, refusal: KinematicsError) -> bool:
