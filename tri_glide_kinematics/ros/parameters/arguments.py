@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import suppress
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
@@ -102,17 +103,36 @@ def parameter_rules(arguments: Sequence[str]) -> list[str]:
     return [value for option, value in _values(inside) if option in PARAMETER_OPTIONS]
 
 
-def in_words(error: RuntimeError) -> str:
-    """Return why ROS refuses the arguments, in one line and without the places in its source."""
+def in_words(error: RuntimeError, arguments: Sequence[str]) -> str:
+    """Return why ROS refuses ``arguments``, in one line and without the places in its source."""
     text = str(error)
     # What it does not know comes as the text of a list.
     unknown = re.match(r"\['(.*?)'[,\]]", text)
     if unknown:
         return f"unknown ROS argument {unknown[1]!r}{_meant(unknown[1])}"
     text = " ".join(re.sub(r",? at \S+:\d+", "", text).split())
-    if "should be of same type" in text:
+    if _have_mixed_array(arguments):
         text += " (all numbers of an array with a decimal point, or none: [1.0, 0.5, 1.0])"
     return text.removeprefix("failed to initialize rcl: ")
+
+
+def _have_mixed_array(arguments: Sequence[str]) -> bool:
+    """Return whether an array has numbers with a decimal point and others, which ROS refuses."""
+    texts = [rule.partition(":=")[2] for rule in parameter_rules(arguments)]
+    for path in map(Path, parameter_files(arguments)):
+        texts += [path.read_text(encoding="utf-8")] if path.is_file() else []
+    for text in texts:
+        # An entry that is named may hold itself.
+        with suppress(yaml.YAMLError, RecursionError):
+            if _is_mixed(yaml.load(text, LOADER)):
+                return True
+    return False
+
+
+def _is_mixed(value: object) -> bool:
+    if isinstance(value, dict):
+        return any(map(_is_mixed, value.values()))
+    return isinstance(value, list) and {int, float} <= set(map(type, value))
 
 
 def _advice(node: str, argument: str) -> str:

@@ -112,7 +112,7 @@ def run(module: str, class_name: str) -> int:
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:
-        return _fail(f"{name}: {in_words(error)}")
+        return _fail(f"{name}: {in_words(error, arguments)}")
     try:
         instance = node_class()
     except Exception as error:
