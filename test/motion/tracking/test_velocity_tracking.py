@@ -12,8 +12,7 @@ from strategies import DEFAULT_LIMITS
 from tracking_run import PLACE, TrackingRun, at_rest
 
 from tri_glide_kinematics.motion.tracking import WantedVelocity, WayAhead, approach, way_to_rest
-from tri_glide_kinematics.motion.tracking.slider_line import slider_line
-from tri_glide_kinematics.motion.tracking.wanted_motion import wanted_motion
+from tri_glide_kinematics.motion.tracking.straight_motion import slider_line, wanted_motion
 from tri_glide_kinematics.motion.trajectory import (
     EDGE_CLEARANCE,
     CubicPlan,

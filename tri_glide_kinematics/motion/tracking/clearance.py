@@ -17,7 +17,7 @@ from collections.abc import Iterable, Sequence
 from math import copysign, hypot, sqrt
 from typing import NamedTuple
 
-from tri_glide_kinematics.motion.tracking.velocity_phases import Phase
+from tri_glide_kinematics.motion.tracking.slider_way import Phase
 from tri_glide_kinematics.motion.trajectory import (
     RELATIVE_ROUNDING,
     TRAVEL_ROUNDING,

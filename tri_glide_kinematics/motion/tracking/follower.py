@@ -9,10 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.tracking.braking import braking_alone, braking_together
 from tri_glide_kinematics.motion.tracking.clearance import first_certified
 from tri_glide_kinematics.motion.tracking.moving_target import Wanted, WantedVelocity
-from tri_glide_kinematics.motion.tracking.slider_way import SliderWay
+from tri_glide_kinematics.motion.tracking.slider_way import (
+    SliderWay,
+    braking_alone,
+    braking_together,
+)
 from tri_glide_kinematics.motion.tracking.target_tracking import (
     TargetTracking,
     straight_towards,

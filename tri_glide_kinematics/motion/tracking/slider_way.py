@@ -1,11 +1,85 @@
-"""What one slider does in one step."""
+r"""The ways of sliders in phases of constant jerk: through a step, or to rest.
+
+The shortest change of a velocity has a jerk of one size $J$, so the acceleration goes to a peak and
+back to zero in a straight line each, with a steady part at the peak if a limit cuts it. From
+velocity $v$ and acceleration $a$ to zero, in the direction in which the peak $b$ is positive,
+
+$$v + \frac{b^2 - a^2}{2J} + \frac{b^2}{2J} = 0, \quad b = \sqrt{a^2/2 - J v}.$$
+
+The direction is that against $v + a|a|/2J$, the velocity that is left if the acceleration is taken
+back at once: the slider passes no velocity beyond the larger of this and its own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from math import sqrt
 from typing import NamedTuple
 
-from tri_glide_kinematics.motion.tracking.velocity_phases import Phase
+from tri_glide_kinematics.motion.trajectory import SliderLimits
+
+Phase = tuple[float, float]
+
+
+def to_zero(
+    velocity: float, acceleration: float, lowest: float, highest: float, jerk: float
+) -> tuple[Phase, Phase, Phase]:
+    """Return the phases that end with neither velocity nor acceleration, as soon as possible.
+
+    Seen from a frame that moves, this is the way to the velocity of the frame.
+
+    Args:
+        velocity: at the start [m/s].
+        acceleration: at the start; beyond its limits by rounding at most [m/s^2].
+        lowest: limit of the acceleration, below zero [m/s^2].
+        highest: limit of the acceleration, above zero [m/s^2].
+        jerk: its limit in both directions [m/s^3].
+
+    Returns:
+        (duration [s], jerk [m/s^3]) of three phases; each may take no time.
+    """
+    if stopping_velocity(velocity, acceleration, jerk) > 0.0:
+        velocity, acceleration, top, signed = -velocity, -acceleration, -lowest, -jerk
+    else:
+        top, signed = highest, jerk
+    # A rounding error above the limit is kept, never added to.
+    top = max(top, acceleration)
+    squared = 0.5 * acceleration * acceleration - jerk * velocity
+    steady = 0.0
+    if squared > top * top:
+        peak = top
+        half_squares = top * top - 0.5 * acceleration * acceleration
+        steady = max(-(velocity + half_squares / jerk) / top, 0.0)
+    else:
+        peak = sqrt(max(squared, 0.0))
+    rise = max((peak - acceleration) / jerk, 0.0)
+    return (rise, signed), (steady, 0.0), (peak / jerk, -signed)
+
+
+def stopping_velocity(velocity: float, acceleration: float, jerk: float) -> float:
+    """Return the velocity that is left when the acceleration is taken back at once [m/s]."""
+    return velocity + acceleration * abs(acceleration) / (2.0 * jerk)
+
+
+def cut_to(phases: Iterable[Phase], duration: float) -> list[Phase]:
+    """Return the first part of ``phases``, filled up with no jerk, that takes ``duration`` [s]."""
+    kept: list[Phase] = []
+    left = duration
+    for length, jerk in phases:
+        if length >= left:
+            kept.append((left, jerk))
+            return kept
+        if length > 0.0:
+            kept.append((length, jerk))
+            left -= length
+    kept.append((left, 0.0))
+    return kept
+
+
+def within(value: float, bound: float) -> float:
+    """Return the number from ``-bound`` to ``bound`` that is nearest to ``value``."""
+    return bound if value > bound else -bound if value < -bound else value
+
 
 # Height [m], velocity [m/s] and acceleration [m/s^2] of one slider.
 Setpoint = tuple[float, float, float]
@@ -100,3 +174,53 @@ def way_onto_speed(
         return None
     way = way_of(velocity, acceleration, ((half, first), (half, second)))
     return SliderWay(way.phases, way.displacement, rate, bend)
+
+
+# A slider that is slower than the others brakes more gently, but not by more than this.
+GENTLEST = 0.05
+
+# Added to each part of the velocity, so that none is zero.
+TINY = 1e-9
+
+Braking = tuple[Phase, Phase, Phase]
+
+
+def braking_alone(ways: Sequence[SliderWay], limits: SliderLimits) -> list[Braking]:
+    """Return the shortest way to rest of each slider, after the step that it does.
+
+    Args:
+        ways: of the sliders in the step.
+        limits: of the sliders.
+    """
+    return [
+        to_zero(way.velocity, way.acceleration, -most, most, jerk)
+        for way, most, jerk in zip(ways, limits.acceleration, limits.jerk)
+    ]
+
+
+def braking_together(ways: Sequence[SliderWay], limits: SliderLimits) -> list[Braking]:
+    """Return ways to rest on which the velocities keep their proportions, or nearly.
+
+    So the platform goes on in its direction, where sliders that stop one after the other would
+    make it turn aside. A slider has the part of its limits that its velocity is of the largest.
+
+    Args:
+        ways: of the sliders in the step.
+        limits: of the sliders.
+    """
+    v1, v2, v3 = [abs(way.velocity) for way in ways]
+    fastest = max(v1, v2, v3)
+    if fastest == 0.0:
+        return braking_alone(ways, limits)
+    parts = (v1 / fastest + TINY, v2 / fastest + TINY, v3 / fastest + TINY)
+    # Limits of a slider that has all of the velocity.
+    p1, p2, p3 = parts
+    a1, a2, a3 = limits.acceleration
+    j1, j2, j3 = limits.jerk
+    hardest, sharpest = min(a1 / p1, a2 / p2, a3 / p3), min(j1 / p1, j2 / p2, j3 / p3)
+    together = []
+    for way, part, most, jerk in zip(ways, parts, limits.acceleration, limits.jerk):
+        gentle = max(min(hardest * part, most), GENTLEST * most, abs(way.acceleration))
+        smooth = max(min(sharpest * part, jerk), GENTLEST * jerk)
+        together.append(to_zero(way.velocity, way.acceleration, -gentle, gentle, smooth))
+    return together

@@ -12,15 +12,16 @@ from collections.abc import Sequence
 from math import hypot
 
 from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget
-from tri_glide_kinematics.motion.tracking.slider_line import slider_line
 from tri_glide_kinematics.motion.tracking.slider_way import (
     Bounds,
     Setpoint,
     SliderWay,
+    cut_to,
     way_of,
     way_onto,
+    within,
 )
-from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, within
+from tri_glide_kinematics.motion.tracking.straight_motion import slider_line
 from tri_glide_kinematics.motion.tracking.way_ahead import approach
 from tri_glide_kinematics.motion.trajectory import (
     EDGE_CLEARANCE,

@@ -12,16 +12,21 @@ from __future__ import annotations
 
 from math import hypot, inf
 
-from tri_glide_kinematics.motion.tracking.slider_line import slider_line
 from tri_glide_kinematics.motion.tracking.slider_way import (
     Bounds,
     SliderWay,
+    cut_to,
+    to_zero,
     way_of,
     way_onto,
     way_onto_speed,
 )
-from tri_glide_kinematics.motion.tracking.velocity_phases import cut_to, to_zero
-from tri_glide_kinematics.motion.tracking.wanted_motion import TINY, WantedMotion, wanted_motion
+from tri_glide_kinematics.motion.tracking.straight_motion import (
+    TINY,
+    WantedMotion,
+    slider_line,
+    wanted_motion,
+)
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
 from tri_glide_kinematics.motion.trajectory import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.tri_glide import TriGlide
