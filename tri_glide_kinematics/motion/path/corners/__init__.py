@@ -20,11 +20,13 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.corners.rounding import widths_behind as widths_behind
     from tri_glide_kinematics.motion.path.corners.rounding import widths_kept as widths_kept
     from tri_glide_kinematics.motion.path.corners.rounding import widths_of as widths_of
-    from tri_glide_kinematics.motion.path.corners.swinging import FARTHEST_SWING as FARTHEST_SWING
-    from tri_glide_kinematics.motion.path.corners.swinging import NARROWER as NARROWER
-    from tri_glide_kinematics.motion.path.corners.swinging import SWING_REACH as SWING_REACH
-    from tri_glide_kinematics.motion.path.corners.swinging import swing_of as swing_of
-    from tri_glide_kinematics.motion.path.corners.tapering import WIDEST as WIDEST
+    from tri_glide_kinematics.motion.path.corners.wide_roundings import (
+        FARTHEST_SWING as FARTHEST_SWING,
+    )
+    from tri_glide_kinematics.motion.path.corners.wide_roundings import NARROWER as NARROWER
+    from tri_glide_kinematics.motion.path.corners.wide_roundings import SWING_REACH as SWING_REACH
+    from tri_glide_kinematics.motion.path.corners.wide_roundings import WIDEST as WIDEST
+    from tri_glide_kinematics.motion.path.corners.wide_roundings import swing_of as swing_of
     from tri_glide_kinematics.motion.path.corners.widths import CONVEX_BEND as CONVEX_BEND
     from tri_glide_kinematics.motion.path.corners.widths import LARGEST_BEND as LARGEST_BEND
     from tri_glide_kinematics.motion.path.corners.widths import Weights as Weights

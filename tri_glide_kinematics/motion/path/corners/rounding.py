@@ -43,8 +43,14 @@ from tri_glide_kinematics.motion.path.corners.joints import (
     least_between,
     rooms_at,
 )
-from tri_glide_kinematics.motion.path.corners.swinging import swing_parts, swung
-from tri_glide_kinematics.motion.path.corners.tapering import LOWER, PARTS, inner_parts, tapered
+from tri_glide_kinematics.motion.path.corners.wide_roundings import (
+    LOWER,
+    PARTS,
+    inner_parts,
+    swing_parts,
+    swung,
+    tapered,
+)
 from tri_glide_kinematics.motion.path.corners.widths import (
     CONVEX_BEND,
     LARGE_TURN,
@@ -480,7 +486,7 @@ def widths_behind(joints: RoundedJoints, kept: Widths, place: float) -> Interrup
     All others begin at the ``place`` [m] or behind it. A rounding that was known better, as no
     other overlapped it, they overlap at its outer half at most: there its deviation is convex. One
     that swings out they do not overlap. What swings out itself may overlap both, as in any path
-    (``swinging``).
+    (``wide_roundings``).
     """
     ways = joints.ways[: len(kept.half_widths)]
     begin, first = place, 0

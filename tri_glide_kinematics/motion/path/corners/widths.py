@@ -53,9 +53,9 @@ class Widths(NamedTuple):
         half_widths: of the part that does not swing out. Shape (m,) [m].
         deviations: bound of the deviation of the path at each joint. Shape (m,) [m].
         single: whether a rounding overlapped no other when it was made. Shape (m,).
-        tapers: how much of that part tapers off, from 0 to 1 (``tapering``). Shape (m,).
+        tapers: how much of that part tapers off, from 0 to 1 (``wide_roundings``). Shape (m,).
         swings: how far the rounding swings out to the other side, by its height; 0 if it does not
-            (``swinging``). Shape (m,).
+            (``wide_roundings``). Shape (m,).
         swing_widths: half width of the part that does; 0 where there is none. Shape (m,) [m].
     """
 
