@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.controller_health import health_of as health_of
     from tri_glide_kinematics.control.controller_health import line_of as line_of
     from tri_glide_kinematics.control.controller_health import status_of as status_of
-    from tri_glide_kinematics.control.errors import BrokenError as BrokenError
-    from tri_glide_kinematics.control.errors import CommandRefusedError as CommandRefusedError
     from tri_glide_kinematics.control.health import Health as Health
     from tri_glide_kinematics.control.health import Level as Level
     from tri_glide_kinematics.control.loop_statistics import LoopStatistics as LoopStatistics
@@ -47,19 +45,23 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.operating_state import WAITING as WAITING
     from tri_glide_kinematics.control.operating_state import Cause as Cause
     from tri_glide_kinematics.control.operating_state import (
+        CommandRefusedError as CommandRefusedError,
+    )
+    from tri_glide_kinematics.control.operating_state import ControllerStatus as ControllerStatus
+    from tri_glide_kinematics.control.operating_state import (
         ForbiddenTransitionError as ForbiddenTransitionError,
     )
     from tri_glide_kinematics.control.operating_state import OperatingState as OperatingState
     from tri_glide_kinematics.control.operating_state import Reason as Reason
     from tri_glide_kinematics.control.operating_state import StateMachine as StateMachine
     from tri_glide_kinematics.control.operation import TRAVEL_TOLERANCE as TRAVEL_TOLERANCE
+    from tri_glide_kinematics.control.operation import BrokenError as BrokenError
     from tri_glide_kinematics.control.operation import Operation as Operation
     from tri_glide_kinematics.control.operation import StartingPlace as StartingPlace
     from tri_glide_kinematics.control.simulated_sliders import SimulatedPlate as SimulatedPlate
     from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders as SimulatedSliders
     from tri_glide_kinematics.control.simulated_sliders import SliderFaults as SliderFaults
     from tri_glide_kinematics.control.simulated_sliders import TrueMachine as TrueMachine
-    from tri_glide_kinematics.control.status import ControllerStatus as ControllerStatus
     from tri_glide_kinematics.control.streams import SLOWEST_STREAM as SLOWEST_STREAM
     from tri_glide_kinematics.control.streams import Streams as Streams
     from tri_glide_kinematics.control.streams import twist_stream as twist_stream

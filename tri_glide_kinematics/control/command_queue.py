@@ -8,9 +8,8 @@ from collections.abc import Callable
 from enum import Enum
 from typing import NamedTuple
 
-from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.newest_target import NewestTarget
-from tri_glide_kinematics.control.operating_state import Cause, Reason
+from tri_glide_kinematics.control.operating_state import Cause, CommandRefusedError, Reason
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible

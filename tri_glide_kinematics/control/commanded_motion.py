@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from tri_glide_kinematics.control.command_queue import CommandQueue, Decided
-from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     JOGGING,
@@ -14,6 +13,7 @@ from tri_glide_kinematics.control.operating_state import (
     PAUSED,
     TRACKING,
     Cause,
+    CommandRefusedError,
     Reason,
     StateMachine,
 )

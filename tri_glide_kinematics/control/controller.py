@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 
 from tri_glide_kinematics.control.command_queue import CommandQueue
 from tri_glide_kinematics.control.commanded_motion import CommandedMotion
-from tri_glide_kinematics.control.errors import BrokenError, CommandRefusedError
 from tri_glide_kinematics.control.newest_target import Arrival, InPositionBounds, NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
@@ -18,13 +17,19 @@ from tri_glide_kinematics.control.operating_state import (
     TRACKING,
     WAITING,
     Cause,
+    CommandRefusedError,
+    ControllerStatus,
     OperatingState,
     Reason,
     StateMachine,
     at_rest,
 )
-from tri_glide_kinematics.control.operation import NO_MEASUREMENT, Operation, StartingPlace
-from tri_glide_kinematics.control.status import ControllerStatus
+from tri_glide_kinematics.control.operation import (
+    NO_MEASUREMENT,
+    BrokenError,
+    Operation,
+    StartingPlace,
+)
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import Refusal

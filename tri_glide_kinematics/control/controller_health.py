@@ -11,9 +11,9 @@ from tri_glide_kinematics.control.operating_state import (
     MOVING,
     PAUSED,
     WAITING,
+    ControllerStatus,
     OperatingState,
 )
-from tri_glide_kinematics.control.status import ControllerStatus
 from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.reason_log import ReasonLog
 

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, IntEnum
+from typing import TYPE_CHECKING
 
-from tri_glide_kinematics.control.errors import CommandRefusedError
 from tri_glide_kinematics.errors import KinematicsError, Refusal
+from tri_glide_kinematics.vectors import Vector3
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.engine import TargetKind
 
 
 class Cause(IntEnum):
@@ -97,6 +101,48 @@ FOLLOWERS: dict[OperatingState, frozenset[OperatingState]] = {
     FAULT: frozenset((IDLE, DISABLED)),
     DISABLED: frozenset((IDLE,)),
 }
+
+
+@dataclass(frozen=True)
+class ControllerStatus:
+    """What the controller does and why.
+
+    Attributes:
+        state: what it is doing.
+        reason: why it is doing that.
+        newest_target: the newest target that was accepted, in words; empty before the first.
+        target_missed: whether the machine stands still and is not measured at its target.
+        held_at_edge: whether the target leads out of the workspace, so that the platform is held.
+        target_reached: whether the machine stands still and is measured at its target.
+        target_distance: that was measured when this was decided, one way or the other [m].
+        target_kind: of the newest target; None before the first.
+        target_position: its place, or end. Shape (3,) [m]; None if it has none.
+        target_velocity: Shape (3,) [m/s]; None if it has none.
+        leads: whether there is a setpoint in each cycle.
+        speed_scale: by how much velocities are reduced.
+    """
+
+    state: OperatingState
+    reason: Reason
+    newest_target: str
+    target_missed: bool
+    held_at_edge: bool
+    target_reached: bool = False
+    target_distance: float | None = None
+    target_kind: TargetKind | None = None
+    target_position: Vector3 | None = None
+    target_velocity: Vector3 | None = None
+    leads: bool = False
+    speed_scale: float = 1.0
+
+
+class CommandRefusedError(KinematicsError):
+    """A command that does not fit the present state."""
+
+    def __init__(self, text: str, refusal: Refusal) -> None:
+        """Store why, in words and for programs."""
+        super().__init__(text)
+        self.refusal = refusal
 
 
 class ForbiddenTransitionError(KinematicsError):

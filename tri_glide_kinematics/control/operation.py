@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
+import traceback
 from collections.abc import Sequence
 from contextlib import suppress
 
 from tri_glide_kinematics.control.command_queue import CommandQueue
-from tri_glide_kinematics.control.errors import BrokenError, CommandRefusedError
 from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
@@ -17,13 +18,14 @@ from tri_glide_kinematics.control.operating_state import (
     STOPPING,
     WAITING,
     Cause,
+    CommandRefusedError,
     OperatingState,
     Reason,
     StateMachine,
 )
 from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.control.supervision import Supervisor
-from tri_glide_kinematics.errors import Refusal
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import GoalCode, MotionEngine
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
@@ -37,6 +39,22 @@ RAMP_NOT_OVER = "the ramp to a stop is not over yet"
 
 # Encoders of sliders at their end stops may read a little beyond the travel [m].
 TRAVEL_TOLERANCE = 1e-3
+
+
+class BrokenError(KinematicsError):
+    """Something in the program is wrong, so that it cannot go on."""
+
+    refusal = Refusal.FAULT
+
+    def __init__(self, cause: Exception) -> None:
+        """Tell the ``cause``, and where it was raised."""
+        places = traceback.extract_tb(cause.__traceback__)
+        where = "".join(
+            f" in {place.name} ({os.path.basename(place.filename)}, line {place.lineno})"
+            for place in places[-1:]
+        )
+        super().__init__(f"the control cycle failed{where}: {type(cause).__name__}: {cause}")
+        self.cause = cause
 
 
 class StartingPlace:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from tri_glide_kinematics.control.errors import CommandRefusedError
-from tri_glide_kinematics.control.operating_state import Cause, Reason
+from tri_glide_kinematics.control.operating_state import Cause, CommandRefusedError, Reason
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.motion.engine import Command, TargetKind
 from tri_glide_kinematics.wording import number_text
