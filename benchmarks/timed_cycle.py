@@ -35,14 +35,14 @@ def main(output: Path, name: str) -> None:
 
 
 def _run_ik_node(rows: Rows) -> None:
-    from tri_glide_kinematics.ros.loop import cycle_loop
+    from tri_glide_kinematics.ros import loop
     from tri_glide_kinematics.ros.starting.run import run
 
-    class TimedLoop(cycle_loop.CycleLoop):
-        def __init__(self, node: Node, cycle: cycle_loop.Cycle, *others: Any) -> None:
+    class TimedLoop(loop.CycleLoop):
+        def __init__(self, node: Node, cycle: loop.Cycle, *others: Any) -> None:
             super().__init__(node, replace(cycle, step=_timed(cycle.step, rows)), *others)
 
-    setattr(cycle_loop, "CycleLoop", TimedLoop)  # noqa: B010 - mypy knows no other way
+    setattr(loop, "CycleLoop", TimedLoop)  # noqa: B010 - mypy knows no other way
     run("tri_glide_kinematics.nodes.ik_node", "IkNode")
 
 

@@ -1,4 +1,4 @@
-"""The loop of a node that has a cycle: it sleeps until an absolute time, else it never waits."""
+"""The loop of a node with a period: its cycle first, all else in what time is left."""
 
 from __future__ import annotations
 
