@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from configparser import ConfigParser
 from pathlib import Path
 
@@ -22,7 +23,7 @@ LAYERS = {
     f"{contract['containers']}.{layer}"
     for contract in CONTRACTS.values()
     if "layers" in contract
-    for layer in contract["layers"].replace(":", " ").split()
+    for layer in re.findall(r"\w+", contract["layers"])
 }
 FOLDERS = (PACKAGE, "test", "testing", "benchmarks", "examples")
 FILES = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.py"))]
