@@ -11,7 +11,9 @@ if TYPE_CHECKING:
         DiagnosticsPublisher as DiagnosticsPublisher,
     )
     from tri_glide_kinematics.ros.outputs.diagnostics import status_message as status_message
+    from tri_glide_kinematics.ros.outputs.machine_state import LATCHED as LATCHED
     from tri_glide_kinematics.ros.outputs.machine_state import STATES as STATES
+    from tri_glide_kinematics.ros.outputs.machine_state import StateReports as StateReports
     from tri_glide_kinematics.ros.outputs.machine_state import cause_of as cause_of
     from tri_glide_kinematics.ros.outputs.machine_state import state_of as state_of
     from tri_glide_kinematics.ros.outputs.markers import DRIVEN as DRIVEN
@@ -22,7 +24,5 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.outputs.motion_state import Motion as Motion
     from tri_glide_kinematics.ros.outputs.motion_state import MotionStates as MotionStates
     from tri_glide_kinematics.ros.outputs.motion_state import read_motion as read_motion
-    from tri_glide_kinematics.ros.outputs.state_reports import LATCHED as LATCHED
-    from tri_glide_kinematics.ros.outputs.state_reports import StateReports as StateReports
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

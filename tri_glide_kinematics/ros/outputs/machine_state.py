@@ -1,16 +1,32 @@
-"""What ``ik_node`` does and why, as the message ``MachineState``."""
+"""What ``ik_node`` does and why: told as it changes, in the log and as latched messages."""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Point, Vector3
 from rclpy.clock import Clock
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.control import Cause, ControllerStatus, OperatingState
-from tri_glide_kinematics.reason_log import RefusalLog
+from tri_glide_kinematics.control import (
+    FAULT,
+    JOGGING,
+    TRACKING,
+    Cause,
+    ControllerStatus,
+    Health,
+    OperatingState,
+    line_of,
+    status_of,
+)
+from tri_glide_kinematics.reason_log import ReasonLog, RefusalLog
 from tri_glide_kinematics.ros.messages import set_stamp
+from tri_glide_kinematics.ros.outputs.diagnostics import status_message
 
 TOPIC = "~/machine_state"
 
@@ -63,3 +79,92 @@ def cause_of(message: MachineState) -> Cause | None:
 
 def _write(values: tuple[float, float, float] | None, part: Point | Vector3) -> None:
     part.x, part.y, part.z = values or (math.nan, math.nan, math.nan)
+
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+# At the end of the node one waits for this long for those who listen [s].
+FAREWELL = 0.2
+
+# Motions that change with each message that renews them.
+RENEWED = (JOGGING, TRACKING)
+
+
+class StateReports:
+    """Keeps new states until there is time to tell of them.
+
+    Attributes:
+        remark: something beside the state that somebody should know; empty for none.
+    """
+
+    def __init__(self, node: Node, refused: RefusalLog, frame: str) -> None:
+        """Publish on ``~/status`` and ``~/machine_state`` of ``node``, and what was ``refused``."""
+        self.remark = ""
+        self._frame = frame
+        self._clock = node.get_clock()
+        self._name = node.get_fully_qualified_name()[1:]
+        self._logger = node.get_logger()
+        self._refused = refused
+        self._changes: deque[ControllerStatus] = deque()
+        # Each place that logs has one severity, as rclpy refuses another one: this one is its own.
+        self._states = ReasonLog(lambda text: self._logger.info(text), lines_per_second=5)
+        self._told: tuple[ControllerStatus, int, str] | None = None
+        self._health: Health | None = None
+        self._logged: ControllerStatus | None = None
+        self._machine_states = node.create_publisher(MachineState, TOPIC, LATCHED)
+        self._publisher = node.create_publisher(DiagnosticStatus, "~/status", LATCHED)
+
+    def add(self, status: ControllerStatus) -> None:
+        """Keep a new state."""
+        self._changes.append(status)
+
+    def tell(self) -> None:
+        """Log and publish new states: before a service answers, but after the first command.
+
+        That need not wait for it, as it takes 0.1 ms.
+        """
+        while self._changes:
+            status = self._changes.popleft()
+            # A joystick gives another twist all the time; that is told now and then.
+            if self._is_new(status):
+                self._log(status)
+                self.publish(status)
+
+    def publish(self, status: ControllerStatus) -> None:
+        """Publish a status, unless that is told already."""
+        told = status, self._refused.total, self.remark
+        if told == self._told:
+            return
+        self._told = told
+        message = machine_state(status, self._refused, self.remark, self._frame, self._clock)
+        self._machine_states.publish(message)
+        health = status_of(status, self._refused, self.remark)
+        if health != self._health:
+            self._health = health
+            self._publisher.publish(status_message(self._name, health))
+
+    def wait_until_read(self) -> None:
+        """Wait for those who listen to have the last state, as the node ends after this."""
+        for publisher in (self._machine_states, self._publisher):
+            publisher.wait_for_all_acked(Duration(seconds=FAREWELL))
+
+    def end_of_second(self) -> None:
+        """Log how many states were left out in the last second."""
+        self._states.end_of_second()
+
+    def _is_new(self, status: ControllerStatus) -> bool:
+        """Return whether this is more than the same jog or tracking, renewed."""
+        last, self._logged = self._logged, status
+        if last is None or last.state is not status.state or status.state not in RENEWED:
+            return True
+        return last.held_at_edge != status.held_at_edge
+
+    def _log(self, status: ControllerStatus) -> None:
+        text = line_of(status)
+        # Each place that logs has one severity: rclpy refuses another one.
+        if status.state is FAULT:
+            self._logger.error(text)
+        elif status.target_missed:
+            self._logger.warning(text)
+        else:
+            self._states.add(text)

@@ -14,7 +14,7 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.path import DrivenPath, PathPolylines, polylines_of
 from tri_glide_kinematics.ros.cdr import MarkerShape, marker_array
-from tri_glide_kinematics.ros.outputs.state_reports import LATCHED
+from tri_glide_kinematics.ros.outputs.machine_state import LATCHED
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 from tri_glide_kinematics.workspace.outline import outline
