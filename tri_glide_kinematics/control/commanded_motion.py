@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
-from tri_glide_kinematics.control.command_queue import CommandQueue, Decided
-from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     JOGGING,
     MOVING,
@@ -17,8 +16,6 @@ from tri_glide_kinematics.control.operating_state import (
     Reason,
     StateMachine,
 )
-from tri_glide_kinematics.control.operation import Operation
-from tri_glide_kinematics.control.streams import Streams
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import (
     Command,
@@ -30,8 +27,14 @@ from tri_glide_kinematics.motion.engine import (
     TargetKind,
     Track,
 )
-from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.vectors import Vector3
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.control.command_queue import CommandQueue, Decided
+    from tri_glide_kinematics.control.newest_target import NewestTarget
+    from tri_glide_kinematics.control.operation import Operation
+    from tri_glide_kinematics.control.streams import Streams
+    from tri_glide_kinematics.motion.trajectory import SliderLimits
 
 STATE_OF = {
     MotionPhase.MOVING: MOVING,

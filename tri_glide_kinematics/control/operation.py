@@ -7,9 +7,8 @@ import os
 import traceback
 from collections.abc import Sequence
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
-from tri_glide_kinematics.control.command_queue import CommandQueue
-from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import (
     DISABLED,
     FAULT,
@@ -23,12 +22,16 @@ from tri_glide_kinematics.control.operating_state import (
     Reason,
     StateMachine,
 )
-from tri_glide_kinematics.control.streams import Streams
-from tri_glide_kinematics.control.supervision import Supervisor
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import GoalCode, MotionEngine
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.control.command_queue import CommandQueue
+    from tri_glide_kinematics.control.newest_target import NewestTarget
+    from tri_glide_kinematics.control.streams import Streams
+    from tri_glide_kinematics.control.supervision import Supervisor
 
 NO_MEASUREMENT = Reason(Cause.NO_MEASUREMENT, "no measured slider heights yet")
 MEASURED = Reason(Cause.MEASUREMENT, "measured slider heights received")

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 from tri_glide_kinematics.checks import finite, finite_vector
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.moves import MotionPlanner
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.tracking import SLOWEST_JOG, Wanted, WantedVelocity
 from tri_glide_kinematics.motion.trajectory import (
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion
     from tri_glide_kinematics.motion.engine.replanning import Replanning
     from tri_glide_kinematics.motion.engine.tracker import Tracker
+    from tri_glide_kinematics.motion.moves import MotionPlanner
 
 # Jogs are the same if their directions differ by less than this [rad], and their speeds by less
 # than this fraction.

@@ -9,11 +9,10 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.commands import Command, Follow
 from tri_glide_kinematics.motion.engine.held_motion import (
     DriveLimits,
     FollowedPath,
@@ -30,7 +29,6 @@ from tri_glide_kinematics.motion.moves import (
     MotionPlanner,
     own_stop,
 )
-from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import PathPlanner
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
@@ -44,6 +42,10 @@ from tri_glide_kinematics.motion.trajectory import (
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.engine.commands import Command, Follow
+    from tri_glide_kinematics.motion.path import PlatformPath
 
 # Comes to rest, from what is held and a time in it [s].
 Braking = Callable[[HeldMotion, float], Interruptible[HeldMotion]]

@@ -5,15 +5,13 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable
 from math import hypot
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import check_place
-from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
 from tri_glide_kinematics.motion.trajectory.curve_bounds import check_along, smooth_parts
-from tri_glide_kinematics.motion.trajectory.curves import Curve, PathHeights, StraightLine
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 from tri_glide_kinematics.motion.trajectory.series import (
     Series,
     composed,
@@ -31,6 +29,11 @@ from tri_glide_kinematics.motion.trajectory.trajectory import (
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Traced, Workspace
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
+    from tri_glide_kinematics.motion.trajectory.curves import Curve, PathHeights, StraightLine
+    from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 
 
 class CurvePlan(Trajectory):

@@ -19,17 +19,19 @@ import math
 from collections.abc import Sequence
 from itertools import chain
 from math import sqrt
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from tri_glide_kinematics.motion.path import DrivenPath, Indices
 from tri_glide_kinematics.motion.trajectory.errors import PathTimingError
 from tri_glide_kinematics.motion.trajectory.series import Series, anywhere, polynomial
 from tri_glide_kinematics.motion.trajectory.trajectory import SliderState, new_state
 from tri_glide_kinematics.tri_glide import ArmTooShortError, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.path import DrivenPath, Indices
 
 _FACTORIALS = np.array((1.0, 1.0, 2.0, 6.0, 24.0, 120.0))[:, np.newaxis, np.newaxis]
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tri_glide_kinematics.equal_numbers import SAME_PART
-from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
 from tri_glide_kinematics.motion.trajectory.phases import Phases, total_duration
 from tri_glide_kinematics.vectors import FloatArray
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
 
 
 def shortest_piece(way: float, acceleration: float) -> float:

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from itertools import accumulate
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,9 @@ from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING, Slide
 from tri_glide_kinematics.motion.trajectory.series import ORDERS, Series
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.workspace import Traced, Workspace
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.workspace import Traced, Workspace
 
 AT_REST: Vector3 = (0.0, 0.0, 0.0)
 

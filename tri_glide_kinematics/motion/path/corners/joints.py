@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.path.number_sets import are_among
-from tri_glide_kinematics.motion.path.segments import Segments
 from tri_glide_kinematics.vectors import FloatArray
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.path.segments import Segments
 
 Indices = NDArray[np.intp]
 
