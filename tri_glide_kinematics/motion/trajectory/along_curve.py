@@ -79,18 +79,18 @@ class CurvePlan(Trajectory):
 
     def at(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
-        if time >= self.duration:
-            return self._final
         row = self._row
         if not row[0] <= time < row[1]:
+            if time >= self.duration:
+                return self._final
             time = max(time, 0.0)
             row = self._piece(time)
-        start, _, s0, s1, s2, s3, s4, s5 = row
+        start, _, s0, s1, s2, s3, s4, s5, v1, v2, v3, v4, a1, a2, a3 = row
         t = time - start
         state = self.curve.state(
             s0 + t * (s1 + t * (s2 + t * (s3 + t * (s4 + t * s5)))),
-            s1 + t * (2.0 * s2 + t * (3.0 * s3 + t * (4.0 * s4 + t * (5.0 * s5)))),
-            2.0 * s2 + t * (6.0 * s3 + t * (12.0 * s4 + t * (20.0 * s5))),
+            s1 + t * (v1 + t * (v2 + t * (v3 + t * v4))),
+            v1 + t * (a1 + t * (a2 + t * a3)),
         )
         return state if self.blend is None else self._beside(state, time)
 
@@ -99,20 +99,26 @@ class CurvePlan(Trajectory):
         time = max(time, 0.0)
         if time >= self.duration:
             return self._end
-        start, _, s0, s1, s2, s3, s4, s5 = self._piece(time)
+        start, _, s0, s1, s2, s3, s4, s5, v1, v2, v3, v4, a1, a2, a3 = self._piece(time)
         t = time - start
         # As in ``at``, where a call for it would take a twentieth of the time.
         return PathStart(
             s0 + t * (s1 + t * (s2 + t * (s3 + t * (s4 + t * s5)))),
-            s1 + t * (2.0 * s2 + t * (3.0 * s3 + t * (4.0 * s4 + t * (5.0 * s5)))),
-            2.0 * s2 + t * (6.0 * s3 + t * (12.0 * s4 + t * (20.0 * s5))),
+            s1 + t * (v1 + t * (v2 + t * (v3 + t * v4))),
+            v1 + t * (a1 + t * (a2 + t * a3)),
         )
 
     def _piece(self, time: float) -> tuple[float, ...]:
-        """Return begin and end of the piece of the scaling at a ``time`` [s]; its coefficients."""
+        """Return begin and end of the piece of the scaling at a ``time`` [s]; its coefficients.
+
+        Six of the way, then those of speed and acceleration that are not the same.
+        """
         index = bisect_right(self._starts, time) - 1
-        coefficients = self._table[:, index].tolist()
-        self._row = (self._starts[index], self._ends[index], *coefficients)
+        s0, s1, s2, s3, s4, s5 = self._table[:, index].tolist()
+        of_speed = (2.0 * s2, 3.0 * s3, 4.0 * s4, 5.0 * s5)
+        of_acceleration = (6.0 * s3, 12.0 * s4, 20.0 * s5)
+        begin, end = self._starts[index], self._ends[index]
+        self._row = (begin, end, s0, s1, s2, s3, s4, s5, *of_speed, *of_acceleration)
         return self._row
 
     def _beside(self, state: SliderState, time: float) -> SliderState:

@@ -15,10 +15,9 @@ $x_i' = m$, so that $R g' = m - g^2$, $R g'' = -3 g g'$ and $R g''' = -3 g'^2 - 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import chain
-from math import sqrt
+from math import dist, sqrt
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
@@ -181,7 +180,7 @@ class StraightLine:
         # Rises are concave along a line: if both ends are within reach, so is what is between.
         self.heights_at(length)
         for (square, tilt), height in zip(arms, self.heights_at(0.0)):
-            rise = math.sqrt(square)
+            rise = sqrt(square)
             rate = tilt / rise
             values.append((height, rate + uz, (m - rate * rate) / rise))
         self.start_heights, self.start_slopes, self.start_bends = zip(*values)
@@ -192,7 +191,7 @@ class StraightLine:
         cls, geometry: TriGlideGeometry, start: Sequence[float], end: Sequence[float]
     ) -> StraightLine:
         """Return the segment between two different points [m]."""
-        length = math.dist(start, end)
+        length = dist(start, end)
         x, y, z = ((b - a) / length for a, b in zip(start, end))
         return cls(geometry, start, (x, y, z), length)
 
@@ -212,9 +211,9 @@ class StraightLine:
             square += way * (2.0 * tilt + self.curvature * way)
             if not square > 0.0:
                 length = self._arm_lengths[arm]
-                distance = math.sqrt(length * length - square)
+                distance = sqrt(length * length - square)
                 raise ArmTooShortError(self.point(way), arm, distance, length)
-            heights.append(self.start[2] + self.slope * way + math.sqrt(square))
+            heights.append(self.start[2] + self.slope * way + sqrt(square))
         h1, h2, h3 = heights
         return h1, h2, h3
 
@@ -244,9 +243,9 @@ class StraightLine:
         s1, x1, s2, x2, s3, x3, m, slope, base = self._numbers
         base, change, square = base + slope * way, m * way, speed * speed
         y1, y2, y3 = x1 + change, x2 + change, x3 + change
-        r1 = math.sqrt(s1 + way * (x1 + y1))
-        r2 = math.sqrt(s2 + way * (x2 + y2))
-        r3 = math.sqrt(s3 + way * (x3 + y3))
+        r1 = sqrt(s1 + way * (x1 + y1))
+        r2 = sqrt(s2 + way * (x2 + y2))
+        r3 = sqrt(s3 + way * (x3 + y3))
         g1, g2, g3 = y1 / r1, y2 / r2, y3 / r3
         f1, f2, f3 = g1 + slope, g2 + slope, g3 + slope
         return new_state(
