@@ -109,9 +109,10 @@ class PiecewisePath:
 
     def derivatives_on(self, spans: Indices, ways: FloatArray, highest: int = 3) -> FloatArray:
         """Return the same as ``derivatives``, on ``spans`` that are known. Shape (n,)."""
-        x = (ways - self.breaks[spans])[:, np.newaxis]
-        coefficients = self.table[spans].transpose(1, 0, 2)
-        result = np.zeros((highest + 1, len(ways), 3))
+        x = ways - self.breaks[spans]
+        # Long rows, not short ones, are what numpy is quick with: x, y and z are three of them.
+        coefficients = np.ascontiguousarray(self.table[spans].transpose(1, 2, 0))
+        result = np.zeros((highest + 1, 3, len(ways)))
         for order in range(min(highest + 1, len(coefficients))):
             if order:
                 powers = np.arange(1.0, len(coefficients))[:, np.newaxis, np.newaxis]
@@ -121,9 +122,10 @@ class PiecewisePath:
             for coefficient in coefficients[-2::-1]:
                 total *= x
                 total += coefficient
+        by_place = result.transpose(0, 2, 1)
         if self.segments.is_curved:
-            self._add_arcs(result, spans, ways)
-        return result
+            self._add_arcs(by_place, spans, ways)
+        return by_place
 
     def _add_arcs(self, result: FloatArray, spans: Indices, ways: FloatArray) -> None:
         """Add the arcs as programmed to what ``derivatives_on`` returns."""

@@ -200,13 +200,12 @@ def _cells(
     rest_map: RestMap, estimate: SpeedEstimate, breaks: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return where cells begin and end: u, and the way with its derivatives by u."""
-    marks = [0.0]
-    kept = []
     wanted = np.interp(breaks, estimate.places, estimate.cells)
-    total = float(estimate.cells[-1])
-    for place, mark in zip(breaks.tolist(), wanted.tolist()):
-        if mark - marks[-1] > _SHORTEST and total - mark > _SHORTEST:
-            marks.append(mark)
+    before_end = estimate.cells[-1] - wanted > _SHORTEST
+    last, kept = 0.0, []
+    for place, mark in zip(breaks[before_end].tolist(), wanted[before_end].tolist()):
+        if mark - last > _SHORTEST:
+            last = mark
             kept.append(place)
     kept_ways = np.array(kept)
     ends = np.concatenate(((0.0,), rest_map.parameters(kept_ways), (rest_map.span,)))

@@ -439,8 +439,9 @@ class PathHeights:
         half = 0.5 * length
         dx, dy, squares = self.relative(table[0])
         # The horizontal parts alone bend the arms.
-        level = np.sqrt(np.square(table[1:, :, :2]).sum(axis=2)).reshape(5, 2, count).max(axis=1)
-        upright = np.abs(table[1:, :, 2]).reshape(5, 2, count).max(axis=1)
+        x, y, z = table[1:].transpose(2, 0, 1)
+        level = np.sqrt(x * x + y * y).reshape(5, 2, count).max(axis=1)
+        upright = np.abs(z).reshape(5, 2, count).max(axis=1)
         # Of a tilted circle only the whole has a constant magnitude.
         level[4] = upright[4] = np.hypot(level[4], upright[4])
         for order in (3, 2, 1, 0):
@@ -452,7 +453,7 @@ class PathHeights:
         x2 = 3.0 * p1 * p2 + away * p3
         x3 = 3.0 * p2 * p2 + 4.0 * p1 * p3 + away * p4
         x4 = 10.0 * p2 * p3 + 5.0 * p1 * p4 + away * p5
-        x0 = np.abs(dx * table[1, :, 0] + dy * table[1, :, 1]).reshape(3, 2, count).max(axis=1)
+        x0 = np.abs(dx * x[0] + dy * y[0]).reshape(3, 2, count).max(axis=1)
         x0 += half * x1
         rise = squares.reshape(3, 2, count).min(axis=1) - (0.25 * length * length) * x1
         with np.errstate(invalid="ignore"):
