@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tri_glide_kinematics.control import SimulatedSliders, SliderFaults
+from tri_glide_kinematics.control import DriveTime, SimulatedSliders, SliderFaults
 
 LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
 HOME = (0.6, 0.6, 0.6)
@@ -80,3 +80,37 @@ def test_drop_outs(sliders):
     assert 2300 < lost < 2700
     sliders.faults = SliderFaults(drop_out=1.0)
     assert all(sliders.measure() is None for _ in range(100))
+
+
+def test_encoders_show_what_they_look_at(sliders):
+    sliders.encoder_resolution = 1e-4
+    sliders.faults = SliderFaults(frozen_encoders=(True, False, False))
+    seen = ((0.7, 0.70004, 0.8), (0.1, 0.2, 0.3))
+    assert sliders.measure(seen) == (pytest.approx((0.6, 0.7, 0.8)), (0.0, 0.2, 0.3))
+
+
+OTHER = (0.61, 0.6, 0.6)
+PERIOD = 0.002
+
+
+def test_drives_go_to_the_newest_setpoint_in_each_cycle():
+    time = DriveTime()
+    assert time.steps(PERIOD) == [(None, PERIOD)]
+    time.command(HOME)
+    time.command(OTHER)
+    assert time.steps(PERIOD) == [(OTHER, PERIOD)]
+    assert time.steps(PERIOD) == [(None, PERIOD)]
+
+
+def test_drives_take_each_setpoint_for_its_period():
+    time = DriveTime(0.004)
+    time.command(HOME)
+    time.command(OTHER)
+    assert time.steps(PERIOD) == [(HOME, 0.004), (OTHER, 0.004)]
+    late = [time.steps(PERIOD) for _ in range(260)]
+    # A late one is waited for, but not for ever.
+    assert late[:249] == [[]] * 249
+    assert late[-1] == [(None, PERIOD)]
+    time.command(HOME)
+    assert time.steps(PERIOD) == [(HOME, 0.004)]
+    assert time.steps(PERIOD) == []

@@ -36,3 +36,13 @@ def test_arms_that_do_not_meet_are_an_error():
 )
 def test_a_tilted_plate_is_touched_from_above(position, is_touched):
     assert SimulatedPlate(0.05, 0.01, -0.02).is_touched(position) == is_touched
+
+
+def test_heights_are_those_that_the_drives_would_report():
+    truth = TrueMachine(MACHINE, OFFSETS)
+    place = (0.03, -0.02, 0.25)
+    heights, rates = truth.heights(place, (0.1, -0.2, 0.3))
+    assert truth.position(heights) == pytest.approx(place, abs=1e-12)
+    later = tuple(height + 1e-6 * rate for height, rate in zip(heights, rates))
+    moved = [(b - a) / 1e-6 for a, b in zip(place, truth.position(later))]
+    assert moved == pytest.approx((0.1, -0.2, 0.3), abs=1e-5)

@@ -86,6 +86,7 @@ def test_a_signal_ends_a_node_in_silence_that_is_just_getting_ready(client, node
         ),
         ("fk_node", ["-p", "joint_names:=[a, b, a]"], "three different names"),
         ("simulator_node", ["-p", "initial_heights:=[0.6, 0.6, 1.0]"], "initial_heights[2] = 1 m"),
+        ("simulator_node", ["-p", "swing_frequencies:=[15.0, 0.1, 0.0]"], "at least 1 Hz"),
         ("simulator_node", ["-r", "nonsense"], "nonsense"),
         ("panel_node", ["-p", "port:=70000"], "port = 70000 must be at most 65535"),
     ],

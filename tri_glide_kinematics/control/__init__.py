@@ -5,6 +5,9 @@ A ``controller`` is made of the ``operation`` of a machine, a ``commanded_motion
 For other rooms: ``controller`` and ``operating_state``; ``supervision`` and ``newest_target`` for
 its bounds; ``health`` and ``loop_statistics`` for what a node says about itself;
 ``simulated_sliders``.
+For other rooms: ``controller``, ``status`` and ``operating_state``; ``supervision`` and
+``newest_target`` for its bounds; ``health``, ``controller_health`` and ``loop_statistics`` for what
+a node says about itself; ``simulated_sliders`` and ``simulated_swing``.
 """
 
 from typing import TYPE_CHECKING
@@ -58,10 +61,15 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.operation import BrokenError as BrokenError
     from tri_glide_kinematics.control.operation import Operation as Operation
     from tri_glide_kinematics.control.operation import StartingPlace as StartingPlace
+    from tri_glide_kinematics.control.simulated_sliders import DriveTime as DriveTime
     from tri_glide_kinematics.control.simulated_sliders import SimulatedPlate as SimulatedPlate
     from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders as SimulatedSliders
     from tri_glide_kinematics.control.simulated_sliders import SliderFaults as SliderFaults
     from tri_glide_kinematics.control.simulated_sliders import TrueMachine as TrueMachine
+    from tri_glide_kinematics.control.simulated_swing import PlatformMode as PlatformMode
+    from tri_glide_kinematics.control.simulated_swing import PlatformState as PlatformState
+    from tri_glide_kinematics.control.simulated_swing import SimulatedSwing as SimulatedSwing
+    from tri_glide_kinematics.control.simulated_swing import SwingModel as SwingModel
     from tri_glide_kinematics.control.streams import SLOWEST_STREAM as SLOWEST_STREAM
     from tri_glide_kinematics.control.streams import Streams as Streams
     from tri_glide_kinematics.control.streams import twist_stream as twist_stream

@@ -52,6 +52,20 @@ class TrueMachine:
         (h1, h2, h3), (offset1, offset2, offset3) = heights, self.offsets
         return self.machine.forward((h1 + offset1, h2 + offset2, h3 + offset3))
 
+    def heights(self, position: Vector3, velocity: Vector3) -> tuple[Vector3, Vector3]:
+        """Return the heights of the sliders, by the scale of their drives, and their rates.
+
+        Args:
+            position: of the platform. Shape (3,) [m].
+            velocity: of the platform. Shape (3,) [m/s].
+
+        Raises:
+            KinematicsError: if the arms do not reach there.
+        """
+        (h1, h2, h3), rates = self.machine.inverse_velocity(position, velocity)
+        offset1, offset2, offset3 = self.offsets
+        return (h1 - offset1, h2 - offset2, h3 - offset3), rates
+
 
 @dataclass(frozen=True)
 class SliderFaults:
@@ -111,15 +125,22 @@ class SimulatedSliders:
             self._heights[slider] += way
             self._velocities[slider] = way / dt
 
-    def measure(self) -> tuple[Vector3, Vector3] | None:
-        """Return what the encoders show, heights [m] and velocities [m/s]; None for a drop-out."""
+    def measure(
+        self, seen: tuple[Vector3, Vector3] | None = None
+    ) -> tuple[Vector3, Vector3] | None:
+        """Return what the encoders show, heights [m] and velocities [m/s]; None for a drop-out.
+
+        Args:
+            seen: what they look at, if that is something else than the sliders at their drives.
+        """
         faults = self.faults
-        velocities = list(self._velocities)
+        heights, rates = seen or (self._heights, self._velocities)
+        velocities = list(rates)
         for slider, frozen in enumerate(faults.frozen_encoders):
             if frozen:
                 velocities[slider] = 0.0
             else:
-                height = self._heights[slider] + faults.encoder_offsets[slider]
+                height = heights[slider] + faults.encoder_offsets[slider]
                 self._measured[slider] = self._rounded(height)
         if faults.drop_out > 0.0 and self._random.random() < faults.drop_out:
             return None
@@ -130,3 +151,44 @@ class SimulatedSliders:
     def _rounded(self, height: float) -> float:
         step = self.encoder_resolution
         return round(height / step) * step if step > 0.0 else height
+
+
+# Drives that take each setpoint for its period wait so long for a late one [s].
+PATIENCE = 0.5
+
+
+class DriveTime:
+    """What the drives do in a cycle, and for how long: it is they for whom time passes.
+
+    They go to the newest setpoint, for the time of the cycle. Or they take each setpoint for the
+    period of the setpoints, however late it comes: then nothing that they do tells how busy the
+    computer is.
+    """
+
+    def __init__(self, setpoint_period: float = 0.0) -> None:
+        """Take each setpoint for ``setpoint_period`` [s]; 0 to go to the newest one."""
+        self._setpoint_period = setpoint_period
+        self._waiting: list[Vector3] = []
+        self._silence = 0.0
+
+    def command(self, heights: Vector3) -> None:
+        """Give the drives a setpoint [m]."""
+        if self._setpoint_period <= 0.0:
+            self._waiting.clear()
+        self._waiting.append(heights)
+
+    def steps(self, period: float) -> list[tuple[Vector3 | None, float]]:
+        """Return the steps of a cycle that lasts for a ``period`` [s].
+
+        Returns:
+            A new setpoint [m], or None for the last one, and how long the drives go for it [s].
+            No step while a setpoint is late.
+        """
+        waiting, self._waiting = self._waiting, []
+        if self._setpoint_period <= 0.0:
+            return [(waiting[-1] if waiting else None, period)]
+        if waiting:
+            self._silence = 0.0
+            return [(heights, self._setpoint_period) for heights in waiting]
+        self._silence += period
+        return [(None, period)] if self._silence > PATIENCE else []

@@ -6,16 +6,25 @@ Its geometry and its height offsets are the true ones, which those who lead it m
 from __future__ import annotations
 
 import math
+import random
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool
 
-from tri_glide_kinematics.control import SimulatedPlate, SimulatedSliders, SliderFaults, TrueMachine
+from tri_glide_kinematics.control import (
+    DriveTime,
+    PlatformState,
+    SimulatedPlate,
+    SimulatedSliders,
+    SimulatedSwing,
+    SliderFaults,
+    TrueMachine,
+)
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.cdr import FIRST, SECOND, StampedTriples
@@ -29,6 +38,7 @@ from tri_glide_kinematics.ros.parameters import (
     check_joint_names,
     check_travel,
     machine_of,
+    swing_of,
 )
 from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.vectors import Vector3
@@ -40,15 +50,27 @@ RELIABLE = QoSProfile(depth=10)
 # that the switch is there [s].
 CONTACT_PERIOD = 0.02
 
+# So many setpoints may wait after a stall where each of them counts.
+WAITING_SETPOINTS = 1000
+
+# What a sensor tells has been equally spaced unless that leads so far away from the clock [ns].
+CLOCK_TOLERANCE = 20_000_000
+
+GRAVITY = 9.80665  # m/s^2
+# REP 145: such an element says that there is no such estimate.
+NOT_ESTIMATED = -1.0
+
 
 class TruthOutputs:
-    """The topics ``true_pose`` and ``contact`` of a simulated machine.
+    """The topics ``true_pose``, ``contact`` and ``imu/data_raw`` of a simulated machine.
 
     Attributes:
         plate: that can be touched; another one counts from the next cycle on.
     """
 
-    def __init__(self, node: Node, base_frame: str, period: float, plate: SimulatedPlate) -> None:
+    def __init__(
+        self, node: Node, base_frame: str, platform_frame: str, period: float, plate: SimulatedPlate
+    ) -> None:
         """Publish as a part of ``node``, once each ``period`` [s]."""
         self.plate = plate
         pose = PoseStamped()
@@ -61,15 +83,48 @@ class TruthOutputs:
         self._contacts = node.create_publisher(Bool, "contact", RELIABLE)
         self._quiet_cycles = max(1, round(CONTACT_PERIOD / period))
         self._quiet = self._quiet_cycles
+        self._platform_frame = platform_frame
+        self._imus = node.create_publisher(Imu, "imu/data_raw", RELIABLE)
+        self._random = random.Random(1)
+        self._now = node.get_clock().now
+        self._stamp = 0
+        self.set_noise(0.0)
 
-    def publish(self, position: Vector3, seconds: int, nanoseconds: int) -> None:
-        """Publish where the platform is [m], at this time, and whether it touches the plate."""
+    def set_noise(self, deviation: float) -> None:
+        """Have the accelerometer err by so much (standard deviation) [m/s^2]."""
+        self._noise = deviation
+        imu = Imu()
+        imu.header.frame_id = self._platform_frame
+        imu.orientation_covariance[0] = imu.angular_velocity_covariance[0] = NOT_ESTIMATED
+        imu.linear_acceleration_covariance[0::4] = [deviation**2] * 3
+        acceleration = imu.linear_acceleration
+        acceleration.x, acceleration.y, acceleration.z = FIRST
+        self._imu = StampedTriples(imu, 1)
+
+    def publish(self, state: PlatformState, dt: float) -> None:
+        """Publish the ``state`` of the platform, which it has ``dt`` [s] after the last one."""
+        position = state.position
         is_touched = self.plate.is_touched(position)
         self._quiet += 1
         if is_touched != self._contact.data or self._quiet >= self._quiet_cycles:
             self._contact.data, self._quiet = is_touched, 0
             self._contacts.publish(self._contact)
-        self._poses.publish(self._pose.at(seconds, nanoseconds, position))
+        now = self._now().nanoseconds
+        self._stamp += round(1e9 * dt)
+        if abs(self._stamp - now) > CLOCK_TOLERANCE:
+            self._stamp = now
+        stamp = divmod(self._stamp, 1_000_000_000)
+        self._poses.publish(self._pose.at(*stamp, position))
+        if self._imus.get_subscription_count():
+            self._imus.publish(self._imu.at(*stamp, self._felt(state.acceleration)))
+
+    def _felt(self, acceleration: Vector3) -> Vector3:
+        """Return what an accelerometer tells: gravity as well, and noise [m/s^2]."""
+        x, y, z = acceleration
+        if self._noise > 0.0:
+            gauss, noise = self._random.gauss, self._noise
+            x, y, z = x + gauss(0.0, noise), y + gauss(0.0, noise), z + gauss(0.0, noise)
+        return x, y, z + GRAVITY
 
 
 class SimulatorNode(Node):
@@ -92,8 +147,15 @@ class SimulatorNode(Node):
         )
         self._truth = TrueMachine(machine_of(values), values["height_offsets"])
         self._truth_outputs = TruthOutputs(
-            self, values["base_frame"], self._period, _plate_of(values)
+            self,
+            values["base_frame"],
+            values["platform_frame"],
+            self._period,
+            _plate_of(values),
         )
+        self._drive_time = DriveTime(values["setpoint_period"])
+        self._swing: SimulatedSwing | None = None
+        self._platform: PlatformState | None = None
         self._apply(values)
         parameters.on_change(self._apply)
         self._message = StampedTriples(
@@ -104,8 +166,10 @@ class SimulatorNode(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._reasons.end_of_second, clock=steady)
         # Best effort, so that no old command is sent again after the connection was lost.
+        depth = WAITING_SETPOINTS if values["setpoint_period"] else qos_profile_sensor_data.depth
+        quality = QoSProfile(depth=depth, reliability=qos_profile_sensor_data.reliability)
         commands = self.create_subscription(
-            JointState, "joint_commands", self._on_command, qos_profile_sensor_data, raw=True
+            JointState, "joint_commands", self._on_command, quality, raw=True
         )
         self.cycle = Cycle((commands,), self._period, self._cycle)
         PatientServices(self)
@@ -119,27 +183,55 @@ class SimulatorNode(Node):
         if reading is None:
             return
         if all(map(math.isfinite, reading.heights)):
-            self._sliders.command(reading.heights)
+            self._drive_time.command(reading.heights)
         else:
             self._reasons.add(
                 f"ignored a command: heights {vector_text(reading.heights)} m are not finite"
             )
 
     def _cycle(self) -> None:
-        self._sliders.step(self._period)
-        measured = self._sliders.measure()
-        seconds, nanoseconds = divmod(self._now().nanoseconds, 1_000_000_000)
+        states = []
+        for setpoint, dt in self._drive_time.steps(self._period):
+            if setpoint is not None:
+                self._sliders.command(setpoint)
+            self._sliders.step(dt)
+            self._platform = self._swung(dt)
+            if self._platform is not None:
+                states.append((self._platform, dt))
+        measured = self._sliders.measure(self._seen())
         if measured is not None:
-            self._publisher.publish(self._message.at(seconds, nanoseconds, *measured))
+            stamp = divmod(self._now().nanoseconds, 1_000_000_000)
+            self._publisher.publish(self._message.at(*stamp, *measured))
+        for state, dt in states:
+            self._truth_outputs.publish(state, dt)
+
+    def _swung(self, dt: float) -> PlatformState | None:
+        """Return the platform after a step of the sliders of ``dt`` [s], if there is a pose."""
         try:
             position = self._truth.position(self._sliders.heights)
         except KinematicsError as error:
             self._reasons.add(f"no true pose: {error}")
-            return
-        self._truth_outputs.publish(position, seconds, nanoseconds)
+            return None
+        if self._swing is None:
+            self._swing = SimulatedSwing(position, swing_of(self._values))
+        return self._swing.step(position, dt)
+
+    def _seen(self) -> tuple[Vector3, Vector3] | None:
+        """Return the heights and rates that the encoders look at; None for those of the drives."""
+        if self._platform is None or not self._values["encoders_see_swing"]:
+            return None
+        try:
+            return self._truth.heights(self._platform.position, self._platform.velocity)
+        except KinematicsError as error:
+            self._reasons.add(f"measured without the swing: {error}")
+            return None
 
     def _apply(self, values: Values) -> None:
+        self._values = values
+        if self._swing is not None:
+            self._swing.model = swing_of(values)
         self._truth_outputs.plate = _plate_of(values)
+        self._truth_outputs.set_noise(values["accelerometer_noise"])
         self._sliders.lag = values["lag"]
         self._sliders.encoder_resolution = values["encoder_resolution"]
         self._sliders.faults = SliderFaults(
@@ -157,6 +249,7 @@ def _plate_of(values: Values) -> SimulatedPlate:
 def _check(values: Values) -> None:
     check_joint_names(values)
     check_travel(values)
+    swing_of(values)
     for index, height in enumerate(values["initial_heights"]):
         lower, upper = values["lower_heights"][index], values["upper_heights"][index]
         if not lower <= height <= upper:

@@ -7,12 +7,14 @@ import pytest
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.parameters import (
     IK_NODE,
+    SIMULATOR_NODE,
     check_joint_names,
     check_travel,
     in_position_bounds_of,
     limits_of,
     machine_of,
     supervision_bounds_of,
+    swing_of,
     true_travel_of,
     workspace_limits_of,
 )
@@ -83,3 +85,58 @@ def test_values_that_do_not_fit_together_are_refused_by_name_and_number(check, c
     check(values())
     with pytest.raises(KinematicsError, match=words):
         check(values(**changes))
+
+
+def swinging(**changes):
+    return {**{entry.name: entry.default for entry in SIMULATOR_NODE}, **changes}
+
+
+def test_by_default_nothing_swings():
+    assert swing_of(swinging()).modes == ()
+
+
+def test_frequencies_are_told_point_by_point_for_one_mode_or_two():
+    one = swing_of(swinging(swing_frequencies=(15.0, 0.0, 30.0), swing_dampings=(0.01, 0.02, 0.03)))
+    assert [(mode.axis, mode.frequencies, mode.damping) for mode in one.modes] == [
+        (0, (15.0,), 0.01),
+        (2, (30.0,), 0.03),
+    ]
+    two = swing_of(
+        swinging(
+            swing_points=(0.0, 0.0, 0.2, 0.0, 0.0, 0.4),
+            swing_frequencies=(10.0, 11.0, 0.0, 20.0, 0.0, 0.0, 12.0, 13.0, 0.0, 22.0, 0.0, 0.0),
+            swing_shares=(0.7, 1.0, 1.0, 0.3, 1.0, 1.0),
+        )
+    )
+    assert two.points == ((0.0, 0.0, 0.2), (0.0, 0.0, 0.4))
+    assert [(mode.axis, mode.frequencies, mode.share) for mode in two.modes] == [
+        (0, (10.0, 12.0), 0.7),
+        (1, (11.0, 13.0), 1.0),
+        (0, (20.0, 22.0), 0.3),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"swing_points": (0.0, 0.0)}, "swing_points has 2 elements, expected three for each"),
+        ({"swing_frequencies": (15.0,)}, "has 1 elements, expected 3 or 6 for each of 1 points"),
+        ({"swing_points": (0.0,) * 5 + (0.1,)}, "expected 3 or 6 for each of 2 points"),
+        ({"swing_points": (0.0,) * 6, "swing_frequencies": (9.0,) * 6}, "must be different"),
+        ({"swing_frequencies": (0.5, 0.0, 0.0)}, "swing_frequencies[0] = 0.5 Hz must be at least"),
+        (
+            {
+                "swing_points": (0.0, 0.0, 0.2, 0.0, 0.0, 0.4),
+                "swing_frequencies": (9.0, 0.0, 9.0, 9.0, 0.0, 0.0),
+            },
+            "swing_frequencies[5] = 0 Hz must be at least 1 Hz, or 0 at each of the points",
+        ),
+        ({"swing_dampings": (0.1, 0.1)}, "swing_dampings has 2 elements, expected 1 or 3"),
+        ({"swing_shares": (1.0,) * 6}, "swing_shares has 6 elements, expected 1 or 3"),
+        ({"swing_frequencies": (9.0,) * 6}, "sum of the shares along x = 2 must be at most 1"),
+    ],
+)
+def test_numbers_that_make_no_swing_are_refused(changes, words):
+    with pytest.raises(KinematicsError) as refused:
+        swing_of(swinging(**changes))
+    assert words in str(refused.value)

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.parameters.values import (
         supervision_bounds_of as supervision_bounds_of,
     )
+    from tri_glide_kinematics.ros.parameters.values import swing_of as swing_of
     from tri_glide_kinematics.ros.parameters.values import true_travel_of as true_travel_of
     from tri_glide_kinematics.ros.parameters.values import (
         workspace_limits_of as workspace_limits_of,

@@ -309,6 +309,7 @@ SIMULATOR_NODE = (
     *GEOMETRY,
     JOINT_NAMES,
     BASE_FRAME,
+    Parameter("platform_frame", "tri_glide_platform", "frame of the accelerometer"),
     *TRAVEL,
     Parameter("rate", 500.0, "measurements per second", "1/s", 1.0, 2000.0, told=True),
     Parameter("initial_heights", (0.6, 0.6, 0.6), "heights at the start", "m", -10.0, 10.0),
@@ -375,6 +376,75 @@ SIMULATOR_NODE = (
         -1.0,
         1.0,
         live=True,
+    ),
+    Parameter(
+        "swing_frequencies",
+        (0.0, 0.0, 0.0),
+        "of the platform's modes along x, y and z, 0 for none; three more for a second mode along "
+        "each; all of them for each of `swing_points`, one after the other",
+        "Hz",
+        0.0,
+        500.0,
+        live=True,
+        any_size=True,
+    ),
+    Parameter(
+        "swing_dampings",
+        (0.03,),
+        "of these modes, as part of the critical damping: one for all, or three or six; they are "
+        "the same at all points",
+        "",
+        0.0,
+        0.5,
+        live=True,
+        any_size=True,
+    ),
+    Parameter(
+        "swing_shares",
+        (1.0,),
+        "of these modes in the swing along their axis: one for all, or three or six; at most 1 "
+        "along each axis",
+        "",
+        0.0,
+        1.0,
+        live=True,
+        any_size=True,
+    ),
+    Parameter(
+        "swing_points",
+        (0.0, 0.0, 0.3),
+        "x, y, z of points at which the frequencies are known; with one point, they are the same "
+        "everywhere",
+        "m",
+        -10.0,
+        10.0,
+        live=True,
+        any_size=True,
+    ),
+    Parameter(
+        "encoders_see_swing",
+        False,
+        "whether the measured heights are those of the platform that swings; encoders at the "
+        "motors do not see that",
+        live=True,
+    ),
+    Parameter(
+        "accelerometer_noise",
+        0.0,
+        "standard deviation of `imu/data_raw`, the same in each run",
+        "m/s^2",
+        0.0,
+        100.0,
+        live=True,
+    ),
+    Parameter(
+        "setpoint_period",
+        0.0,
+        "time for which the drives take each setpoint, however late it comes: the machine then "
+        "swings as on a computer that is never late; 0 to go to the newest one at once",
+        "s",
+        0.0,
+        0.1,
     ),
     *SYSTEM,
 )

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.control import InPositionBounds, SupervisionBounds
+from tri_glide_kinematics.control import (
+    InPositionBounds,
+    PlatformMode,
+    SupervisionBounds,
+    SwingModel,
+)
+from tri_glide_kinematics.motion.shaping import LOWEST_FREQUENCY
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.ros.parameters.table import ParameterError, Values
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
@@ -11,6 +17,9 @@ from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
 
 CALIBRATED = "calibrated"
+
+# Modes that are told: one along each axis, or two.
+MODE_COUNTS = (3, 6)
 
 
 def machine_of(values: Values) -> TriGlide:
@@ -107,6 +116,54 @@ def in_position_bounds_of(values: Values) -> InPositionBounds:
             f"settling_time = {settling_time:g} s must be at most settling_timeout = {timeout:g} s"
         )
     return InPositionBounds(tolerance, settling_time, timeout, error_limit)
+
+
+def swing_of(values: Values) -> SwingModel:
+    """Return how the platform of a simulated machine swings.
+
+    Raises:
+        KinematicsError: if the numbers do not fit together.
+    """
+    numbers, coordinates = values["swing_frequencies"], values["swing_points"]
+    if len(coordinates) % 3:
+        raise ParameterError(
+            f"swing_points has {len(coordinates)} elements, expected three for each point"
+        )
+    points = tuple(zip(coordinates[0::3], coordinates[1::3], coordinates[2::3]))
+    size, rest = divmod(len(numbers), len(points))
+    if rest or size not in MODE_COUNTS:
+        raise ParameterError(
+            f"swing_frequencies has {len(numbers)} elements, expected 3 or 6 for each of "
+            f"{len(points)} points"
+        )
+    dampings = _for_each_mode("swing_dampings", values, size)
+    shares = _for_each_mode("swing_shares", values, size)
+    modes = []
+    for index in range(size):
+        frequencies = numbers[index::size]
+        if any(frequencies):
+            for point, frequency in enumerate(frequencies):
+                if frequency < LOWEST_FREQUENCY:
+                    raise ParameterError(
+                        f"swing_frequencies[{size * point + index}] = {number_text(frequency)} Hz "
+                        f"must be at least {LOWEST_FREQUENCY:g} Hz, or 0 at each of the points"
+                    )
+            modes.append(PlatformMode(index % 3, frequencies, dampings[index], shares[index]))
+    return SwingModel(tuple(modes), points)
+
+
+def _for_each_mode(name: str, values: Values, size: int) -> tuple[float, ...]:
+    """Return the numbers of a parameter, one for each of ``size`` modes.
+
+    Raises:
+        ParameterError: if it has neither one number nor so many.
+    """
+    numbers: tuple[float, ...] = values[name]
+    if len(numbers) == 1:
+        return numbers * size
+    if len(numbers) != size:
+        raise ParameterError(f"{name} has {len(numbers)} elements, expected 1 or {size}")
+    return numbers
 
 
 def check_travel(values: Values) -> None:

@@ -1,0 +1,100 @@
+"""A simulated machine that swings, as an accelerometer and the true pose show it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import Imu
+
+from testing.commands import KINEMATICS
+
+PERIOD = 0.002  # s, by default of ik_node
+FREQUENCIES = (15.0, 22.0, 0.0)  # Hz
+START, TARGET = (-0.08, 0.05, 0.25), (0.08, -0.05, 0.25)
+GRAVITY = 9.80665  # m/s^2
+# The drives' own setpoints: what the machine does then is the same on a busy computer.
+SWINGING = {
+    "setpoint_period": PERIOD,
+    "swing_frequencies": FREQUENCIES,
+    "swing_dampings": [0.02],
+}
+
+
+@pytest.fixture
+def imus(client):
+    return client.record(Imu, "imu/data_raw")
+
+
+@pytest.fixture
+def poses(client):
+    return client.record(PoseStamped, "true_pose")
+
+
+def felt(imus):
+    """Return what an accelerometer has told. Shape (n, 3) [m/s^2]."""
+    return np.array([(a.x, a.y, a.z) for a in (imu.linear_acceleration for imu in imus)])
+
+
+def places(poses):
+    """Return true places. Shape (n, 3) [m]."""
+    return np.array([(p.x, p.y, p.z) for p in (pose.pose.position for pose in poses)])
+
+
+def frequency_of(values):
+    """Return the frequency of a swing about 0, by when it passes there [Hz]."""
+    before = np.flatnonzero(np.diff(np.sign(values)))
+    times = before + values[before] / (values[before] - values[before + 1])
+    return (len(times) - 1) / (2.0 * PERIOD * (times[-1] - times[0]))
+
+
+def collected(client, messages, count=600):
+    """Wait until so many messages have come from now on, and return them."""
+    first = len(messages)
+    client.wait_for(lambda: len(messages) >= first + count, "messages")
+    return messages[first : first + count]
+
+
+def test_an_accelerometer_tells_the_frequencies_and_drives_do_not(machine, client, imus, poses):
+    machine.start(None, {**SWINGING, "accelerometer_noise": 0.01})
+    client.wait_for(lambda: imus, "an accelerometer")
+    imu = imus[0]
+    assert imu.header.frame_id == "tri_glide_platform"
+    # REP 145: neither orientation nor angular velocity is estimated.
+    assert imu.orientation_covariance[0] == imu.angular_velocity_covariance[0] == -1.0
+    assert imu.linear_acceleration_covariance == pytest.approx(np.diag([1e-4] * 3).ravel())
+    # At rest it feels gravity, as if it were accelerated upwards.
+    resting = felt(collected(client, imus, 200))
+    assert resting.mean(axis=0) == pytest.approx((0.0, 0.0, GRAVITY), abs=0.005)
+    assert resting.std(axis=0) == pytest.approx((0.01,) * 3, rel=0.3)
+
+    machine.move(START)
+    machine.move(TARGET)
+    machine.wait_for_measured_rest()
+    first = len(machine.measured)
+    told = felt(collected(client, imus))
+    for axis in range(2):
+        assert frequency_of(told[:250, axis]) == pytest.approx(FREQUENCIES[axis], rel=0.02)
+    assert np.abs(told[:, 2] - GRAVITY).max() < 0.1
+    # The platform swings, and the sliders rest.
+    swing = places(poses[-600:])
+    assert np.ptp(swing[:, :2], axis=0).min() > 1e-5
+    heights = np.array([machine.heights(message) for message in machine.measured[first:]])
+    assert np.ptp(heights, axis=0).max() < 3e-6
+
+
+def test_encoders_that_see_the_swing(machine, client, poses):
+    machine.start(None, {**SWINGING, "encoders_see_swing": True})
+    machine.move(START)
+    machine.wait_for_new_state("idle", lambda: client.send_pose(TARGET))
+    client.wait_for(lambda: len(poses) > 1000, "true poses")
+    seen = np.array([KINEMATICS.forward(machine.heights(m)) for m in machine.measured[-1000:]])
+    true = places(poses[-1000:])
+    assert np.ptp(seen, axis=0) == pytest.approx(np.ptp(true, axis=0), abs=3e-4)
+    commanded = np.array([KINEMATICS.forward(machine.heights(m)) for m in machine.commands[-200:]])
+    assert np.ptp(commanded, axis=0).max() < 1e-9
+    # Alive: with other frequencies the machine goes on, and wrong ones change nothing.
+    assert client.set_parameters("simulator_node", {"swing_frequencies": [0.0] * 3}).successful
+    refused = client.set_parameters("simulator_node", {"swing_frequencies": [1.0] * 4})
+    assert "expected 3 or 6 for each of 1 points" in refused.reason
+    machine.wait_for_measured_rest()
