@@ -8,6 +8,7 @@ from itertools import chain, pairwise
 
 import matplotlib
 import pytest
+import yaml
 from documents import PAGES, ROOT, anchors, blocks, commands, prose, text
 from message_filling import filled, interface
 
@@ -155,7 +156,7 @@ def test_parameters_that_are_set_are_live():
     for node, name, value in found:
         parameter = TABLES[node[1:]][name]
         assert parameter.live
-        parameter.checked(float(value))
+        parameter.checked(yaml.safe_load(value))
 
 
 def test_targets_of_make_exist():
