@@ -1,7 +1,7 @@
-"""The jerk of the sliders along a path as planned: how much of it is fast, and how often it turns.
+"""The jerk of the sliders: how much of it is fast, and how often it turns.
 
-It is taken each millisecond from the plan itself, not from differences. Two figures tell whether
-it chatters:
+Along a path as planned it is taken each millisecond from the plan itself, not from differences. Two
+figures tell whether it chatters:
 
 - the part of its energy above 100 Hz: of the squared magnitudes of its Fourier transform, over the
   whole motion from rest to rest and without a window, all sliders together;
@@ -49,7 +49,16 @@ def slider_jerks(curve: PathHeights, motion: TimeScaling) -> FloatArray:
 
 def chatter(curve: PathHeights, motion: TimeScaling, limits: SliderLimits) -> Chatter:
     """Return what tells whether the jerk of a ``motion`` from rest to rest chatters."""
-    jerks = slider_jerks(curve, motion)
+    return chatter_of(slider_jerks(curve, motion), limits)
+
+
+def chatter_of(jerks: FloatArray, limits: SliderLimits) -> Chatter:
+    """Return what tells whether jerks chatter.
+
+    Args:
+        jerks: of the sliders, each millisecond from rest to rest. Shape (3, n) [m/s^3].
+        limits: of the sliders.
+    """
     power = np.square(np.abs(np.fft.rfft(jerks, axis=1))).sum(axis=0)
     is_fast = np.fft.rfftfreq(jerks.shape[1], PERIOD) > FAST
     turns = 0
