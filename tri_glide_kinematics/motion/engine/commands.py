@@ -97,6 +97,7 @@ class Command(ABC):
         has_end: whether the platform comes to rest of itself.
         has_line: whether the platform moves on a line, on which a stop should stay.
         is_checked_whole: whether all of it is looked at before it begins, which may take long.
+        can_be_shaped: whether it is possible with a shaper.
         extends: whether it goes on from the end of the path that is followed.
         position: of the target, where it has one. Shape (3,) [m].
         velocity: of the target, where it has one. Shape (3,) [m/s].
@@ -112,6 +113,7 @@ class Command(ABC):
     has_end: ClassVar[bool] = True
     has_line: ClassVar[bool] = True
     is_checked_whole: ClassVar[bool] = False
+    can_be_shaped: ClassVar[bool] = True
     extends: bool = False
     position: Vector3 | None = None
     velocity: Vector3 | None = None
@@ -337,10 +339,10 @@ class Jog(Command):
     def _is_tracked_at_once(self, execution: PlanExecution) -> bool:
         """Go over to it in motion, if there is a certified step; return whether there is.
 
-        Outside the workspace, as from rest, it is planned.
+        Outside the workspace and with a shaper, as from rest, it is planned.
         """
         held = execution.holder.held
-        if held.region is not execution.workspace:
+        if held.region is not execution.workspace or execution.is_shaped:
             return False
         tracking = held.with_goal(self)
         if not execution.tracks or held.goal is None or held.goal.kind is not self.kind:
@@ -404,6 +406,7 @@ class Track(Command):
     phase = MotionPhase.TRACKING
     has_end = False
     has_line = False
+    can_be_shaped = False
     position: Vector3
     velocity: Vector3
 
@@ -492,6 +495,7 @@ class Follow(Command):
     kind = TargetKind.PATH
     phase = MotionPhase.FOLLOWING
     is_checked_whole = True
+    can_be_shaped = False
 
     def __init__(
         self, path: PlatformPath | None, name: str = "path", *, extends: bool = False

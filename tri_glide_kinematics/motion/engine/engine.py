@@ -32,6 +32,7 @@ from tri_glide_kinematics.motion.engine.held_motion import (
 from tri_glide_kinematics.motion.engine.progress import PathProgress
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
+from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory import (
     NewerGoalError,
     NoPathError,
@@ -93,7 +94,7 @@ class MotionEngine:
             OutOfBoundsError: if it is not in (0, 1].
         """
         member("kind", kind, MotionKind)
-        self._holder = PlanHolder(DriveLimits(limits, speed_scale))
+        self._holder = PlanHolder(workspace.machine, DriveLimits(limits, speed_scale))
         self._execution = PlanExecution(self._holder, workspace, kind, in_pieces)
         self._workspace = workspace
         self._in_pieces = in_pieces
@@ -130,6 +131,7 @@ class MotionEngine:
         self._machine.forward((h1, h2, h3))
         self._execution.preparation = None
         self._execution.tracks = False
+        self._holder.shaped = None
         self._execution.replace(
             self._execution.replanning.at_rest((h1, h2, h3), self._holder.newest_limits)
         )
@@ -141,7 +143,7 @@ class MotionEngine:
             NotStartedError: before the start.
             KinematicsError: if it is refused; what is held goes on.
         """
-        command.begin(self._execution)
+        self._execution.carry_out(command)
 
     def move_to(self, position: Sequence[float]) -> None:
         """Move the platform to a position and rest there.
@@ -295,7 +297,7 @@ class MotionEngine:
         """
         if speed_scale is None:
             speed_scale = self._holder.newest_limits.speed_scale
-        self.carry_out(NewLimits(DriveLimits(limits, speed_scale)))
+        self.carry_out(NewLimits(DriveLimits(limits, speed_scale, self.shaper)))
 
     def set_speed_scale(self, speed_scale: float) -> None:
         """Change the scale of the velocities, as ``set_limits`` changes limits.
@@ -308,6 +310,23 @@ class MotionEngine:
             OutOfBoundsError: if it is not in (0, 1].
         """
         self.set_limits(self._holder.newest_limits.sliders, speed_scale)
+
+    def set_shaper(self, shaper: Shaper | None) -> None:
+        """Change the shaper of all motion; None is for none.
+
+        It is in force from the next rest on; ``shaper_pending`` tells if that is not yet so.
+        """
+        self._execution.set_shaper(shaper)
+
+    @property
+    def shaper(self) -> Shaper | None:
+        """The shaper that is in force."""
+        return self._holder.limits.shaper
+
+    @property
+    def shaper_pending(self) -> bool:
+        """Whether another shaper waits for rest."""
+        return self._execution.next_shaper != self.shaper
 
     @property
     def limits(self) -> SliderLimits:

@@ -9,23 +9,32 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.engine.commands import Command
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
 from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.preparation import LeadTime, Making, Preparation, only_held
 from tri_glide_kinematics.motion.engine.progress import PathMeasuring, PathProgress, progress
-from tri_glide_kinematics.motion.engine.replanning import Replanning
+from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning
+from tri_glide_kinematics.motion.engine.shaped_motion import ShapedMotion
 from tri_glide_kinematics.motion.engine.tracker import Tracker
-from tri_glide_kinematics.motion.moves import MotionKind
+from tri_glide_kinematics.motion.moves import MotionKind, inside
 from tri_glide_kinematics.motion.path import DrivenPath
+from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory import (
+    ATTEMPTS,
+    DrivenPart,
+    NotShapedError,
     NotStartedError,
     SampledPlan,
+    ShapedTrajectory,
     SliderState,
 )
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
 
@@ -44,14 +53,17 @@ class PlanHolder:
 
     Attributes:
         motion: what is held; None before the start.
+        shaped: what the shaper makes of it; None without a shaper.
         time: that has passed in its plan [s].
         plan_number: counts the plans held so far: a new number is a new plan.
         first_limits: for the start.
     """
 
-    def __init__(self, limits: DriveLimits) -> None:
-        """Hold nothing yet; ``limits`` are for the start."""
+    def __init__(self, machine: TriGlide, limits: DriveLimits) -> None:
+        """Hold nothing yet of a ``machine``; ``limits`` are for the start."""
+        self._machine = machine
         self.motion: HeldMotion | None = None
+        self.shaped: ShapedMotion | None = None
         self.time = 0.0
         self.plan_number = 0
         self.first_limits = limits
@@ -90,6 +102,8 @@ class PlanHolder:
     @property
     def time_to_rest(self) -> float:
         """Time until the held plan is at rest, at its goal or before [s]."""
+        if self.shaped is not None:
+            return self.shaped.time_to_rest
         return max(self.motion.plan.duration - self.time, 0.0) if self.motion else 0.0
 
     @property
@@ -118,7 +132,8 @@ class PlanHolder:
         Raises:
             NotStartedError: before the start.
         """
-        return self.held.plan.at(self.time)
+        held = self.held
+        return held.plan.at(self.time) if self.shaped is None else self.shaped.state
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints of the held plan at ``times`` from now on. Shape (n,) [s].
@@ -127,6 +142,8 @@ class PlanHolder:
             NotStartedError: before the start.
         """
         times = np.asarray(times, dtype=np.float64)
+        if self.shaped is not None:
+            return self.shaped.sample(times)
         return self.held.plan.sample(self.time + times)._replace(times=times)
 
     def hold(self, held: HeldMotion, elapsed: float = 0.0) -> None:
@@ -137,7 +154,17 @@ class PlanHolder:
             # The steps of tracking are one motion.
             if last is None or last.tracked_step is None or held.tracked_step is None:
                 self.plan_number += 1
+            if self.shaped is not None:
+                self.shaped.hold(held.plan, elapsed)
         self.motion = held
+        shaper = held.limits.shaper
+        if (self.shaped.shaper if self.shaped is not None else None) is not shaper:
+            self.shaped = None
+            # A shaper is put in force at rest, and so it is empty.
+            if self.time >= held.plan.duration:
+                self.time = max(self.time, held.rests_at)
+            if shaper is not None:
+                self.shaped = ShapedMotion(self._machine, shaper, held.plan, self.time)
 
 
 class PlanExecution:
@@ -149,6 +176,7 @@ class PlanExecution:
         holder: of the plan.
         workspace: where the platform may be, and of which machine.
         tracks: whether something is tracked, so that a new velocity or target needs no plan.
+        next_shaper: the newest one that was asked for; it is in force from rest on.
         preparation: of the next plan; None if there is none.
         replanning: makes what is held next.
         tracker: makes steps of tracking.
@@ -167,6 +195,7 @@ class PlanExecution:
         """
         self.holder = holder
         self.tracks = False
+        self.next_shaper: Shaper | None = None
         self.preparation: Preparation | None = None
         self._in_pieces = in_pieces
         self.workspace = workspace
@@ -220,7 +249,11 @@ class PlanExecution:
                 self.tracker.advance(dt)
             # A plan that has just begun may do so a rounding error later.
             time = max(holder.time + dt, 0.0)
-        setpoint = held.plan.at(time)
+        if holder.shaped is None:
+            setpoint = held.plan.at(time)
+        else:
+            holder.shaped.advance(dt)
+            setpoint = holder.shaped.state
         holder.time = time
         return setpoint
 
@@ -294,6 +327,39 @@ class PlanExecution:
             if not self.tracks:
                 self.prepare(self.replanning.tried_again)
 
+    def carry_out(self, command: Command) -> None:
+        """Do what a ``command`` asks for.
+
+        Raises:
+            NotStartedError: before the start.
+            NotShapedError: if there is a shaper, and it is done only without one.
+            KinematicsError: if it is refused.
+        """
+        self._shape_from_rest()
+        if self.is_shaped and not command.can_be_shaped:
+            raise NotShapedError(str(command))
+        command.begin(self)
+
+    @property
+    def is_shaped(self) -> bool:
+        """Whether there is a shaper in force."""
+        return self.holder.limits.shaper is not None
+
+    def set_shaper(self, shaper: Shaper | None) -> None:
+        """Change the shaper as soon as nothing moves."""
+        self.next_shaper = shaper
+        self._shape_from_rest()
+
+    def _shape_from_rest(self) -> None:
+        """Put the newest shaper in force if nothing moves, nor is about to."""
+        held, shaper = self.holder.motion, self.next_shaper
+        if held is None:
+            self.holder.first_limits = replace(self.holder.first_limits, shaper=shaper)
+        elif shaper != held.limits.shaper and self.preparation is None:
+            if held.phase(self.holder.time) is MotionPhase.IDLE:
+                limits = replace(held.limits, shaper=shaper, planned=None)
+                self.replace(replace(held, limits=limits))
+
     def prepare_goal(self, goal: Command) -> None:
         """Make a plan that leads to a ``goal``, or let that wait for limits."""
         held = self.holder.held
@@ -314,11 +380,54 @@ class PlanExecution:
         is_long = goal is not None and goal.is_checked_whole
         lead_time = self._goal_lead_time if is_long else self._lead_time
         pieces = URGENT_PIECES if urgent else 0
+        making = self._proved(making)
         lead = 0.0 if urgent or not self._in_pieces else lead_time.after(self._last_step)
         start = self.holder.time + lead
         self._begin(
             Preparation(making, goal, self.holder.held, self.holder.time, start, lead_time), pieces
         )
+
+    def _proved(self, making: Making) -> Making:
+        """Return a ``making`` whose plans keep the limits when they are shaped, if they are."""
+        return partial(self._shaped, making) if self.is_shaped else making
+
+    def _shaped(self, making: Making, held: HeldMotion, start: float) -> Interruptible[Replanned]:
+        """Make what is held next so that it keeps the limits when it is shaped.
+
+        Raises:
+            SliderLimitError: if it does not, though it was planned for less.
+            KinematicsError: if there is no plan.
+        """
+        pending = held.pending and held.pending.leaving()
+        less = replace(held, limits=held.limits.leaving(), pending=pending)
+        for _ in range(ATTEMPTS):
+            made = yield from making(less, start)
+            after = made.held
+            if after == less:
+                return made._replace(held=held)
+            same = after.plan is held.plan and after.limits == held.limits
+            if same or after.limits.shaper is None:
+                break
+            lead = start - self.holder.time
+            motion = self._driven_with(after, lead)
+            use = yield from motion.limit_use(after.limits.scaled, max(lead, 0.0))
+            if use.keeps_limits:
+                yield from inside(motion, after.region, after.limits.scaled)
+                break
+            planned = use.leaving(after.limits.effective)
+            pending = held.pending and held.pending.leaving(planned)
+            less = replace(held, limits=held.limits.leaving(planned), pending=pending)
+        else:
+            use.check(after.limits.scaled)
+        return made
+
+    def _driven_with(self, held: HeldMotion, lead: float) -> ShapedTrajectory:
+        """Return what is driven if something else is held in ``lead`` seconds."""
+        shaped, shaper = self.holder.shaped, held.limits.shaper
+        if shaped is not None and shaped.shaper is shaper:
+            return shaped.going_on(held.plan, lead)
+        assert shaper is not None
+        return ShapedTrajectory(self.workspace.machine, shaper, (DrivenPart(lead, held.plan, 0.0),))
 
     def _prepare_next_part(self) -> None:
         """Make the next part of the path that is followed."""
@@ -453,7 +562,7 @@ class PlanExecution:
         self._refusal = refusal or self._refusal
         waits = held.waits(self.holder.time)
         self._retry_at = (
-            min(self.holder.time + RETRY_INTERVAL, held.plan.duration) if waits else math.inf
+            min(self.holder.time + RETRY_INTERVAL, held.rests_at) if waits else math.inf
         )
         self.look_ahead()
 

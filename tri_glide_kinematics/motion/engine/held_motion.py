@@ -24,7 +24,7 @@ which ends at rest as well.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 from typing import Any
@@ -32,6 +32,7 @@ from typing import Any
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
+from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory import (
     PathHeights,
     PathPlan,
@@ -43,18 +44,26 @@ from tri_glide_kinematics.motion.trajectory import (
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
+# What a shaper leaves of velocities, accelerations and jerks to plans, as a rule.
+LEFT_TO_PLANS = (1.0, 0.98, 0.95)
+
 
 @dataclass(frozen=True)
 class DriveLimits:
-    """Limits of the sliders, and how much of their velocities is used.
+    """Limits of the sliders, how much of their velocities is used, and how motion is shaped.
 
     Attributes:
         sliders: limits before the scale.
         speed_scale: in (0, 1].
+        shaper: of the platform's motion; None for none.
+        planned: limits that plans keep so that what the shaper makes of them keeps the others; None
+            where these are the same.
     """
 
     sliders: SliderLimits
     speed_scale: float
+    shaper: Shaper | None = None
+    planned: SliderLimits | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         """Check the scale.
@@ -69,9 +78,29 @@ class DriveLimits:
         object.__setattr__(self, "speed_scale", scale)
 
     @cached_property
-    def effective(self) -> SliderLimits:
+    def scaled(self) -> SliderLimits:
         """Limits after the scale."""
         return self.sliders.with_velocity_scaled(self.speed_scale)
+
+    @cached_property
+    def effective(self) -> SliderLimits:
+        """Limits that plans keep."""
+        return self.planned or self.scaled
+
+    def leaving(self, planned: SliderLimits | None = None) -> DriveLimits:
+        """Return the same, with limits for plans that leave something to the shaper.
+
+        Args:
+            planned: what they keep; without it, what nearly always suffices.
+        """
+        if self.shaper is None:
+            return self
+        return replace(self, planned=planned or self.scaled.times(*LEFT_TO_PLANS))
+
+    @property
+    def held_back(self) -> float:
+        """How long after the end of a plan the shaper still moves the platform [s]."""
+        return self.shaper.duration if self.shaper is not None else 0.0
 
 
 def stays_within(state: SliderState, limits: SliderLimits) -> bool:
@@ -163,9 +192,14 @@ class HeldMotion:
         """Return this with its plan as an earlier one, until there is a braking."""
         return replace(self, role=PlanRole.EARLIER)
 
+    @property
+    def rests_at(self) -> float:
+        """When nothing moves any more, after the start of the plan [s]."""
+        return self.plan.duration + self.limits.held_back
+
     def phase(self, time: float) -> MotionPhase:
         """Return what is being done ``time`` seconds after the start of the plan."""
-        rests = time >= self.plan.duration and self.pending is None
+        rests = time >= self.rests_at and self.pending is None
         if self.path is not None:
             return self._phase_on_path(self.path, rests)
         goal = self.goal
@@ -238,7 +272,9 @@ class HeldMotion:
             is_known = goal.has_end and self.tracked_step is None
         if path is not None:
             is_known = is_known and self.ends_path and not path.is_paused
-        return self.plan.duration - time if is_known and self.pending is None else math.inf
+        if not is_known or self.pending is not None:
+            return math.inf
+        return self.rests_at - time
 
     def waits(self, time: float) -> bool:
         """Return whether something is to be tried again, ``time`` seconds after the start."""

@@ -96,13 +96,13 @@ class Preparation:
 
     def _begin_at(self, start: float) -> None:
         # At the end of the held plan the sliders rest, and go on resting for as long as it takes.
-        self.start = min(start, max(self.held.plan.duration, self._begun))
+        self.start = min(start, max(self.held.rests_at, self._begun))
         self._computation = self._making(self.held, self.start)
 
     @property
     def begins_at_rest(self) -> bool:
         """Whether it begins where the sliders rest, so that it is never too late for it."""
-        return self.start >= self.held.plan.duration
+        return self.start >= self.held.rests_at
 
     def has_begun(self, time: float) -> bool:
         """Return whether it has begun at a ``time`` in the held plan [s]."""

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.errors import NewerGoalError as NewerGoalError
     from tri_glide_kinematics.motion.trajectory.errors import NoPathError as NoPathError
     from tri_glide_kinematics.motion.trajectory.errors import NoRoomError as NoRoomError
+    from tri_glide_kinematics.motion.trajectory.errors import NotShapedError as NotShapedError
     from tri_glide_kinematics.motion.trajectory.errors import NotStartedError as NotStartedError
     from tri_glide_kinematics.motion.trajectory.errors import PathTimingError as PathTimingError
     from tri_glide_kinematics.motion.trajectory.errors import PlanningError as PlanningError
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.ruckig_planner import (
         Synchronization as Synchronization,
     )
+    from tri_glide_kinematics.motion.trajectory.shaped import ATTEMPTS as ATTEMPTS
     from tri_glide_kinematics.motion.trajectory.shaped import DrivenPart as DrivenPart
     from tri_glide_kinematics.motion.trajectory.shaped import LimitBounds as LimitBounds
     from tri_glide_kinematics.motion.trajectory.shaped import ShapedTrajectory as ShapedTrajectory

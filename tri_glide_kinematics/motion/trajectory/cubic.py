@@ -146,7 +146,8 @@ class CubicPlan(Trajectory):
             pieces = np.array((height, velocity, acceleration / 2.0, jerk / 6.0))
             coefficients = moved(pieces, inside - self.starts[index])
             coefficients[1:, :, (times < 0.0) | (times >= self.duration)] = 0.0
-        coefficients[0, :, times >= self.duration] = self._final.heights
+        ended = times >= self.duration if self._rows else np.ones(len(times), dtype=bool)
+        coefficients[0, :, ended] = self._final.heights
         return polynomial(coefficients, half)
 
     def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:

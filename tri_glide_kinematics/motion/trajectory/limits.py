@@ -68,5 +68,9 @@ class SliderLimits:
 
     def with_velocity_scaled(self, scale: float) -> SliderLimits:
         """Return the same limits with velocities multiplied by ``scale``."""
-        x, y, z = self.velocity
-        return SliderLimits((x * scale, y * scale, z * scale), self.acceleration, self.jerk)
+        return self.times(scale, 1.0, 1.0)
+
+    def times(self, velocity: float, acceleration: float, jerk: float) -> SliderLimits:
+        """Return the limits multiplied by a number for each quantity."""
+        rows = zip((velocity, acceleration, jerk), (self.velocity, self.acceleration, self.jerk))
+        return SliderLimits(*((f * x, f * y, f * z) for f, (x, y, z) in rows))

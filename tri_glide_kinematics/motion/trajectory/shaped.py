@@ -43,8 +43,15 @@ DIVISIONS = 3
 # So many cells are looked at together.
 CELLS_AT_ONCE = 64
 
-# Where the middles of the quarters of a cell are, as parts of it.
-_QUARTERS = np.array((0.125, 0.375, 0.625, 0.875))
+# Where the middles of the quarters of a cell are, in halves of it.
+_QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
+
+
+# So often a motion is planned, with limits that leave what shaping takes.
+ATTEMPTS = 5
+
+# How much more they leave, so that the next attempt keeps the limits though it is another motion.
+_MORE = 1.002
 
 
 class DrivenPart(NamedTuple):
@@ -72,6 +79,31 @@ class LimitBounds(NamedTuple):
 
     use: FloatArray
     when: FloatArray
+
+    @property
+    def keeps_limits(self) -> bool:
+        """Whether no limit may be exceeded."""
+        return bool((self.use <= 1.0 + RELATIVE_ROUNDING).all())
+
+    def check(self, limits: SliderLimits) -> None:
+        """Raise an error if one of the ``limits`` may be exceeded.
+
+        Raises:
+            SliderLimitError: names the slider and the limit.
+        """
+        for (quantity, unit), parts, bounds, when in zip(
+            QUANTITIES, self.use, limits.table, self.when
+        ):
+            for slider, part in enumerate(parts.tolist()):
+                if not part <= 1.0 + RELATIVE_ROUNDING:
+                    bound, time = float(bounds[slider]), float(when[slider])
+                    raise SliderLimitError(quantity, slider, part * bound, bound, unit, time)
+
+    def leaving(self, planned: SliderLimits) -> SliderLimits:
+        """Return less than ``planned`` limits, by as much as the motion exceeds its own."""
+        return SliderLimits(
+            *(planned.table / np.where(self.use > 1.0, self.use * _MORE, 1.0)).tolist()
+        )
 
 
 class ShapedTrajectory(Trajectory):
@@ -184,9 +216,7 @@ class ShapedTrajectory(Trajectory):
                 most = np.where(more, found, most)
                 when = np.where(more, middles[some][index], when)
                 yield
-            begins, half = (middles - half)[unsettled], 0.25 * half[unsettled]
-            middles = (begins[:, np.newaxis] + np.outer(8.0 * half, _QUARTERS)).ravel()
-            half = np.repeat(half, 4)
+            middles, half = quartered(middles[unsettled], half[unsettled])
         return LimitBounds(most, when)
 
     def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
@@ -195,25 +225,32 @@ class ShapedTrajectory(Trajectory):
         Raises:
             SliderLimitError: if a limit may be exceeded.
         """
-        use, when = at_once(self.limit_use(limits, since))
-        for (quantity, unit), parts, bounds, times in zip(QUANTITIES, use, limits.table, when):
-            for slider, part in enumerate(parts.tolist()):
-                if not part <= 1.0 + RELATIVE_ROUNDING:
-                    bound = float(bounds[slider])
-                    raise SliderLimitError(
-                        quantity, slider, part * bound, bound, unit, float(times[slider])
-                    )
+        at_once(self.limit_use(limits, since)).check(limits)
 
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
         """Check travel, and return the check of all of the way."""
-        middles, half = divided(np.unique(np.append(self.knots(), 0.0)))
-        if len(middles):
-            heights = self._height_series(middles, half)
-            beyond = half * heights.bounds[1]
-            lowest = (heights.values[0] - beyond).min(axis=1)
-            highest = (heights.values[0] + beyond).max(axis=1)
-            self.check_travel(lowest, highest, region)
+        self.check_travel(*self._height_extremes(region), region)
         return (region.path_check(self.at, self.duration, hypot(*limits.acceleration)),)
+
+    def _height_extremes(self, region: Workspace) -> tuple[FloatArray, FloatArray]:
+        """Return bounds of the heights; where they are outside the travel, cells are smaller.
+
+        Returns:
+            Lowest and highest. Each of the shape (3,) [m].
+        """
+        travel = region.limits
+        lowest = highest = np.array(self.at(self.duration).heights)
+        middles, half = divided(np.unique(np.append(self.knots(), 0.0)))
+        for division in range(DIVISIONS + 1):
+            low, high = heights_within(self._height_series(middles, half), half)
+            unsettled = (low.T < travel.lower_heights) | (high.T > travel.upper_heights)
+            fails = unsettled.any(axis=1) & (division < DIVISIONS)
+            lowest = np.minimum(lowest, low[:, ~fails].min(axis=1, initial=np.inf))
+            highest = np.maximum(highest, high[:, ~fails].max(axis=1, initial=-np.inf))
+            if not fails.any():
+                break
+            middles, half = quartered(middles[fails], half[fails])
+        return lowest, highest
 
 
 def divided(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -223,6 +260,29 @@ def divided(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
     half = np.repeat(0.5 * lengths / counts, counts)
     number = np.arange(len(half)) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.repeat(edges[:-1], counts) + (2.0 * number + 1.0) * half, half
+
+
+def quartered(middles: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return middles and halves of the quarters of cells. Shapes (4 n,) [s]."""
+    middles = (middles[:, np.newaxis] + np.outer(half, _QUARTERS)).ravel()
+    return middles, np.repeat(0.25 * half, 4)
+
+
+def heights_within(series: Series, half: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return bounds of heights in cells, from below and from above. Each (m, n) [m].
+
+    Args:
+        series: of the heights. Shape (6, m, n) [m].
+        half: of the lengths of the cells. Shape (n,) [s].
+    """
+    powers = half ** np.arange(6.0)[:, np.newaxis]
+    c0, c1, c2, c3, c4, _ = series.values * powers[:, np.newaxis]
+    rest = series.bounds[5] * powers[5]
+    sizes = np.abs((c1, c2, c3, c4))
+    turns = sizes[0] < 2.0 * sizes[1] + 3.0 * sizes[2] + 4.0 * sizes[3] + 5.0 * rest
+    beyond = np.abs(c1 + c3) + np.where(turns, sizes[1:].sum(axis=0), 0.0) + rest
+    middle = c0 + c2 + c4
+    return middle - beyond, middle + beyond
 
 
 def largest_of(series: Series, half: FloatArray) -> FloatArray:
@@ -295,19 +355,11 @@ def slider_state(
     return SliderState((h1, h2, h3), (v1, v2, v3), (a1, a2, a3))
 
 
-# So often a motion is planned again, with limits that leave what shaping takes.
-ATTEMPTS = 5
-
-# How much more they leave, so that the next attempt keeps the limits though it is another motion.
-_MORE = 1.002
-
-
 def planned_shaped(
     plan: Callable[[SliderLimits], Interruptible[Trajectory]],
     limits: SliderLimits,
     machine: TriGlide,
     shaper: Shaper,
-    history: Sequence[DrivenPart] = (),
 ) -> Interruptible[ShapedTrajectory]:
     """Return a plan, shaped, that keeps the ``limits``; it begins now.
 
@@ -319,19 +371,18 @@ def planned_shaped(
         limits: that the shaped plan has to keep.
         machine: whose sliders move.
         shaper: its impulses.
-        history: what was driven before, as long as the shaper lasts.
 
     Raises:
         SliderLimitError: if no plan keeps them.
         KinematicsError: if there is no plan.
     """
-    table = limits.table
-    for _ in range(ATTEMPTS):
-        unshaped = yield from plan(SliderLimits(*table.tolist()))
-        shaped = ShapedTrajectory(machine, shaper, (*history, DrivenPart(0.0, unshaped, 0.0)))
-        use, _ = yield from shaped.limit_use(limits)
-        if (use <= 1.0 + RELATIVE_ROUNDING).all():
+    planned = limits
+    for attempt in range(ATTEMPTS):
+        unshaped = yield from plan(planned)
+        shaped = ShapedTrajectory(machine, shaper, (DrivenPart(0.0, unshaped, 0.0),))
+        use = yield from shaped.limit_use(limits)
+        if use.keeps_limits or attempt + 1 == ATTEMPTS:
+            use.check(limits)
             return shaped
-        table = table / np.where(use > 1.0, use * _MORE, 1.0)
-    shaped.check_limits(limits)
-    raise AssertionError("the last bounds were above the limits")
+        planned = use.leaving(planned)
+    raise AssertionError("there is at least one attempt")

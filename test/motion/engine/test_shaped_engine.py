@@ -1,0 +1,207 @@
+"""An engine with a shaper: what it drives is proved, straight, and calm when it is idle."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+from motion_machine import DT, HOME, KINDS, LIMITS, MACHINE, OTHER, TARGET, each_kind, engine
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion import (
+    CommandStream,
+    MotionEngine,
+    MotionKind,
+    MotionPhase,
+    PlatformPath,
+    SliderLimits,
+)
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
+from tri_glide_kinematics.motion.trajectory import NotShapedError
+
+SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
+SHAPERS = (None, SHAPER, Shaper.of(ShaperKind.ZVD, Mode(30.0, 0.05)))
+
+
+def shaped(kind: MotionKind = MotionKind.SLIDER, **options) -> MotionEngine:
+    """Return an engine that rests, with the shaper in force."""
+    moving = engine(kind, **options)
+    moving.set_shaper(SHAPER)
+    assert moving.shaper is SHAPER
+    return moving
+
+
+def driven(moving: MotionEngine, most: int = 5000) -> np.ndarray:
+    """Return the heights until the engine is idle."""
+    heights = [moving.state.heights]
+    for _ in range(most):
+        if moving.phase is MotionPhase.IDLE:
+            return np.array(heights)
+        heights.append(moving.step(DT).heights)
+        moving.work(lambda: True)
+    raise AssertionError("it does not come to rest")
+
+
+def assert_keeps(heights, limits: SliderLimits = LIMITS) -> None:
+    """Judge a stream at 1 kHz by its differences."""
+    stream = CommandStream.from_heights(heights, DT)
+    seen = (stream.velocities, stream.accelerations, stream.jerks)
+    for values, bound, slack in zip(seen, limits.table, (1e-6, 1e-6, 1e-3)):
+        assert (np.abs(values).max(axis=0) <= bound * (1.0 + slack)).all()
+
+
+@each_kind
+@pytest.mark.parametrize("in_pieces", [False, True])
+def test_whatever_is_commanded_the_limits_hold(kind, in_pieces):
+    rng = random.Random(5)
+    moving = shaped(kind, in_pieces=in_pieces)
+    heights, plans = [], moving.plan_number
+    for _ in range(4000):
+        try:
+            event = rng.random()
+            if event < 0.004:
+                moving.move_to([rng.uniform(*pair) for pair in ((-0.1, 0.1),) * 2 + ((0.2, 0.36),)])
+            elif event < 0.008:
+                moving.jog([rng.uniform(-0.4, 0.4) for _ in range(3)])
+            elif event < 0.010:
+                moving.stop()
+            elif event < 0.011:
+                moving.set_speed_scale(rng.choice((0.2, 0.6, 1.0)))
+            elif event < 0.012:
+                moving.set_shaper(rng.choice(SHAPERS))
+        except KinematicsError:
+            pass
+        heights.append(moving.step(DT).heights)
+        if in_pieces:
+            left = iter(range(20))
+            moving.work(lambda left=left: next(left, None) is not None)
+    assert_keeps(heights)
+    assert moving.plan_number - plans > 15
+
+
+def test_lines_and_their_stops_stay_straight():
+    moving = shaped(MotionKind.LINEAR)
+    moving.move_to(TARGET)
+    driven(moving)
+    moving.move_to(OTHER)
+    for _ in range(150):
+        moving.step(DT)
+    moving.stop()
+    heights = driven(moving)
+    along = np.subtract(OTHER, TARGET) / math.dist(TARGET, OTHER)
+    places = MACHINE.forward_batch(heights)
+    assert np.linalg.norm(np.cross(places - np.array(TARGET), along), axis=1).max() < 1e-12
+
+
+@each_kind
+def test_it_is_idle_only_when_the_shaper_is_empty(kind):
+    plain, moving = engine(kind), shaped(kind)
+    for each in (plain, moving):
+        each.move_to(TARGET)
+    expected = len(driven(plain)) * DT + SHAPER.duration
+    assert moving.remaining == pytest.approx(moving.time_to_rest)
+    heights = driven(moving)
+    assert expected <= len(heights) * DT + DT
+    assert MACHINE.forward(moving.state.heights) == pytest.approx(TARGET, abs=1e-9)
+    assert max(map(abs, moving.state.velocities)) < 1e-9
+    assert np.abs(np.diff(heights[-3:], axis=0)).max() < 1e-5
+
+
+def test_the_plan_that_is_shown_is_what_is_driven():
+    moving = shaped()
+    moving.move_to(TARGET)
+    for _ in range(50):
+        moving.step(DT)
+    times = DT * np.arange(1, 300)
+    shown = moving.sample_plan(times).heights
+    heights = [moving.step(DT).heights for _ in times]
+    np.testing.assert_allclose(heights, shown, rtol=0.0, atol=1e-10)
+
+
+@each_kind
+def test_a_stop_takes_the_shaper_and_little_more(kind):
+    later = []
+    for steps in range(30, 300, 30):
+        times = []
+        for each in (engine(kind), shaped(kind)):
+            each.move_to(TARGET)
+            for _ in range(steps):
+                each.step(DT)
+            each.stop()
+            times.append(len(driven(each)) * DT)
+        later.append((times[1] - times[0] - SHAPER.duration) / times[0])
+    assert np.median(later) <= 0.05
+
+
+def test_a_change_of_shaper_waits_for_rest():
+    moving = engine()
+    moving.move_to(TARGET)
+    for _ in range(100):
+        moving.step(DT)
+    moving.set_shaper(SHAPER)
+    assert moving.shaper is None
+    assert moving.shaper_pending
+    driven(moving)
+    assert MACHINE.forward(moving.state.heights) == pytest.approx(TARGET, abs=1e-9)
+    moving.move_to(OTHER)
+    assert moving.shaper is SHAPER
+    assert not moving.shaper_pending
+    assert_keeps(driven(moving))
+    moving.set_shaper(None)
+    assert moving.shaper is None
+
+
+def test_limits_may_change_while_it_is_full():
+    moving = shaped()
+    moving.move_to(TARGET)
+    heights = [moving.step(DT).heights for _ in range(200)]
+    lower = SliderLimits.uniform(0.3, 4.0, 80.0)
+    moving.set_limits(lower)
+    while moving.limits_pending:
+        heights.append(moving.step(DT).heights)
+    assert_keeps(heights)
+    assert_keeps(driven(moving), lower)
+
+
+def test_what_cannot_be_shaped_is_refused_and_nothing_changes():
+    moving = shaped()
+    path = PlatformPath.through([MACHINE.forward(HOME), TARGET, OTHER])
+    with pytest.raises(NotShapedError, match="path is not possible with a shaper"):
+        moving.follow(path)
+    with pytest.raises(NotShapedError, match="moving target"):
+        moving.track(TARGET, (0.0, 0.0, 0.0))
+    assert moving.phase is MotionPhase.IDLE
+    moving.set_shaper(None)
+    moving.follow(path)
+    moving.step(DT)
+    moving.set_shaper(SHAPER)
+    assert moving.phase is MotionPhase.FOLLOWING
+    driven(moving)
+    with pytest.raises(NotShapedError, match="path"):
+        moving.follow(path)
+
+
+def test_a_new_start_forgets_what_was_driven():
+    moving = shaped()
+    moving.move_to(TARGET)
+    for _ in range(100):
+        moving.step(DT)
+    moving.start(HOME)
+    assert moving.state.heights == pytest.approx(HOME, abs=1e-12)
+    assert moving.shaper is SHAPER
+    for _ in range(100):
+        assert moving.step(DT).heights == pytest.approx(HOME, abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_jog_in_another_direction_is_calm(kind):
+    moving = shaped(kind)
+    heights = [moving.state.heights]
+    for velocity in ((0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (-0.1, 0.0, 0.1)):
+        moving.jog(velocity)
+        heights += [moving.step(DT).heights for _ in range(250)]
+        assert moving.phase is MotionPhase.JOGGING
+    moving.stop()
+    assert_keeps([*heights, *driven(moving)[1:]])
