@@ -60,11 +60,6 @@ class LoopStatistics:
         """Late cycles since the start."""
         return sum(self.histogram[CLASSES.index(LATE) + 1 :])
 
-    @property
-    def total_stalls(self) -> int:
-        """Stalls since the start."""
-        return self.histogram[-1]
-
     def cycle(self, now: float) -> float | None:
         """Note that a cycle starts ``now`` [s].
 

@@ -162,7 +162,7 @@ def test_uncertainties_are_infinite_where_nothing_is_known():
     assert np.isinf(x) and np.isinf(y) and z < 2e-5
     aligned = result.position_uncertainty((0.02, 0.03, 0.1), aligned=True)
     assert max(aligned) < 2e-4
-    assert result.position_uncertainty_before((0.0, 0.0, 0.0)) == (np.inf,) * 3
+    assert (result.position_uncertainties_before([(0.0, 0.0, 0.0)]) == np.inf).all()
 
 
 def test_uncertainty_shrinks_where_it_was_measured_and_is_that_of_the_priors_before():

@@ -273,18 +273,10 @@ class Calibration:
         rows = _position_rows(self.machine, positions, aligned)
         return self._deviations(rows.reshape(-1, MACHINE)).reshape(-1, 3)
 
-    def position_uncertainty_before(
-        self, position: Sequence[float], *, aligned: bool = False
-    ) -> Vector3:
-        """Return the same before the calibration: by the priors; infinite without any."""
-        place = finite_vector("position", position, 3)
-        x, y, z = self.position_uncertainties_before([place], aligned=aligned)[0].tolist()
-        return x, y, z
-
     def position_uncertainties_before(
         self, positions: ArrayLike, *, aligned: bool = False
     ) -> FloatArray:
-        """Return the same before the calibration, for many positions. Shape (n, 3) [m]."""
+        """Return the same before the calibration: by the priors; infinite without any."""
         rows = _position_rows(self.nominal, positions, aligned)
         if not self._knowledge.is_prior:
             return np.full((len(rows), 3), np.inf)
