@@ -140,6 +140,8 @@ if [ "$(cat "$BUILD_STAMP" 2>/dev/null)" != "$built_from" ]; then
     say "building the workspace with colcon (the first time some minutes)"
     rm -f "$BUILD_STAMP"
     mkdir -p install # env.sh takes what is there
+    # colcon removes no file that the package no longer has, and a folder hides a module of its name.
+    rm -rf build/tri_glide_kinematics install/tri_glide_kinematics
     # Without byte code each start of a node compiles all modules; Python has to be allowed to write it.
     # shellcheck source=/dev/null
     # Without MAKEFLAGS colcon compiles one file after the other on a computer that is busy.
