@@ -1,4 +1,4 @@
-"""Types of points, vectors and arrays of them."""
+"""Points, vectors and arrays of them: their types, sums and products."""
 
 from __future__ import annotations
 
@@ -8,3 +8,28 @@ from numpy.typing import NDArray
 Point = tuple[float, float]
 Vector3 = tuple[float, float, float]
 FloatArray = NDArray[np.float64]
+
+
+def minus(a: Vector3, b: Vector3) -> Vector3:
+    """Return a - b."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def scaled(a: Vector3, factor: float) -> Vector3:
+    """Return a times a number."""
+    return (factor * a[0], factor * a[1], factor * a[2])
+
+
+def dot(a: Vector3, b: Vector3) -> float:
+    """Return the scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Vector3, b: Vector3) -> Vector3:
+    """Return the vector product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def combined(p: float, a: Vector3, q: float, b: Vector3) -> Vector3:
+    """Return p a + q b."""
+    return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2])

@@ -13,7 +13,7 @@ from math import acos, cos, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, cross, dot
 
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
@@ -27,8 +27,8 @@ def extreme_singular_values(matrix: Matrix3) -> tuple[float, float]:
     The smallest has the sign of the determinant.
     """
     row1, row2, row3 = matrix
-    column1, column2, column3 = _cross(row2, row3), _cross(row3, row1), _cross(row1, row2)
-    determinant = _dot(row1, column1)
+    column1, column2, column3 = cross(row2, row3), cross(row3, row1), cross(row1, row2)
+    determinant = dot(row1, column1)
     largest = _largest_singular_value(row1, row2, row3)
     if determinant == 0.0:
         return largest, 0.0
@@ -57,14 +57,6 @@ def extreme_singular_values_batch(
     determinant = np.einsum("jn,jn->n", matrices[0], columns[0])
     largest = _largest_batch(both)
     return largest[:count], determinant / largest[count:]
-
-
-def _cross(a: Vector3, b: Vector3) -> Vector3:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-def _dot(a: Vector3, b: Vector3) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _largest_singular_value(a: Vector3, b: Vector3, c: Vector3) -> float:

@@ -16,10 +16,8 @@ from tri_glide_kinematics.mechanisms.f_mechanism.curve import (
     Frame,
     Gradients,
     Symmetric,
-    Vector,
-    distance,
-    dot,
 )
+from tri_glide_kinematics.vectors import Vector3, dot, minus, scaled
 
 # How far the curve of positions is proven to be one arc: a tube about its tangent.
 
@@ -104,7 +102,7 @@ _ITERATIONS = 30
 _EXACT = 1e-11
 
 
-def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector, float]:
+def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector3, float]:
     """The turning point on an arc whose two ends run against each other in the drive.
 
     Args:
@@ -147,7 +145,7 @@ def _drive_slope(at: Gradients) -> float:
     return at.b[0] * at.c[1] - at.b[1] * at.c[0]
 
 
-def _polish_turning_point(curve: Curve, x: Vector) -> Vector:
+def _polish_turning_point(curve: Curve, x: Vector3) -> Vector3:
     """Newton's method on both rod equations and the determinant that vanishes with them."""
     best = np.array(x)
     scale = curve.linkage.size**2
@@ -168,7 +166,7 @@ def _polish_turning_point(curve: Curve, x: Vector) -> Vector:
     return float(best[0]), float(best[1]), float(best[2])
 
 
-def find_bifurcation(curve: Curve, start: Vector, reach: float) -> Vector | None:
+def find_bifurcation(curve: Curve, start: Vector3, reach: float) -> Vector3 | None:
     """The point within ``reach`` of ``start`` where the gradients are dependent, or None.
 
     A branch that merely passes close by another has no such point: the equations, five for four
@@ -192,16 +190,16 @@ def find_bifurcation(curve: Curve, start: Vector, reach: float) -> Vector | None
         jacobian[2:, 3] = cosine * c - sine * b
         step = np.linalg.lstsq(jacobian, residual, rcond=None)[0]
         x, mix = x - step[:3], mix - float(step[3])
-        if distance((x[0], x[1], x[2]), start) > 2.0 * reach:
+        if math.dist((x[0], x[1], x[2]), start) > 2.0 * reach:
             return None
         if np.max(np.abs(step)) < 1e-14:
             break
-    if np.max(np.abs(residual)) > _EXACT or distance(point, start) > reach:
+    if np.max(np.abs(residual)) > _EXACT or math.dist(point, start) > reach:
         return None
     return point
 
 
-def branch_directions(curve: Curve, x: Vector) -> tuple[Vector, Vector] | None:
+def branch_directions(curve: Curve, x: Vector3) -> tuple[Vector3, Vector3] | None:
     """Unit tangents of the two branches that cross at a bifurcation; None if they do not cross.
 
     They are the zeros of the second derivative of that combination of the rod equations whose
@@ -222,7 +220,7 @@ def branch_directions(curve: Curve, x: Vector) -> tuple[Vector, Vector] | None:
     return _unit(first), _unit(second)
 
 
-def _unit(vector: Array) -> Vector:
+def _unit(vector: Array) -> Vector3:
     x, y, z = (vector / np.linalg.norm(vector)).tolist()
     return x, y, z
 
@@ -269,24 +267,24 @@ class Arc:
     low: float
     high: float
     radius: float
-    start: Vector
-    end: Vector
-    start_tangent: Vector
-    end_tangent: Vector
+    start: Vector3
+    end: Vector3
+    start_tangent: Vector3
+    end_tangent: Vector3
 
 
 @dataclass(frozen=True)
 class Turning:
     """The drive reverses at ``point``."""
 
-    point: Vector
+    point: Vector3
 
 
 @dataclass(frozen=True)
 class Bifurcation:
     """Two branches cross at ``point``; ``passable`` if the one followed goes on beyond it."""
 
-    point: Vector
+    point: Vector3
     passable: bool
 
 
@@ -294,11 +292,11 @@ class Bifurcation:
 class Singular:
     """There is no unique way on from ``point``."""
 
-    point: Vector
+    point: Vector3
 
 
 def follow(
-    curve: Curve, x: Vector, sense: float, largest_step: float
+    curve: Curve, x: Vector3, sense: float, largest_step: float
 ) -> Iterator[Arc | Turning | Bifurcation | Singular]:
     """Walk along the curve from ``x``; ``sense`` is +1 or -1 along ``Frame.tangent``.
 
@@ -343,15 +341,15 @@ def follow(
         x, _, h, radius = advanced
         covered += abs(h)
         start_tangent, end_tangent = (
-            _scaled(frame.tangent, sense),
-            _scaled(following.tangent, sense),
+            scaled(frame.tangent, sense),
+            scaled(following.tangent, sense),
         )
         if standing or (frame.tangent[2] > 0.0) == (following.tangent[2] > 0.0):
             yield Arc(frame, 0.0, h, radius, frame.x, x, start_tangent, end_tangent)
         else:
             point, middle = turning_point(curve, frame, h)
             at_point = curve.frame(point)
-            tangent = _scaled(at_point.tangent, sense) if at_point else start_tangent
+            tangent = scaled(at_point.tangent, sense) if at_point else start_tangent
             yield Arc(frame, 0.0, middle, radius, frame.x, point, start_tangent, tangent)
             yield Turning(point)
             yield Arc(frame, middle, h, radius, point, x, tangent, end_tangent)
@@ -372,29 +370,21 @@ def leading_sense(first: Frame) -> float:
 
 def _advance(
     curve: Curve, frame: Frame, sense: float, largest_step: float
-) -> tuple[Vector, Gradients, float, float] | None:
+) -> tuple[Vector3, Gradients, float, float] | None:
     """Next point, its gradients, its signed tangential coordinate and the radius of the tube."""
     step, radius, _ = tube(frame, largest_step)
     for _ in range(_HALVINGS):
         corrected = curve.correct(frame, sense * step)
-        if corrected is not None and distance(corrected[0], ahead(frame, sense * step)) <= radius:
+        if corrected is not None and math.dist(corrected[0], ahead(frame, sense * step)) <= radius:
             return corrected[0], corrected[1], sense * step, radius
         step *= 0.5
     return None
 
 
-def ahead(frame: Frame, h: float) -> Vector:
+def ahead(frame: Frame, h: float) -> Vector3:
     """Point on the tangent of ``frame`` at ``h``."""
     (x0, x1, x2), (t0, t1, t2) = frame.x, frame.tangent
     return x0 + h * t0, x1 + h * t1, x2 + h * t2
-
-
-def _scaled(vector: Vector, factor: float) -> Vector:
-    return factor * vector[0], factor * vector[1], factor * vector[2]
-
-
-def _difference(p: Vector, q: Vector) -> Vector:
-    return p[0] - q[0], p[1] - q[1], p[2] - q[2]
 
 
 def _bifurcation_ahead(
@@ -404,11 +394,11 @@ def _bifurcation_ahead(
     point = find_bifurcation(curve, frame.x, _LONGEST_PASSAGE)
     if point is None:
         return None
-    gap = distance(point, frame.x)
+    gap = math.dist(point, frame.x)
     if gap == 0.0:
         return None
-    incoming = _scaled(frame.tangent, sense)
-    direction = _scaled(_difference(point, frame.x), 1.0 / gap)
+    incoming = scaled(frame.tangent, sense)
+    direction = scaled(minus(point, frame.x), 1.0 / gap)
     if dot(direction, incoming) <= 0.9:
         return None
     directions = branch_directions(curve, point)
@@ -416,16 +406,16 @@ def _bifurcation_ahead(
         stay = _straight(frame.x, point, incoming, incoming)
         return (stay, stay), Bifurcation(point, False), frame, sense
     along = max(directions, key=lambda branch: abs(dot(branch, incoming)))
-    along = _scaled(along, math.copysign(1.0, dot(along, incoming)))
+    along = scaled(along, math.copysign(1.0, dot(along, incoming)))
     # The branch is known once its bends are small against the angle between both branches.
     margin = 0.2 * math.sqrt(max(0.0, 1.0 - dot(*directions) ** 2))
-    if max(distance(incoming, along), distance(direction, along)) > margin:
+    if max(math.dist(incoming, along), math.dist(direction, along)) > margin:
         return None
     landed = _land_beyond(curve, point, along, gap, margin)
     if landed is None:
         return None
     beyond, sense = landed
-    leaving = _scaled(beyond.tangent, sense)
+    leaving = scaled(beyond.tangent, sense)
     arcs = (
         _straight(frame.x, point, incoming, along),
         _straight(point, beyond.x, along, leaving),
@@ -433,20 +423,20 @@ def _bifurcation_ahead(
     return arcs, Bifurcation(point, True), beyond, sense
 
 
-def _straight(start: Vector, end: Vector, leaving: Vector, arriving: Vector) -> Arc:
-    return Arc(None, 0.0, 0.0, distance(start, end), start, end, leaving, arriving)
+def _straight(start: Vector3, end: Vector3, leaving: Vector3, arriving: Vector3) -> Arc:
+    return Arc(None, 0.0, 0.0, math.dist(start, end), start, end, leaving, arriving)
 
 
 def _land_beyond(
-    curve: Curve, point: Vector, along: Vector, length: float, tolerance: float
+    curve: Curve, point: Vector3, along: Vector3, length: float, tolerance: float
 ) -> tuple[Frame, float] | None:
     """Frame and sense of the branch at ``length`` beyond a bifurcation in direction ``along``."""
     # The plane across the direction: a frame without curvature does as the coordinate system.
     axis = min(
         ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), key=lambda e: abs(dot(e, along))
     )
-    first = _difference(axis, _scaled(along, dot(axis, along)))
-    first = _scaled(first, 1.0 / math.sqrt(dot(first, first)))
+    first = minus(axis, scaled(along, dot(axis, along)))
+    first = scaled(first, 1.0 / math.sqrt(dot(first, first)))
     second = (
         along[1] * first[2] - along[2] * first[1],
         along[2] * first[0] - along[0] * first[2],
@@ -454,12 +444,12 @@ def _land_beyond(
     )
     plane = Frame(point, along, first, second, (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
     corrected = curve.correct(plane, length)
-    if corrected is None or distance(corrected[0], ahead(plane, length)) > tolerance * length:
+    if corrected is None or math.dist(corrected[0], ahead(plane, length)) > tolerance * length:
         return None
     frame = curve.frame(*corrected)
     if frame is None:
         return None
     sense = math.copysign(1.0, dot(frame.tangent, along))
-    if distance(_scaled(frame.tangent, sense), along) > tolerance:
+    if math.dist(scaled(frame.tangent, sense), along) > tolerance:
         return None
     return frame, sense

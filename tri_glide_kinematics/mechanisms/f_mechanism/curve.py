@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import Linkage, Number
+from tri_glide_kinematics.vectors import Vector3, dot
 
-Vector = tuple[float, float, float]
 # Symmetric matrix: entries 00, 11, 22, 01, 02, 12.
 Symmetric = tuple[float, float, float, float, float, float]
 
@@ -37,8 +37,8 @@ class Drive:
         rates: their derivatives by s, the largest of absolute value one.
     """
 
-    start: Vector
-    rates: Vector
+    start: Vector3
+    rates: Vector3
 
     def crank_angles(self, s: Number) -> tuple[Number, Number, Number]:
         """Crank angles of A, B, C at ``s`` [rad], a number or an array."""
@@ -51,8 +51,8 @@ class Gradients(NamedTuple):
 
     gap_b: float
     gap_c: float
-    b: Vector
-    c: Vector
+    b: Vector3
+    c: Vector3
 
 
 class Frame(NamedTuple):
@@ -74,25 +74,15 @@ class Frame(NamedTuple):
         third: bound of the third derivatives everywhere.
     """
 
-    x: Vector
-    tangent: Vector
-    normal_1: Vector
-    normal_2: Vector
+    x: Vector3
+    tangent: Vector3
+    normal_1: Vector3
+    normal_2: Vector3
     curvature: tuple[float, float]
     along: float
     mixed: float
     across: float
     third: float
-
-
-def dot(p: Vector, q: Vector) -> float:
-    """Scalar product."""
-    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
-
-
-def distance(p: Vector, q: Vector) -> float:
-    """Distance of two points."""
-    return math.dist(p, q)
 
 
 class Curve:
@@ -132,7 +122,7 @@ class Curve:
         )
         return bound
 
-    def gradients(self, x: Vector) -> Gradients:
+    def gradients(self, x: Vector3) -> Gradients:
         """Rod equations and their gradients."""
         linkage, drive = self.linkage, self.drive
         alpha, phi, s = x
@@ -152,7 +142,7 @@ class Curve:
             (-(bar_c * v).imag, -(bar_c * zd_c).imag, (bar_c * (rate_c * arm_c - rate)).imag),
         )
 
-    def hessians(self, x: Vector) -> tuple[Symmetric, Symmetric]:
+    def hessians(self, x: Vector3) -> tuple[Symmetric, Symmetric]:
         """Second derivatives of both rod equations."""
         linkage, drive = self.linkage, self.drive
         alpha, phi, s = x
@@ -180,7 +170,7 @@ class Curve:
             ),
         )
 
-    def frame(self, x: Vector, at: Gradients | None = None) -> Frame | None:
+    def frame(self, x: Vector3, at: Gradients | None = None) -> Frame | None:
         """Tangent, normals and bounds at a point of the curve; None where it is singular."""
         at = self.gradients(x) if at is None else at
         b, c = at.b, at.c
@@ -222,7 +212,7 @@ class Curve:
             math.hypot(third_1, third_2),
         )
 
-    def correct(self, frame: Frame, h: float) -> tuple[Vector, Gradients] | None:
+    def correct(self, frame: Frame, h: float) -> tuple[Vector3, Gradients] | None:
         """Point of the curve in the plane at the tangential coordinate ``h`` of ``frame``."""
         (x0, x1, x2), (t0, t1, t2) = frame.x, frame.tangent
         (p0, p1, p2), (q0, q1, q2) = frame.normal_1, frame.normal_2
@@ -262,7 +252,7 @@ def _hessian(v: complex, zd: complex, e: complex, e1: complex, e2: complex) -> S
     )
 
 
-def _times(matrix: Sequence[float], p: Vector) -> Vector:
+def _times(matrix: Sequence[float], p: Vector3) -> Vector3:
     """Symmetric matrix times vector."""
     m00, m11, m22, m01, m02, m12 = matrix
     x, y, z = p

@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.mechanisms.f_mechanism.arcs import Arc
-from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Vector
+from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     direction,
     newton_step,
     pins_at,
     rod_jacobian,
 )
+from tri_glide_kinematics.vectors import Vector3
 
 # Values of the drive at which a followed branch is sampled, and those at which it may close.
 
@@ -120,7 +121,7 @@ def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[Request]) 
     return points
 
 
-def point_on_arc(curve: Curve, arc: Arc, s: float) -> Vector:
+def point_on_arc(curve: Curve, arc: Arc, s: float) -> Vector3:
     """Point of one arc where the drive is ``s``, by bisection along the arc."""
     part = abs(s - arc.start[2]) / max(abs(arc.end[2] - arc.start[2]), 1e-300)
     if arc.frame is None or not 0.0 < part < 1.0:
@@ -189,6 +190,6 @@ def _cubic_points(arcs: Sequence[Arc], which: NDArray[np.int64], s: Array) -> Ar
     return points
 
 
-def same_position(p: Vector, q: Vector, tolerance: float) -> bool:
+def same_position(p: Vector3, q: Vector3, tolerance: float) -> bool:
     """Whether two points differ by whole turns of rod and platform only."""
     return all(abs(math.remainder(a - b, 2.0 * math.pi)) <= tolerance for a, b in zip(p[:2], q[:2]))

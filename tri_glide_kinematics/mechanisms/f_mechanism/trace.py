@@ -19,7 +19,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.arcs import (
     follow,
     leading_sense,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Drive, Vector
+from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Drive
 from tri_glide_kinematics.mechanisms.f_mechanism.positions import FMechanismPose, pose_of
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     CONVERGED,
@@ -42,7 +42,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.sampling import (
     same_position,
     sample_arcs,
 )
-from tri_glide_kinematics.vectors import Point
+from tri_glide_kinematics.vectors import Point, Vector3
 from tri_glide_kinematics.wording import number_text
 
 
@@ -215,7 +215,7 @@ def straight_drive(
     return Drive(linkage.crank_angles(crank_angle), (rates[0], rates[1], rates[2])), length
 
 
-def starting_point(curve: Curve, angle: float, origin: complex) -> Vector:
+def starting_point(curve: Curve, angle: float, origin: complex) -> Vector3:
     """Point of the curve at s = 0 from the platform's ``angle`` [rad] and its ``origin`` [m].
 
     Where the mechanism is closed already to rounding, as with each pose that was solved for,
@@ -264,7 +264,7 @@ class TraceOptions:
 class _Recorder:
     """Collects what a walk along the curve passes."""
 
-    def __init__(self, curve: Curve, start: Vector, options: TraceOptions) -> None:
+    def __init__(self, curve: Curve, start: Vector3, options: TraceOptions) -> None:
         self.curve = curve
         self.start = start
         self.options = options
@@ -272,13 +272,13 @@ class _Recorder:
         self.requests: list[Request] = []
         # The start is a sample of its own, before all requests.
         self.samples = 1
-        self.events: list[tuple[EventKind, Vector, int]] = []
+        self.events: list[tuple[EventKind, Vector3, int]] = []
         self.rising = True
 
-    def event(self, kind: EventKind, x: Vector) -> None:
+    def event(self, kind: EventKind, x: Vector3) -> None:
         self.events.append((kind, x, self.samples))
 
-    def turning(self, x: Vector) -> bool:
+    def turning(self, x: Vector3) -> bool:
         """Take a turning point; return whether the trace ends there."""
         period = self.options.period
         drift = x[2] if math.isinf(period) else math.remainder(x[2], period)
@@ -308,7 +308,7 @@ class _Recorder:
             self.event(EventKind.END, point_on_arc(self.curve, arc, limit))
         return bool(closing) or ends
 
-    def _closing(self, arc: Arc, stop: float) -> Vector | None:
+    def _closing(self, arc: Arc, stop: float) -> Vector3 | None:
         """The point at which the arc comes back to the start, in the same direction."""
         low = arc.start[2]
         if (stop > low) != self.rising or stop == low:
@@ -321,7 +321,7 @@ class _Recorder:
         return None
 
 
-def trace_branch(curve: Curve, start: Vector, options: TraceOptions) -> FMechanismTrace:
+def trace_branch(curve: Curve, start: Vector3, options: TraceOptions) -> FMechanismTrace:
     """Follow the branch through ``start`` (at s = 0) with rising s, and sample it."""
     recorder = _Recorder(curve, start, options)
     first = curve.frame(start)
@@ -394,7 +394,7 @@ def _setting(curve: Curve, s: Number) -> tuple[Number, Number, Number]:
     return a, b - speeds[1] * a, c - speeds[2] * a
 
 
-def _event(curve: Curve, kind: EventKind, x: Vector, index: int) -> FMechanismEvent:
+def _event(curve: Curve, kind: EventKind, x: Vector3, index: int) -> FMechanismEvent:
     crank, phase_b, phase_c = _setting(curve, x[2])
     pins = pins_at(curve.linkage, curve.drive.crank_angles(x[2]))
     v, z = cmath.rect(curve.linkage.rods[0], x[0]), direction(x[1])
