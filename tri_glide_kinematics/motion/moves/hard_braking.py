@@ -22,8 +22,8 @@ from tri_glide_kinematics.motion.trajectory import (
 )
 from tri_glide_kinematics.vectors import FloatArray
 
-# First, second and third derivative of the three heights, each of the shape (3, n), at n places.
-Derivatives = Callable[[FloatArray], Sequence[FloatArray]]
+# First, second and third derivative of the three heights at n places. Shape (3, 3, n).
+Derivatives = Callable[[FloatArray], FloatArray]
 
 # Parts of the limits of acceleration and jerk that are used: the rest is for what lies between the
 # ends of the steps.
@@ -86,7 +86,7 @@ def hardest_braking(
         raise PlanningError("the platform hardly moves")
     accelerations = [ACCELERATION_PART * fraction * most for most in limits.acceleration]
     jerks = [JERK_PART * fraction * most for most in limits.jerk]
-    slopes, bends, _ = np.array(derivatives(np.array([place])))[..., 0].tolist()
+    slopes, bends, _ = derivatives(np.array([place]))[..., 0].tolist()
     needed = JERK_PART
     for slope, bend, velocity, most in zip(slopes, bends, limits.velocity, limits.jerk):
         rate = slope * acceleration + bend * speed * speed
@@ -131,7 +131,7 @@ class _Curve:
         if not length > 0.0:
             raise PlanningError("there is no way to brake on")
         with np.errstate(invalid="ignore"):
-            table = np.array(derivatives(np.linspace(start, start + length, LOOKED_AT)))
+            table = derivatives(np.linspace(start, start + length, LOOKED_AT))
         rows = table.transpose(2, 0, 1).reshape(LOOKED_AT, 9)
         within = np.isfinite(rows).all(axis=1)
         count = LOOKED_AT if within.all() else int(within.argmin())

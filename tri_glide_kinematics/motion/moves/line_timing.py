@@ -185,7 +185,7 @@ class LineTiming:
         line, speed, acceleration, blend = entry
         scaling = TimeScaling(
             *hardest_braking(
-                lambda ways: tuple(line.derivatives(ways).heights[1:]),
+                lambda ways: line.derivatives(ways).heights[1:],
                 (0.0, speed, acceleration),
                 limits,
                 fraction=fraction,

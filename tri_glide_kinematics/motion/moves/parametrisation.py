@@ -165,9 +165,9 @@ def parametrise(
         PlanningError: if the weight changes too much between two places to be interpolated.
     """
     ways = line.length * PLACES
-    _, first, second, third = line.derivatives(ways).heights
+    derivatives = line.derivatives(ways).heights[1:]
     bounds = limits.table[..., np.newaxis]
-    velocity, acceleration, jerk = np.abs(np.array((first, second, third)) / bounds)
+    velocity, acceleration, jerk = np.abs(derivatives / bounds)
     squared = velocity * velocity
     powers = np.array(
         (squared * squared * squared, acceleration * acceleration * acceleration, jerk * jerk)
@@ -183,7 +183,7 @@ def parametrise(
     if not (coordinates[1:] > coordinates[:-1]).all():
         raise PlanningError("the line comes too close to where an arm lies flat")
     # Height per way over each limit, of the slider for which it is largest.
-    rates, accelerations, jerks = weights / np.abs(first / bounds).max(axis=1)
+    rates, accelerations, jerks = weights / np.abs(derivatives[0] / bounds).max(axis=1)
     return PathParametrisation(
         ways,
         coordinates,

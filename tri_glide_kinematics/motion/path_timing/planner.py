@@ -54,7 +54,7 @@ def brake_hard(
     """
     scaling = TimeScaling(
         *hardest_braking(
-            lambda ways: tuple(curve.derivatives(ways).heights[1:]),
+            lambda ways: curve.derivatives(ways).heights[1:],
             start,
             limits,
             until=_next_stop(curve, start.place),

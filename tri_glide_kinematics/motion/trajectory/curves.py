@@ -228,8 +228,9 @@ class StraightLine:
 
     def derivatives(self, ways: FloatArray) -> HeightDerivatives:
         """Return heights and their derivatives at ``ways``, shape (n,) [m]."""
-        rise, *derivatives = self._derivatives(ways)
-        table = np.array((self._heights(ways, rise), *derivatives))
+        table = np.empty((4, 3, len(ways)))
+        rise = self._derivatives(ways, table[1:])
+        table[0] = self._heights(ways, rise)
         return HeightDerivatives(table, np.ones(len(ways)))
 
     def state(self, way: float, speed: float, acceleration: float) -> SliderState:
@@ -267,7 +268,8 @@ class StraightLine:
         Args:
             ways: where parts begin, and then where they end. Shape (2 m,) [m].
         """
-        rise, *at_ends = self._derivatives(ways)
+        at_ends = np.empty((3, 3, len(ways)))
+        rise = self._derivatives(ways, at_ends)
         count = len(ways) // 2
         steepest = np.abs(at_ends[0] - self.slope).reshape(3, 2, count).max(axis=1)
         flatness = 1.0 / rise.reshape(3, 2, count).min(axis=1)
@@ -275,7 +277,7 @@ class StraightLine:
         g2 = (steepest * steepest - self.curvature) * flatness
         g4 = g2 * g2 * flatness
         by_way = (steepest + abs(self.slope), g2, 3.0 * ratio * g2, 15.0 * g4, 105.0 * ratio * g4)
-        return CurveParts(np.array(at_ends), np.array(by_way), None)
+        return CurveParts(at_ends, np.array(by_way), None)
 
     def place_series(self, ways: FloatArray, half: FloatArray) -> Series:
         """Return Taylor series of the platform's position over the way."""
@@ -286,15 +288,23 @@ class StraightLine:
     def _heights(self, ways: FloatArray, rise: FloatArray) -> FloatArray:
         return np.asarray(self.start[2] + self.slope * ways + rise)
 
-    def _derivatives(
-        self, ways: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return rise R, and three derivatives of the heights at ``ways``. Each (3, n)."""
+    def _derivatives(self, ways: FloatArray, table: FloatArray) -> FloatArray:
+        """Put three derivatives of the heights at ``ways`` into a table; return the rises R.
+
+        Args:
+            ways: Shape (n,) [m].
+            table: is filled. Shape (3, 3, n).
+
+        Returns:
+            Shape (3, n) [m].
+        """
+        first, second, third = table
         x, rise = self._rise(ways)
-        first = x / rise
-        second = (self.curvature - first * first) / rise
-        third = -3.0 * first * second / rise
-        return rise, first + self.slope, second, third
+        np.divide(x, rise, out=first)
+        np.divide(self.curvature - first * first, rise, out=second)
+        np.divide(-3.0 * first * second, rise, out=third)
+        first += self.slope
+        return rise
 
     def _rise(self, ways: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return x and R of the module's formulas. Each of the shape (3, n)."""
