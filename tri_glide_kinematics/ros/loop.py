@@ -372,8 +372,9 @@ class OtherTurns(SingleThreadedExecutor):
         self._node = node
         self._urgent = frozenset(urgent)
         self._attentive_until = 0.0
-        # Of one look of the executor there may be callbacks left, or tasks of its own.
+        # Of the last look of the executor there may be callbacks left; and it may have tasks.
         self._has_more = False
+        self._has_tasks = False
         self._look: ReadyLook | None = None
         super().__init__(context=node.context)
         self.add_node(node)
@@ -389,7 +390,7 @@ class OtherTurns(SingleThreadedExecutor):
 
     def create_task(self, *arguments: Any, **named: Any) -> Any:
         """Run a callback in one of the next turns."""
-        self._has_more = True
+        self._has_tasks = True
         return super().create_task(*arguments, **named)
 
     def give(self) -> None:
@@ -398,7 +399,7 @@ class OtherTurns(SingleThreadedExecutor):
         Raises:
             Exception: what the callback raises.
         """
-        ready = self._next_ready() if self._has_more or self._is_any_ready() else None
+        ready = self._next_ready()
         self._has_more = ready is not None
         now = monotonic()
         if ready is not None and not isinstance(ready[1], Timer):
@@ -408,6 +409,7 @@ class OtherTurns(SingleThreadedExecutor):
         if ready is not None:
             handler, _ = ready
             handler()
+            self._has_tasks |= not handler.done()
             # Raises what the callback has raised.
             handler.result()
 
@@ -417,15 +419,23 @@ class OtherTurns(SingleThreadedExecutor):
         return self._look.is_any_ready()
 
     def _next_ready(self) -> tuple[Any, Any] | None:
-        """Return a callback that is ready and what it belongs to, None if there is none."""
-        # After the last callback of one look, the executor ends that look with a timeout, too.
-        for _ in range(2 if self._has_more else 1):
-            try:
-                ready: Any = self.wait_for_ready_callbacks(timeout_sec=0.0)
-                return ready[:2]
-            except (TimeoutException, ShutdownException):
-                pass
-        return None
+        """Return a callback that is ready and what it belongs to, None if there is none.
+
+        The executor looks anew only if it would find something, as that takes 0.2 ms.
+        """
+        ready = self._taken() if self._has_more else None
+        if ready is None and (self._has_tasks or self._is_any_ready()):
+            self._has_tasks = False
+            ready = self._taken()
+        return ready
+
+    def _taken(self) -> tuple[Any, Any] | None:
+        """Return what the executor has: the next of the last look; behind the last one, None."""
+        try:
+            ready: Any = self.wait_for_ready_callbacks(timeout_sec=0.0)
+            return ready[:2]
+        except (TimeoutException, ShutdownException):
+            return None
 
 
 # A piece is taken to last as long as the longest before it, which counts for this much less after
