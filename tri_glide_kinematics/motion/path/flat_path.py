@@ -110,25 +110,26 @@ class FlatPath:
         if codes.max() >= len(SIZES):
             index = int((codes >= len(SIZES)).argmax())
             raise SegmentError(index, f"has kind {codes[index]}, at most {len(SIZES) - 1}")
-        ends = np.cumsum(SIZES[codes])
+        offsets = np.zeros(count + 1, dtype=np.int64)
+        np.cumsum(SIZES[codes], out=offsets[1:])
         values = np.asarray(numbers, dtype=np.float64)
-        if len(values) != ends[-1]:
-            shape = f"({ends[-1]},) for the kinds of {count} segments"
+        if len(values) != offsets[-1]:
+            shape = f"({offsets[-1]},) for the kinds of {count} segments"
             raise WrongShapeError("numbers", values.shape, shape)
-        offsets = np.concatenate(([0], ends[:-1]))
         _check_numbers(codes, values, offsets)
-        all_speeds = _of_each("speeds", speeds, count, 0.0, LARGEST_SPEED, "m/s")
-        slow = (all_speeds > 0.0) & (all_speeds < LEAST_SPEED)
+        given_speeds = _checked("speeds", speeds, count, LARGEST_SPEED, "m/s")
+        slow = (given_speeds > 0.0) & (given_speeds < LEAST_SPEED)
         if slow.any():
             index = int(slow.argmax())
             bound = f"0, or at least {LEAST_SPEED:g}"
-            raise OutOfBoundsError(f"speeds[{index}]", float(all_speeds[index]), bound, "m/s")
+            raise OutOfBoundsError(f"speeds[{index}]", float(given_speeds[index]), bound, "m/s")
+        given_tolerances = _checked("tolerances", tolerances, count, LARGEST_PLACE, "m")
         return cls(
             codes,
             values,
-            offsets,
-            _of_each("tolerances", tolerances, count, default_tolerance, LARGEST_PLACE, "m"),
-            np.where(all_speeds > 0.0, all_speeds, math.inf),
+            offsets[:-1],
+            _of_each(given_tolerances, count, default_tolerance),
+            _of_each(np.where(given_speeds > 0.0, given_speeds, math.inf), count, math.inf),
         )
 
     def __len__(self) -> int:
@@ -255,24 +256,36 @@ def _lines_through(start: Vector3, points: FloatArray, tolerance: float) -> Iter
 def _check_numbers(
     kinds: NDArray[np.uint8], numbers: FloatArray, offsets: NDArray[np.int64]
 ) -> None:
-    """Check that all numbers are finite and not too large."""
-    largest = np.full(len(numbers), LARGEST_PLACE)
-    largest[offsets[kinds == SegmentKind.ARC_ABOUT] + PLACE_OF_ANGLE] = LARGEST_ANGLE
-    bad = ~(np.abs(numbers) <= largest)
-    if bad.any():
-        index = int(bad.argmax())
-        segment = int(np.searchsorted(offsets, index, side="right"))
-        name = f"number {index - int(offsets[segment - 1]) + 1} of segment {segment}"
-        value = float(numbers[index])
-        if not math.isfinite(value):
-            raise NotFiniteError(name, value)
-        raise OutOfBoundsError(name, value, f"at most {largest[index]:g} in absolute value")
+    """Check that all numbers are finite and not too large.
+
+    It goes from block to block, as fresh memory for a million segments takes longer than the check.
+
+    Args:
+        kinds: Shape (n,).
+        numbers: of all segments.
+        offsets: of the first number of each segment, and of the end. Shape (n + 1,).
+    """
+    for some in blocks(len(kinds)):
+        firsts = offsets[some]
+        begin, end = int(firsts[0]), int(offsets[some.stop])
+        part = numbers[begin:end]
+        largest = np.full(len(part), LARGEST_PLACE)
+        angles = firsts[kinds[some] == SegmentKind.ARC_ABOUT] + PLACE_OF_ANGLE
+        largest[angles - begin] = LARGEST_ANGLE
+        bad = ~(np.abs(part) <= largest)
+        if bad.any():
+            index = int(bad.argmax())
+            segment = int(np.searchsorted(offsets, begin + index, side="right"))
+            place = begin + index - int(offsets[segment - 1])
+            name = f"number {place + 1} of segment {segment}"
+            value = float(part[index])
+            if not math.isfinite(value):
+                raise NotFiniteError(name, value)
+            raise OutOfBoundsError(name, value, f"at most {largest[index]:g} in absolute value")
 
 
-def _of_each(
-    name: str, values: ArrayLike, count: int, default: float, largest: float, unit: str
-) -> FloatArray:
-    """Return one number for each segment; none, or one, given stands for all."""
+def _checked(name: str, values: ArrayLike, count: int, largest: float, unit: str) -> FloatArray:
+    """Return a number for each of ``count`` segments, one for all of them, or none."""
     given = finite_array(name, values, (None,))
     if len(given) not in (0, 1, count):
         raise WrongShapeError(name, given.shape, f"({count},), (1,) or (0,)")
@@ -281,9 +294,14 @@ def _of_each(
         index = int(bad.argmax())
         bound = f"at least 0 and at most {largest:g}"
         raise OutOfBoundsError(f"{name}[{index}]", float(given[index]), bound, unit)
+    return given
+
+
+def _of_each(given: FloatArray, count: int, default: float) -> FloatArray:
+    """Return one number for each segment; one for all of them takes no memory."""
     if len(given) == count:
         return given.copy()
-    return np.full(count, float(given[0]) if len(given) else default)
+    return np.broadcast_to(given[0] if len(given) else default, count)
 
 
 def _vector(values: FloatArray | Sequence[float]) -> Vector3:
