@@ -193,8 +193,11 @@ def check_along(
 def blocks(curve: Curve, scaling: TimeScaling) -> Iterator[TimeScaling]:
     """Yield the pieces of a time scaling in blocks, of each of which bounds are found soon."""
     count = len(scaling.times) - 1
-    first, last = np.searchsorted(curve.breaks, scaling.ways[[0, -1]])
+    first, last = curve.breaks.searchsorted((scaling.ways[0], scaling.ways[-1]))
     size = max(_BLOCK * count // (count + int(last - first)), 1)
+    if size >= count:
+        yield scaling
+        return
     for begin in range(0, count, size):
         yield TimeScaling(*(values[begin : begin + size + 1] for values in scaling))
 
@@ -213,7 +216,7 @@ class SmoothParts(NamedTuple):
         accelerations: likewise [m/s^2].
         jerks: likewise [m/s^3].
         orders: largest absolute derivatives of the way by time in each piece, from first to fifth.
-            Shape (5, m).
+            Each of the shape (m,).
         backwards: largest speed against the direction of the curve [m/s].
     """
 
@@ -224,7 +227,7 @@ class SmoothParts(NamedTuple):
     speeds: FloatArray
     accelerations: FloatArray
     jerks: FloatArray
-    orders: FloatArray
+    orders: tuple[FloatArray, ...]
     backwards: float
 
 
@@ -237,14 +240,12 @@ def smooth_parts(curve: Curve, scaling: TimeScaling) -> SmoothParts:
     points = quintics.derivative_control_points(dt, ways, speeds, accelerations)
     speed_points = points[:5] / dt
     largest = np.abs(points)
-    orders = np.array(
-        (
-            np.abs(speed_points).max(axis=0),
-            largest[5:9].max(axis=0) / square,
-            largest[9:12].max(axis=0) / cube,
-            largest[12:14].max(axis=0) / (square * square),
-            largest[14] / (square * cube),
-        )
+    orders = (
+        np.abs(speed_points).max(axis=0),
+        largest[5:9].max(axis=0) / square,
+        largest[9:12].max(axis=0) / cube,
+        largest[12:14].max(axis=0) / (square * square),
+        largest[14] / (square * cube),
     )
     backwards = -min(float(speed_points.min()), 0.0)
     if not len(curve.breaks):
@@ -267,7 +268,7 @@ def smooth_parts(curve: Curve, scaling: TimeScaling) -> SmoothParts:
         speeds,
         accelerations,
         6.0 * both[3] + inside * (24.0 * both[4] + inside * 60.0 * both[5]),
-        orders[:, piece],
+        tuple(order[piece] for order in orders),
         backwards,
     )
 
@@ -354,7 +355,8 @@ def bounds_of(parts: SmoothParts, seen: CurveParts, blend: CubicPlan | None = No
     if blend is not None:
         _add_blend(blend, parts.times, ends)
     magnitudes = np.abs(ends)
-    velocity, acceleration, jerk = magnitudes.max(axis=2)
+    # Of velocities, accelerations and jerks.
+    largest = magnitudes.max(axis=2)
     weaker = magnitudes[1].min(axis=1)
     turning = ends[1, :, 0] * ends[1, :, 1] < 0.0
     d1, d2, d3, d4, d5 = parts.orders
@@ -372,22 +374,21 @@ def bounds_of(parts: SmoothParts, seen: CurveParts, blend: CubicPlan | None = No
     eighth = 0.125 * dt * dt
     of_jerk = fifth * eighth
     of_acceleration = (0.125 * change + of_jerk) * dt
-    result = np.empty((10, count))
-    result[:3] = velocity + (of_acceleration + 0.25 * weaker * turning) * dt
-    result[3:6] = acceleration + of_acceleration
-    result[6:9] = jerk + of_jerk
-    result[9] = 0.0
+    largest[0] += (of_acceleration + 0.25 * weaker * turning) * dt
+    largest[1] += of_acceleration
+    largest[2] += of_jerk
+    platform = np.zeros(count)
     if seen.platform is not None:
         rates, (p1, p2, p3), speed_limits = seen.platform
         # Its velocity leaves the straight line between its values by its jerk alone.
         of_speed = (p1 * d3 + 3.0 * p2 * d1 * d2 + p3 * d11 * d1) * eighth
         fastest = np.abs(rates * speeds).reshape(2, count).max(axis=0) + of_speed
-        result[9] = fastest / speed_limits
-    largest = result
+        platform = fastest / speed_limits
     if parts.piece[-1] + 1 < count:
         firsts = np.flatnonzero(np.diff(parts.piece, prepend=-1))
-        largest = np.maximum.reduceat(result, firsts, axis=1)
-    return Bounds(largest[:3], largest[3:6], largest[6:9], largest[9], parts.backwards)
+        largest = np.maximum.reduceat(largest, firsts, axis=2)
+        platform = np.maximum.reduceat(platform, firsts)
+    return Bounds(largest[0], largest[1], largest[2], platform, parts.backwards)
 
 
 def _add_blend(blend: CubicPlan, times: FloatArray, ends: FloatArray) -> None:

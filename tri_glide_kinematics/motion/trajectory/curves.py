@@ -72,12 +72,12 @@ class CurveParts(NamedTuple):
         at_ends: first, second and third derivative of the slider heights by s, where parts begin
             and then where they end. Shape (3, 3, 2 m).
         by_way: upper bounds in each part of the absolute derivatives of the slider heights by s,
-            from first to fifth. Shape (5, 3, m).
+            from first to fifth. Each of the shape (3, m).
         platform: its speed; None if the curve asks for none.
     """
 
     at_ends: FloatArray
-    by_way: FloatArray
+    by_way: FloatArray | tuple[FloatArray, ...]
     platform: PlatformParts | None
 
 
@@ -277,7 +277,7 @@ class StraightLine:
         g2 = (steepest * steepest - self.curvature) * flatness
         g4 = g2 * g2 * flatness
         by_way = (steepest + abs(self.slope), g2, 3.0 * ratio * g2, 15.0 * g4, 105.0 * ratio * g4)
-        return CurveParts(at_ends, np.array(by_way), None)
+        return CurveParts(at_ends, by_way, None)
 
     def place_series(self, ways: FloatArray, half: FloatArray) -> Series:
         """Return Taylor series of the platform's position over the way."""
@@ -418,10 +418,10 @@ class PathHeights:
         middles = 0.5 * (begins + ends)
         pieces = self.driven.spans_of(middles)
         table = self.driven.derivatives_on(np.concatenate((pieces, pieces)), ways, 5)
-        (_, *at_ends), rates = self.seen_from_sliders(table)
+        heights, rates = self.seen_from_sliders(table)
         by_way, place = self._largest_by_way(table, ends - begins)
         platform = PlatformParts(rates, place, self.speed_limits(middles))
-        return CurveParts(np.array(at_ends), by_way, platform)
+        return CurveParts(heights[1:], by_way, platform)
 
     def place_series(self, ways: FloatArray, half: FloatArray) -> Series:
         """Return Taylor series of the platform's position over the way."""
