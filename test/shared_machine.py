@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -34,7 +34,6 @@ def shared_machine(
     folders: pytest.TempPathFactory,
     name: str,
     parameters: Mapping[str, Any] | None = None,
-    others: Iterable[str] = (),
 ) -> Iterator[Machine]:
     """Start a machine in a namespace that begins with ``name``; ``forget`` makes it as good as new.
 
@@ -43,9 +42,6 @@ def shared_machine(
         folders: for its logs.
         name: of the tests.
         parameters: of ik_node.
-        others: nodes that run beside it.
     """
     with shared_nodes(context, folders, name) as (client, launcher):
-        for other in others:
-            launcher.start(other)
         yield Machine(client, launcher).start(dict(parameters or {}))

@@ -9,6 +9,7 @@ from typing import Any
 from action_msgs.srv import CancelGoal
 from geometry_msgs.msg import PoseStamped
 from rclpy.action import ActionClient
+from rclpy.qos import QoSProfile, qos_profile_services_default
 
 from testing.client import Probe
 from tri_glide_interfaces.action import FollowPath, MoveTo
@@ -88,11 +89,19 @@ class SentGoal:
 class GoalClient:
     """A client of the actions of ik_node."""
 
-    def __init__(self, client: Probe) -> None:
-        """Be a part of the node of ``client``."""
+    def __init__(self, client: Probe, answers: QoSProfile = qos_profile_services_default) -> None:
+        """Be a part of the node of ``client``, and keep as many ``answers`` until it looks."""
         self._client = client
-        self._move_to = ActionClient(client.node, MoveTo, "ik_node/move_to")
-        self._follow_path = ActionClient(client.node, FollowPath, "ik_node/follow_path")
+        self._move_to, self._follow_path = (
+            ActionClient(
+                client.node,
+                kind,
+                name,
+                goal_service_qos_profile=answers,
+                result_service_qos_profile=answers,
+            )
+            for kind, name in ((MoveTo, "ik_node/move_to"), (FollowPath, "ik_node/follow_path"))
+        )
 
     def wait_for_server(self) -> None:
         """Wait until the server is there."""

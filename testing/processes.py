@@ -61,6 +61,15 @@ class RunningNode:
         """Whether it has not ended."""
         return self.process.poll() is None
 
+    @contextmanager
+    def standing_still(self) -> Iterator[None]:
+        """Let the process do nothing meanwhile; what is sent to it waits."""
+        self.process.send_signal(signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            self.process.send_signal(signal.SIGCONT)
+
     def signal(self, number: int) -> int:
         """Send a signal and return the exit code."""
         self.process.send_signal(number)
