@@ -40,6 +40,7 @@ from tri_glide_kinematics.ros.starting import COMPUTER, choose_transport
 TARGETS = ((0.08, 0.03, 0.35), (-0.06, 0.05, 0.22), (0.0, 0.0, 0.25))
 ALL_NODES = ("simulator_node", "ik_node", "fk_node", "mechanism_node")
 ALLOWED_GROWTH = 1.0  # MB, after the first minute
+FLOOD_RATE = 10_000.0  # targets a second
 MEGABYTE = 1024.0 * 1024.0
 
 
@@ -80,7 +81,7 @@ def rough_treatment(context: Context, minutes: float) -> None:
                 hostility(machine, duration)
             elif name == "flood":
                 for kind in ("pose", "twist", "state"):
-                    flood(machine, 10_000.0, duration / 3.0, kind)
+                    flood(machine, FLOOD_RATE, round(FLOOD_RATE * duration / 3.0), kind)
             else:
                 say(f"{parameter_storm(machine, duration)} sets of parameters")
             assert machine.ik.is_running
