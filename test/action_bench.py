@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from testing.client import Client
+from testing.client import DEEP_QUEUE, Client
 from testing.goals import GoalClient
 from testing.machine import Machine
 from tri_glide_kinematics.motion.engine import GoalCode
@@ -18,7 +18,8 @@ class ActionBench:
     def __init__(self, context, launcher, namespace):
         self.client = Client(context, namespace)
         self.machine = Machine(self.client, launcher)
-        self.goals = GoalClient(self.client)
+        # A busy computer may answer many goals before this client looks.
+        self.goals = GoalClient(self.client, DEEP_QUEUE)
 
     def start(self, parameters=SLOW):
         self.machine.start(parameters)
