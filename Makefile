@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo panel calibration-demo test test-no-nodes test-jazzy test-processors lint soak bench clean
+.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-processors lint soak bench clean
 
 IN_ENV := source ./env.sh &&
 
@@ -17,6 +17,9 @@ demo: env ## drive a simulated tri-glide through real nodes; writes out/demo.png
 
 calibration-demo: env ## probe, measure and calibrate a simulated machine that is wrong; writes out/calibration_demo.png
 	@$(IN_ENV) exec install/tri_glide_kinematics/lib/tri_glide_kinematics/calibration_demo --output out
+
+calm-demo: env ## drive a simulated machine that swings, without a shaper and with one; writes out/calm_demo.png
+	@$(IN_ENV) exec install/tri_glide_kinematics/lib/tri_glide_kinematics/calm_demo --output out
 
 panel: env ## a simulated tri-glide, and the page in the browser that shows and drives it; Ctrl-C ends it
 	@$(IN_ENV) mkdir -p out && exec install/tri_glide_kinematics/lib/tri_glide_kinematics/panel --points out/taught_points.yaml

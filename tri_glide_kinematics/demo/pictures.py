@@ -17,6 +17,7 @@ from tri_glide_kinematics.vectors import FloatArray
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.demo.calibration_demo import Verdict
+    from tri_glide_kinematics.demo.calm_demo import Swing
     from tri_glide_kinematics.demo.client import Leg, MachineSettings
 
 TARGET_STYLE = {"marker": "o", "color": "tab:red", "markersize": 4}
@@ -141,3 +142,39 @@ def _draw_bars(axes: Axes, verdict: Verdict, axis: int, letter: str) -> None:
     axes.set_title(f"largest error in {letter}")
     if axis == 0:
         axes.legend(fontsize=8)
+
+
+# Below, a distance is drawn as this [m].
+FINEST = 1e-7
+
+
+def swing_figure(swings: Sequence[Swing], close: float) -> Figure:
+    """Return a page with how the platform came to rest, and what counts as there [m]."""
+    motions = list(dict.fromkeys(swing.motion for swing in swings))
+    figure = Figure(figsize=(13.0, 5.0), layout="constrained")
+    shared: Axes | None = None
+    for number, motion in enumerate(motions, start=1):
+        axes = figure.add_subplot(1, len(motions), number, sharey=shared)
+        shared = shared or axes
+        for swing in swings:
+            if swing.motion == motion:
+                heights = 1e3 * np.maximum(swing.distances, FINEST)
+                (line,) = axes.plot(swing.times, heights, label=f"shaper {swing.shaper}")
+                axes.axvline(swing.arrival, color=line.get_color(), linestyle=":")
+        axes.axhline(1e3 * close, color="gray", linestyle="--")
+        axes.set_yscale("log")
+        axes.set(title=motion, xlabel="time [s]")
+        axes.grid(alpha=0.3)
+    if shared is not None:
+        shared.set_ylabel("distance from where it comes to rest [mm]")
+        shared.legend()
+    figure.suptitle("Swing of the platform (dotted: its setpoints have come to rest)")
+    return figure
+
+
+def save_swings(folder: Path, swings: Sequence[Swing], close: float) -> Path:
+    """Save the page, and return the path of the picture; its ``folder`` is made if needed."""
+    folder.mkdir(parents=True, exist_ok=True)
+    picture = folder / "calm_demo.png"
+    save_figure(swing_figure(swings, close), picture, 110)
+    return picture

@@ -1,0 +1,30 @@
+"""The demonstration of shapers as a user starts it: a shaper calms each motion."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.ros.starting import executable
+
+TIMEOUT = 280.0  # s, for what takes 40 s on a computer that does nothing else
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    "shaper" not in {entry.name for entry in IK_NODE}, reason="ik_node has no shaper yet"
+)
+def test_a_shaper_calms_each_motion(ros_domain: int, tmp_path: Path) -> None:
+    demo = subprocess.run(
+        [str(executable("calm_demo")), "--output", str(tmp_path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=TIMEOUT,
+    )
+    assert demo.returncode == 0, demo.stdout
+    assert "calm, and sooner there" in demo.stdout
+    assert (tmp_path / "calm_demo.png").read_bytes().startswith(b"\x89PNG")

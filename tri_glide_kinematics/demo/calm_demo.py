@@ -1,0 +1,357 @@
+"""The command ``calm_demo``: a simulated machine swings, without a shaper and with one.
+
+A move, a path and a stop are driven twice. The true place of the platform, which no real machine
+knows, tells how much it swings after its setpoints have come to rest, and for how long.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.time import Time
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+
+from tri_glide_interfaces.msg import MachineState
+from tri_glide_kinematics.demo.client import DEEP_QUEUE, MACHINE, START_TIMEOUT, DemoError
+from tri_glide_kinematics.demo.command import PATIENCE, ros_that_ctrl_c_ends, run_command, say
+from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
+from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
+from tri_glide_kinematics.ros.outputs import LATCHED
+from tri_glide_kinematics.ros.starting import NodeProcesses, default_parameter_file
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+FREQUENCY, DAMPING = 15.0, 0.03  # Hz, of the mode along each axis
+PERIOD = 0.002  # s, of the setpoints
+UNSHAPED = "none"
+SHAPERS = (UNSHAPED, "ei")
+
+# A short move, of which an unshaped mode keeps much; and a long one, which is stopped.
+NEAR = (-0.02, 0.0, 0.25), (0.02, 0.0, 0.25)
+FAR = (-0.15, 0.0, 0.25), (0.15, 0.0, 0.25)
+# Corners that are rounded, and an arc.
+PATH = FlatPath.of(
+    [SegmentKind.LINE, SegmentKind.LINE, SegmentKind.ARC_THROUGH, SegmentKind.LINE],
+    [
+        *(-0.02, 0.0, 0.25),
+        *(-0.02, 0.06, 0.25),
+        *(0.02, 0.10, 0.25, 0.06, 0.06, 0.25),
+        *(0.06, 0.0, 0.25),
+    ],
+    [0.004],
+    [0.4],
+    0.0,
+)
+# Along x: the way far away is stopped as soon as its setpoints are there [m].
+STOP_AT = -0.065
+
+CLOSE = 50e-6  # m from where it comes to rest: what counts as there
+# All that is left of a swing when the next motion may begin, and what counts as moved [m].
+FADED, MOVED = 1e-6, 3e-6
+FADED_POSES = 100  # a period of the slowest mode there is, and more
+# A shaper has to leave less than this part of a swing, unless that is within ``CLOSE`` anyway.
+PART_LEFT = 0.1
+
+MOVE_TIMEOUT = 30.0  # s
+NAP = 0.05  # s
+GOAL_PERIOD = 0.01  # s between two looks at what is not recorded
+
+
+@dataclass(frozen=True, eq=False)
+class Swing:
+    """How a platform came to rest.
+
+    The time is that of the setpoints, so a busy computer changes nothing.
+
+    Attributes:
+        motion: in a word.
+        shaper: that was set.
+        times: from the begin of the motion, or from the stop on. Shape (n,) [s].
+        distances: of the platform from where it comes to rest. Shape (n,) [m].
+        arrival: when the setpoints came to rest [s].
+    """
+
+    motion: str
+    shaper: str
+    times: FloatArray
+    distances: FloatArray
+    arrival: float
+
+    @property
+    def left(self) -> float:
+        """Largest distance after the arrival [m]."""
+        return float(self.distances[self.times >= self.arrival].max(initial=0.0))
+
+    @property
+    def settled(self) -> float:
+        """Time from which on the platform is close for good [s]."""
+        away = np.flatnonzero(self.distances > CLOSE)
+        return float(self.times[min(away[-1] + 1, len(self.times) - 1)]) if len(away) else 0.0
+
+    @classmethod
+    def of(
+        cls, motion: str, shaper: str, setpoints: FloatArray, places: FloatArray, since: int = 0
+    ) -> Swing:
+        """Return how the platform came to rest.
+
+        Args:
+            motion: in a word.
+            shaper: that was set.
+            setpoints: of the platform, from rest to rest, each period. Shape (m, 3) [m].
+            places: of the platform, from rest to rest, each period. Shape (n, 3) [m].
+            since: setpoint from which on the time counts, if that is later than the first one that
+                moves.
+
+        Raises:
+            DemoError: if nothing moved.
+        """
+        commanded, true = (_moved(rows) for rows in (setpoints, places))
+        begin = max(since, commanded[0])
+        # The platform began to move with the setpoints: so the two are matched.
+        first = true[0] + begin - commanded[0]
+        rest = places[-FADED_POSES:].mean(axis=0)
+        distances: FloatArray = np.linalg.norm(places[first:] - rest, axis=1)
+        times: FloatArray = PERIOD * np.arange(len(distances), dtype=np.float64)
+        arrival = np.flatnonzero(np.any(np.diff(setpoints, axis=0) != 0.0, axis=1))[-1] + 1
+        return cls(motion, shaper, times, distances, PERIOD * float(arrival - begin))
+
+
+def _moved(places: FloatArray) -> list[int]:
+    """Return the indices of the places, shape (n, 3) [m], that are away from the first one."""
+    away = np.linalg.norm(places - places[0], axis=1) > MOVED
+    if not away.any():
+        raise DemoError("the machine did not move")
+    return [int(index) for index in np.flatnonzero(away)]
+
+
+class CalmClient(Node):
+    """Commands motions, and records setpoints and where the platform truly is."""
+
+    def __init__(self, namespace: str) -> None:
+        """Join the machine in ``namespace``."""
+        super().__init__("tri_glide_calm_demo", namespace=namespace)
+        self._heights: list[Vector3] = []
+        self._places: list[Vector3] = []
+        self._states: list[int] = []
+        # Stamps of the newest setpoint and of the newest place [ns].
+        self._heard = (0, 0)
+        self.create_subscription(JointState, "joint_commands", self._on_command, DEEP_QUEUE)
+        self.create_subscription(PoseStamped, "true_pose", self._on_pose, DEEP_QUEUE)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
+        # Of a node of their own, which is looked at now and then: a list of all that is waited for
+        # is made anew for each message.
+        self._calls = Node("tri_glide_calm_demo_calls", namespace=namespace)
+        self._calls.create_subscription(
+            MachineState, "ik_node/machine_state", self._on_state, LATCHED
+        )
+        self._goals = GoalSender(self._calls)
+        self._stop = self._calls.create_client(Trigger, "ik_node/stop")
+        self._ik_parameters = AsyncParameterClient(self._calls, "ik_node")
+        self._calls_executor = SingleThreadedExecutor()
+        self._calls_executor.add_node(self._calls)
+        self._next_look = 0.0
+
+    def wait_for_machine(self) -> None:
+        """Wait until ik_node leads the machine, and takes goals and calls."""
+        self._wait_for(
+            lambda: bool(
+                self._goals.is_ready
+                and self._stop.service_is_ready()
+                and self._ik_parameters.services_are_ready()
+                and self._states[-1:] == [MachineState.IDLE]
+                and self._heights
+                and self._places
+            ),
+            START_TIMEOUT,
+            "starting the machine",
+        )
+
+    def set_shaper(self, shaper: str) -> None:
+        """Have ``ik_node`` shape its motions for the mode of the machine, or not.
+
+        Raises:
+            DemoError: if it refuses.
+        """
+        values = {
+            "shaper": shaper,
+            "mode_frequencies": [FREQUENCY],
+            "mode_dampings": [DAMPING],
+        }
+        answer = self._ik_parameters.set_parameters_atomically(
+            [Parameter(name, value=value) for name, value in values.items()]
+        )
+        self._wait_for(answer.done, START_TIMEOUT, "setting the shaper")
+        result = answer.result().result
+        if not result.successful:
+            raise DemoError(f"shaper {shaper}: {result.reason}")
+
+    def move(self, position: Vector3) -> None:
+        """Move the platform to a ``position`` [m]."""
+        self._await(self._goals.move_to(position))
+
+    def follow(self, path: FlatPath) -> None:
+        """Drive along a ``path``."""
+        self._await(self._goals.follow(path))
+
+    def move_until_stopped(self, position: Vector3) -> int:
+        """Stop on the way to a ``position`` [m], and return at which of the setpoints."""
+        goal = self._goals.move_to(position)
+        self._wait_for(
+            lambda: MACHINE.forward(self._heights[-1])[0] >= STOP_AT, MOVE_TIMEOUT, "a motion"
+        )
+        number = len(self._heights)
+        self._stop.call_async(Trigger.Request())
+        self._wait_for(lambda: goal.result is not None, MOVE_TIMEOUT, "a stop")
+        return number
+
+    def recorded(self, motion: str, shaper: str, drive: Callable[[], int | None]) -> Swing:
+        """Return how the platform comes to rest after ``drive``.
+
+        This may return from which setpoint on the time counts.
+        """
+        self._wait_until_faded()
+        del self._heights[:-1], self._places[:-1]
+        since = drive()
+        self._wait_until_faded()
+        setpoints = MACHINE.forward_batch(np.array(self._heights))
+        return Swing.of(motion, shaper, setpoints, np.array(self._places), since or 0)
+
+    def _await(self, goal: SentGoal) -> None:
+        self._wait_for(lambda: goal.result is not None, MOVE_TIMEOUT, "a motion")
+        if not goal.has_succeeded:
+            raise DemoError(f"no motion: {goal.result.text}")
+
+    def _wait_until_faded(self) -> None:
+        """Wait until the setpoints rest, and the platform, too."""
+        # What is recorded may have waited in a queue for longer than the end of a goal.
+        self._heard = (0, 0)
+        now = self.get_clock().now().nanoseconds
+        self._wait_for(lambda: min(self._heard) > now, MOVE_TIMEOUT, "listening to all setpoints")
+        count = len(self._places) + FADED_POSES
+
+        def has_faded() -> bool:
+            newest = np.array(self._places[-FADED_POSES:])
+            return bool(
+                len(self._places) > count
+                and self._states[-1] == MachineState.IDLE
+                and np.ptp(newest, axis=0).max() < FADED
+            )
+
+        self._wait_for(has_faded, MOVE_TIMEOUT, "coming to rest")
+
+    def _wait_for(self, condition: Callable[[], bool], timeout: float, what: str) -> None:
+        end = time.monotonic() + timeout
+        while not condition():
+            now = time.monotonic()
+            if now > end:
+                raise DemoError(f"{what} took longer than {timeout:g} s")
+            self._executor.spin_once(timeout_sec=NAP)
+            if now > self._next_look:
+                self._calls_executor.spin_once(timeout_sec=0.0)
+                self._next_look = now + GOAL_PERIOD
+
+    def _on_command(self, message: JointState) -> None:
+        h1, h2, h3 = message.position
+        self._heights.append((h1, h2, h3))
+        self._heard = (Time.from_msg(message.header.stamp).nanoseconds, self._heard[1])
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        point = message.pose.position
+        self._places.append((point.x, point.y, point.z))
+        self._heard = (self._heard[0], Time.from_msg(message.header.stamp).nanoseconds)
+
+    def _on_state(self, message: MachineState) -> None:
+        self._states.append(message.state)
+
+
+def drive(client: CalmClient, shapers: Sequence[str] = SHAPERS) -> list[Swing]:
+    """Drive all motions with each of the ``shapers``."""
+    swings = []
+    client.wait_for_machine()
+    for shaper in shapers:
+        client.set_shaper(shaper)
+        motions: tuple[tuple[str, Vector3, Callable[[], int | None]], ...] = (
+            ("move", NEAR[0], lambda: client.move(NEAR[1])),
+            ("path", FAR[0], lambda: client.follow(PATH)),
+            ("stop", FAR[0], lambda: client.move_until_stopped(FAR[1])),
+        )
+        for name, start, motion in motions:
+            client.move(start)
+            swing = client.recorded(name, shaper, motion)
+            say(f"{name}, shaper {shaper}: {1e3 * swing.left:.3f} mm of swing are left")
+            swings.append(swing)
+    return swings
+
+
+def table(swings: Sequence[Swing]) -> str:
+    """Return one line for each motion."""
+    heads = ("swing left [mm]", "setpoints at rest after [s]", "within 50 µm for good after [s]")
+    lines = [f"{'motion':8}{'shaper':10}" + "".join(f"{head:>33}" for head in heads)]
+    for swing in sorted(swings, key=lambda swing: swing.motion):
+        numbers = (1e3 * swing.left, swing.arrival, swing.settled)
+        cells = "".join(f"{number:33.3f}" for number in numbers)
+        lines.append(f"{swing.motion:8}{swing.shaper:10}{cells}")
+    return "\n".join(lines)
+
+
+def is_calm(swings: Sequence[Swing]) -> bool:
+    """Tell whether all shapers have taken the swing away, and are there sooner than without."""
+    unshaped = {swing.motion: swing for swing in swings if swing.shaper == UNSHAPED}
+    return all(
+        swing.left <= max(PART_LEFT * unshaped[swing.motion].left, CLOSE)
+        and swing.settled < unshaped[swing.motion].settled
+        for swing in swings
+        if swing.shaper != UNSHAPED
+    )
+
+
+def demonstrate(folder: Path) -> int:
+    """Start the nodes, drive, judge, and return the exit code."""
+    namespace = f"/tri_glide_demo_{os.getpid()}"
+    arguments = ["--params-file", str(default_parameter_file()), "-r", f"__ns:={namespace}"]
+    arguments += ["--log-level", "WARN", *PATIENCE, "-p", f"rate:={1.0 / PERIOD}"]
+    swinging = {
+        "swing_frequencies": [FREQUENCY] * 3,
+        "swing_dampings": [DAMPING],
+        "setpoint_period": PERIOD,
+    }
+    mode = [word for name, value in swinging.items() for word in ("-p", f"{name}:={value}")]
+    with NodeProcesses() as processes:
+        say(f"starting a machine that swings at {FREQUENCY:g} Hz, damping {DAMPING:g}")
+        processes.start("simulator_node", [*arguments, *mode])
+        processes.start("ik_node", arguments)
+        with ros_that_ctrl_c_ends():
+            swings = drive(CalmClient(namespace))
+    print(f"\n{table(swings)}\n")
+    # Drawing is imported late: it takes as long as starting the nodes.
+    from tri_glide_kinematics.demo.pictures import save_swings
+
+    say(f"picture: {save_swings(folder, swings, CLOSE)}")
+    good = is_calm(swings)
+    say("calm, and sooner there" if good else "FAILED: see the table")
+    return 0 if good else 1
+
+
+def main() -> int:
+    """Run the demonstration from the command line."""
+    parser = argparse.ArgumentParser(prog="calm_demo", description=__doc__)
+    parser.add_argument("--output", type=Path, default=Path("out"), help="folder of the picture")
+    folder = parser.parse_args().output
+    return run_command("calm_demo", lambda: demonstrate(folder))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
