@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from tri_glide_kinematics.control import PlatformMode, SimulatedSwing, SwingModel
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, WrongShapeError
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind, residual
 
 HOME = (0.01, -0.02, 0.3)
 STEPS = (0.0005, 0.001, 0.002, 0.005, 0.01)
@@ -121,6 +122,25 @@ def test_modes_along_an_axis_share_the_swing():
         ]
         expected = ramp(0, 0.2, step * 0.002)[0] + 0.7 * swings[0] + 0.3 * swings[1]
         assert state.position[0] == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", ShaperKind)
+@pytest.mark.parametrize(("frequency", "damping"), [(12.5, 0.0), (12.5, 0.04), (14.0, 0.02)])
+def test_a_shaper_leaves_of_the_swing_what_its_formula_tells(kind, frequency, damping):
+    """Each impulse of a shaper becomes a change of the velocity."""
+    shaper = Shaper.of(kind, Mode(12.5, 0.04))
+    swing, place, speed, before = swing_of(frequency, damping), HOME[0], 0.0, 0.0
+    for time, amplitude in zip((*shaper.times[1:], shaper.duration + 1e-9), shaper.amplitudes):
+        speed += 0.3 * amplitude
+        place += speed * (time - before)
+        state = swing.step((place, *HOME[1:]), time - before)
+        before = time
+    omega = math.tau * frequency
+    damped = omega * math.sqrt(1.0 - damping**2)
+    behind, rate = state.position[0] - place, state.velocity[0] - speed
+    amplitude = math.hypot(behind, (rate + damping * omega * behind) / damped)
+    left = float(residual(shaper, [frequency], damping)[0])
+    assert amplitude / (0.3 / damped) == pytest.approx(left, abs=1e-6)
 
 
 def test_without_a_mode_the_platform_is_where_it_is_led():
