@@ -151,28 +151,40 @@ class SimulatedSwing:
         Returns:
             Where it is then. An axis without modes has the mean acceleration of the step.
         """
+        (x, y, z), (vx, vy, vz) = position, self._velocity
+        x0, y0, z0 = self._position
+        velocity = ((x - x0) / dt, (y - y0) / dt, (z - z0) / dt)
+        change = (velocity[0] - vx, velocity[1] - vy, velocity[2] - vz)
+        stiff = (change[0] / dt, change[1] / dt, change[2] / dt)
+        state = PlatformState(position, velocity, stiff)
+        if self.model.modes:
+            state = self._swung(state, change, dt)
+        else:
+            self._swings = []
+        self._position, self._velocity = position, velocity
+        return state
+
+    def _swung(self, led: PlatformState, change: Vector3, dt: float) -> PlatformState:
+        """Return where a platform is that is ``led`` as one without modes would move.
+
+        In the step of ``dt`` [s] its velocity is another one by ``change`` [m/s].
+        """
         modes = self.model.modes
         same = len(self._swings) == len(modes)
         swings = list(self._swings) if same else [(0.0, 0.0)] * len(modes)
         frequencies = self.model.frequencies(self._position)
-        velocity = [(b - a) / dt for a, b in zip(self._position, position)]
-        change = [b - a for a, b in zip(self._velocity, velocity)]
-        places, speeds = list(position), list(velocity)
-        accelerations, stiff = [0.0] * AXES, [1.0] * AXES
+        places, speeds, accelerations = (list(numbers) for numbers in led)
         for index, (mode, frequency) in enumerate(zip(modes, frequencies)):
             axis, share = mode.axis, mode.share
             swing, rate = swings[index]
             swing, rate = _free(swing, rate - change[axis], frequency, mode.damping, dt)
             swings[index] = swing, rate
+            omega = math.tau * frequency
+            felt = -omega * (2.0 * mode.damping * rate + omega * swing)
             places[axis] += share * swing
             speeds[axis] += share * rate
-            omega = math.tau * frequency
-            accelerations[axis] -= share * omega * (2.0 * mode.damping * rate + omega * swing)
-            stiff[axis] -= share
-        for axis in range(AXES):
-            accelerations[axis] += stiff[axis] * change[axis] / dt
-        self._swings, self._position = swings, position
-        self._velocity = _vector(velocity)
+            accelerations[axis] += share * (felt - led.acceleration[axis])
+        self._swings = swings
         return PlatformState(_vector(places), _vector(speeds), _vector(accelerations))
 
 

@@ -86,7 +86,6 @@ class TruthOutputs:
         self._platform_frame = platform_frame
         self._imus = node.create_publisher(Imu, "imu/data_raw", RELIABLE)
         self._random = random.Random(1)
-        self._now = node.get_clock().now
         self._stamp = 0
         self.set_noise(0.0)
 
@@ -101,15 +100,17 @@ class TruthOutputs:
         acceleration.x, acceleration.y, acceleration.z = FIRST
         self._imu = StampedTriples(imu, 1)
 
-    def publish(self, state: PlatformState, dt: float) -> None:
-        """Publish the ``state`` of the platform, which it has ``dt`` [s] after the last one."""
+    def publish(self, state: PlatformState, dt: float, now: int) -> None:
+        """Publish the ``state`` of the platform, which it has ``dt`` [s] after the last one.
+
+        ``now`` is the time of the clock [ns].
+        """
         position = state.position
         is_touched = self.plate.is_touched(position)
         self._quiet += 1
         if is_touched != self._contact.data or self._quiet >= self._quiet_cycles:
             self._contact.data, self._quiet = is_touched, 0
             self._contacts.publish(self._contact)
-        now = self._now().nanoseconds
         self._stamp += round(1e9 * dt)
         if abs(self._stamp - now) > CLOCK_TOLERANCE:
             self._stamp = now
@@ -199,11 +200,12 @@ class SimulatorNode(Node):
             if self._platform is not None:
                 states.append((self._platform, dt))
         measured = self._sliders.measure(self._seen())
+        now = self._now().nanoseconds
         if measured is not None:
-            stamp = divmod(self._now().nanoseconds, 1_000_000_000)
+            stamp = divmod(now, 1_000_000_000)
             self._publisher.publish(self._message.at(*stamp, *measured))
         for state, dt in states:
-            self._truth_outputs.publish(state, dt)
+            self._truth_outputs.publish(state, dt, now)
 
     def _swung(self, dt: float) -> PlatformState | None:
         """Return the platform after a step of the sliders of ``dt`` [s], if there is a pose."""
