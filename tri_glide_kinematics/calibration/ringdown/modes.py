@@ -1,0 +1,445 @@
+"""The modes of a machine from a decaying swing, with what is not known of them.
+
+A mode is told only if the samples ask for it, and its numbers are as certain as they look: the
+standard deviations hold where the noise is white, and grow where the residuals show that more than
+noise is left at that frequency.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from enum import Enum
+from itertools import combinations
+
+import numpy as np
+from scipy.special import chdtri
+
+from tri_glide_kinematics.calibration.ringdown.decay import (
+    DRIFT_DEGREE,
+    LEAST_NOISE,
+    DecayFit,
+    Samples,
+    cost,
+    fitted,
+)
+from tri_glide_kinematics.calibration.ringdown.recording import Recording
+from tri_glide_kinematics.calibration.ringdown.starts import pencils, splits, strongest
+from tri_glide_kinematics.motion.shaping import Mode
+from tri_glide_kinematics.vectors import FloatArray
+
+# A shaper is for so many modes. One more is fitted, so that it does not disturb the others.
+MOST_MODES = 2
+MOST_OSCILLATIONS = MOST_MODES + 1
+
+# Noise alone is taken for an oscillation in so many recordings, all frequencies together.
+FALSE_ALARMS = 1e-4
+
+# Of noise that is not white, the size at a frequency is known only roughly: an oscillation has to
+# stand out by so much more.
+MARGIN_OF_COLOURED_NOISE = 3.0
+
+# Of the starts, so many that explain most are followed for so many steps, the best of them to the
+# end if it then improves the fit by this part of what it has to.
+STARTS, FIRST_STEPS = 4, 8
+PROMISING = 0.5
+
+NO_POLES = np.empty(0, dtype=np.complex128)
+
+LEAST_SAMPLES = 32
+# In the recording, and samples in each.
+LEAST_PERIODS = 3.0
+LEAST_SAMPLES_PER_PERIOD = 2.5
+
+# Standard deviations above which a number is of no use: of the frequency as a part of it, and of
+# the damping.
+MOST_FREQUENCY_DEVIATION = 0.02
+MOST_DAMPING_DEVIATION = 0.02
+
+# A mode has a decay if it is so many standard deviations from none.
+DECAY_DEVIATIONS = 3.0
+
+# An oscillation with less of the largest one's amplitude needs no shaper.
+LEAST_AMPLITUDE = 0.01
+
+# Two poles with overlapping bands are told apart if they are so many standard deviations from each
+# other. Nearer ones have no interval that is symmetric.
+APART_DEVIATIONS = 6.0
+
+# More of the energy of the swing than this is left, and not as noise: it is another kind of motion.
+MOST_UNEXPLAINED = 0.05
+
+# Bins of the residuals' spectrum on either side of a frequency that are compared with all others.
+BINS = 6
+# Their power has to exceed that of white noise by so many of its standard deviations.
+EXCESS_DEVIATIONS = 4.0
+
+# Residuals below this part of the values are rounding errors.
+ROUNDING = 1e-9
+
+# The ranges of ``Mode``.
+FREQUENCIES = (1.0, 500.0)
+MOST_DAMPING = 0.5
+
+
+class NotKnown(Enum):
+    """Why a mode is not known, with the reason as people read it."""
+
+    TOO_FEW_SAMPLES = "there are too few samples"
+    ONLY_NOISE = "no swing stands out from the noise"
+    NOT_A_DECAY = "the motion is no sum of decaying swings: more than noise is left"
+    TOO_SHORT = "the recording is too short for so slow a swing"
+    SAMPLED_TOO_SLOWLY = "the samples are too far apart for so fast a swing"
+    STEADY = "the swing does not decay: a steady tone, or too short a recording of a slow decay"
+    OVERDAMPED = "the motion creeps to rest and hardly swings"
+    OUT_OF_RANGE = "no shaper is for this frequency"
+    TOO_UNCERTAIN = "the standard deviation is too large: too much noise, or too little swing"
+    TOO_NEAR = "two modes are so near to each other that their numbers cannot be told apart"
+    TOO_SMALL = "the swing is so small beside the largest one that it needs no shaper"
+    TOO_MANY = "a shaper is for two modes, and others swing more"
+
+
+@dataclass(frozen=True)
+class Oscillation:
+    """A damped oscillation of the fit.
+
+    Attributes:
+        frequency: without damping [Hz].
+        damping: as part of the critical one; negative if it grows.
+        frequency_deviation: standard deviation of the frequency [Hz].
+        damping_deviation: standard deviation of the damping.
+        amplitudes: of each axis at the first sample, in the unit of the recording. Shape (axes,).
+        phases: of each axis at the first sample, of a cosine. Shape (axes,) [rad].
+        resolution: two modes nearer to each other than this look like one here [Hz].
+        evidence: by how much it lessens the sum of squares, over what the noise at its frequency
+            hardly ever makes.
+    """
+
+    frequency: float
+    damping: float
+    frequency_deviation: float
+    damping_deviation: float
+    amplitudes: tuple[float, ...]
+    phases: tuple[float, ...]
+    resolution: float
+    evidence: float
+
+    @property
+    def amplitude(self) -> float:
+        """Of all axes together, in the unit of the recording."""
+        return math.hypot(*self.amplitudes)
+
+    @property
+    def mode(self) -> Mode:
+        """The mode that a shaper is for."""
+        return Mode(self.frequency, self.damping)
+
+
+@dataclass(frozen=True, eq=False)
+class RingDown:
+    """What a recording says of the modes.
+
+    Attributes:
+        recording: that was measured.
+        modes: none, one or two, the one with the largest amplitude first.
+        left_out: other oscillations of the fit, and why they are no modes.
+        reason: why there is no mode; None if there is one.
+        fit: what the fit takes the values for. Shape (n, axes), in the unit of the recording.
+        drift: the part of it that does not swing. Shape (n, axes).
+        noise: standard deviation of the residuals of each axis. Shape (axes,).
+        is_explained: whether the residuals look like white noise.
+    """
+
+    recording: Recording
+    modes: tuple[Oscillation, ...]
+    left_out: tuple[tuple[Oscillation, NotKnown], ...]
+    reason: NotKnown | None
+    fit: FloatArray
+    drift: FloatArray
+    noise: tuple[float, ...]
+    is_explained: bool
+
+    @property
+    def residuals(self) -> FloatArray:
+        """Measured minus fitted. Shape (n, axes)."""
+        return np.asarray(self.recording.values - self.fit)
+
+    @property
+    def unexplained(self) -> float:
+        """Part of the energy of the swing that the fit leaves, noise included."""
+        swing = float(np.square(self.recording.values - self.drift).sum())
+        return float(np.square(self.residuals).sum()) / swing if swing > 0.0 else 0.0
+
+
+def find_modes(recording: Recording) -> RingDown:
+    """Return the modes that explain a ``recording``, which begins when the motion has ended."""
+    values = recording.values
+    moving = np.ptp(values, axis=0) > 0.0
+    count = len(recording.times)
+    if count < LEAST_SAMPLES or not moving.any():
+        few = NotKnown.TOO_FEW_SAMPLES if count < LEAST_SAMPLES else NotKnown.ONLY_NOISE
+        means = np.broadcast_to(values.mean(axis=0), values.shape)
+        spread = tuple(values.std(axis=0).tolist())
+        return RingDown(recording, (), (), few, means, means, spread, is_explained=False)
+    # An axis that rests says nothing, and its noise of zero would outweigh all others.
+    samples = Samples(recording.times - recording.times[0], values[:, moving])
+    for fit in reversed(_fits(samples)):
+        excess = _excess(samples, fit)
+        oscillations = _oscillations(samples, fit, moving, excess)
+        is_explained = bool(np.all(excess == 1.0)) and _is_noise(samples, fit)
+        if is_explained or not _is_divided(oscillations):
+            break
+    margin = 1.0 if is_explained else MARGIN_OF_COLOURED_NOISE
+    modes, left_out = _judged(samples, oscillations, margin)
+    drift, whole, noise = values.copy(), values.copy(), np.zeros(len(moving))
+    whole[:, moving] = samples.values - fit.residuals
+    swings = np.exp(np.multiply.outer(samples.times, fit.poles)) @ fit.amplitudes
+    drift[:, moving] = whole[:, moving] - swings.real
+    noise[moving] = fit.noise
+    found = RingDown(
+        recording, modes, left_out, None, whole, drift, tuple(noise.tolist()), is_explained
+    )
+    reason = left_out[0][1] if left_out else NotKnown.ONLY_NOISE
+    if not is_explained and found.unexplained > MOST_UNEXPLAINED:
+        reason = NotKnown.NOT_A_DECAY
+        left_out = (*((mode, reason) for mode in modes), *left_out)
+        modes = ()
+    return replace(found, modes=modes, left_out=left_out, reason=None if modes else reason)
+
+
+def _fits(samples: Samples) -> list[DecayFit]:
+    """Return fits with 0, 1, 2 ... oscillations, as many as the samples ask for."""
+    count, axes = samples.values.shape
+    best = fitted(samples, NO_POLES, np.ones(axes))
+    fits = [best]
+    threshold = _threshold(count, axes)
+    for poles in range(1, MOST_OSCILLATIONS + 1):
+        if count < 2 * (DRIFT_DEGREE + 1 + 2 * poles * (1 + 1 / axes)):
+            break
+        starts = sorted(_starts(samples, best, poles), key=lambda each: each[0])[:STARTS]
+        tried = [fitted(samples, start, best.noise, FIRST_STEPS) for _, start in starts]
+        more = min(tried, key=lambda each: float(np.log(each.noise).sum()))
+        if _improvement(samples, best, more) < PROMISING * threshold:
+            break
+        # With the noise that was found, which weighs the axes.
+        more = fitted(samples, more.poles, more.noise)
+        if axes > 1:
+            more = fitted(samples, more.poles, more.noise)
+        if _improvement(samples, best, more) < threshold:
+            break
+        best = more
+        fits.append(best)
+    return fits
+
+
+def _starts(samples: Samples, fit: DecayFit, count: int) -> Iterator[tuple[float, np.ndarray]]:
+    """Yield starts with ``count`` poles, and the squares that each leaves."""
+    # In units of the noise, no axis outweighs another.
+    left = Samples(samples.times, fit.residuals / fit.noise)
+    drifting = fitted(samples, NO_POLES, fit.noise).residuals
+    swing = Samples(samples.times, drifting / fit.noise)
+    one_more = np.concatenate((fit.poles, strongest(left)))
+    for poles in (one_more, *splits(fit.poles), *pencils(swing, count)):
+        yield cost(samples, poles, fit.noise), poles
+
+
+def _improvement(samples: Samples, fewer: DecayFit, more: DecayFit) -> float:
+    """Return by how much more poles lessen the sum of squares, in variances of what is left."""
+    freedom = len(samples.times) - more.basis.shape[1]
+    # Below are rounding errors.
+    floor = np.square(LEAST_NOISE * samples.values.std()) * len(samples.times)
+    ratios = (fewer.sums_of_squares + floor) / (more.sums_of_squares + floor)
+    return float(np.log(ratios).sum()) * freedom
+
+
+def _threshold(count: int, axes: int) -> float:
+    """Return the improvement of a sum of squares, in variances, that noise hardly ever makes."""
+    # Frequency, damping and an amplitude with its phase for each axis; at any of the frequencies.
+    return float(chdtri(2.0 + 2.0 * axes, FALSE_ALARMS / count))
+
+
+def _excess(samples: Samples, fit: DecayFit) -> FloatArray:
+    """Return by how much the noise at the frequency of each pole exceeds that elsewhere.
+
+    The variance of what is found from samples with coloured noise is that of white noise with the
+    spectrum at the pole. Shape (k,), 1 where the residuals say nothing else.
+    """
+    left = fit.residuals / fit.noise
+    bin_width = 1.0 / samples.duration
+    factors = np.ones(len(fit.poles))
+    for place, pole in enumerate(fit.poles):
+        frequency, decay = pole.imag / math.tau, max(-pole.real, 0.0)
+        # Noise is there all the time, what the model lacks mostly while the machine swings.
+        steady = _power(samples, left, frequency, max(bin_width, frequency / (4.0 * BINS)), 0.0)
+        fading = _power(samples, left, frequency, max(bin_width, decay / math.pi) / 2.0, decay)
+        # About half of the bins of a fading swing are independent of each other.
+        bins = 2.0 * BINS * left.shape[1]
+        for power, count in ((steady, bins), (fading, bins / 2.0)):
+            if power > 1.0 + EXCESS_DEVIATIONS / math.sqrt(count):
+                factors[place] = max(factors[place], power)
+    return factors
+
+
+def _power(
+    samples: Samples, left: FloatArray, frequency: float, width: float, decay: float
+) -> float:
+    """Return the mean power of residuals about a frequency, 1 for white noise.
+
+    Args:
+        samples: the times.
+        left: residuals in units of the noise. Shape (n, axes).
+        frequency: in the middle of the bins [Hz].
+        width: of a bin [Hz].
+        decay: with which later residuals count less [1/s].
+    """
+    fade = np.exp(-decay * samples.times)
+    bins = np.abs(frequency + width * np.arange(-BINS, BINS + 1))
+    waves = np.exp(-1j * math.tau * np.multiply.outer(bins, samples.times)) * fade
+    return float(np.square(np.abs(waves @ left)).mean() / np.square(fade).sum())
+
+
+def _is_divided(oscillations: list[Oscillation]) -> bool:
+    """Return whether several oscillations may stand for one swing that is no exact decay."""
+    return any(_are_near(one, other) for one, other in combinations(oscillations, 2))
+
+
+def _is_noise(samples: Samples, fit: DecayFit) -> bool:
+    """Return whether neighbouring residuals are independent of each other."""
+    left = fit.residuals / fit.noise
+    count = len(samples.times)
+    if np.all(fit.noise <= ROUNDING * samples.values.std()):
+        return True
+    related = (left[1:] * left[:-1]).sum() / np.square(left).sum()
+    return bool(abs(related) < 4.0 / math.sqrt(count * left.shape[1]))
+
+
+def _oscillations(
+    samples: Samples, fit: DecayFit, moving: np.ndarray, excess: FloatArray
+) -> list[Oscillation]:
+    """Return the oscillations of a fit, the largest first."""
+    count, found = len(fit.poles), []
+    threshold = _threshold(*samples.values.shape)
+    covariance = fit.covariance if count else np.empty((0, 0))
+    for place, pole in enumerate(fit.poles):
+        rate, angular, natural = -pole.real, pole.imag, abs(pole)
+        by_rate_and_angular = np.array(
+            (
+                (rate / natural, angular / natural),
+                (angular**2 / natural**3, -rate * angular / natural**3),
+            )
+        )
+        both = [place, count + place]
+        variances = np.diag(
+            by_rate_and_angular @ covariance[np.ix_(both, both)] @ by_rate_and_angular.T
+        )
+        deviations = np.sqrt(excess[place] * variances)
+        amplitudes = np.zeros(len(moving), dtype=np.complex128)
+        amplitudes[moving] = fit.amplitudes[place]
+        found.append(
+            Oscillation(
+                frequency=float(natural / math.tau),
+                damping=float(rate / natural),
+                frequency_deviation=float(deviations[0] / math.tau),
+                damping_deviation=float(deviations[1]),
+                amplitudes=tuple(np.abs(amplitudes).tolist()),
+                phases=tuple(np.angle(amplitudes).tolist()),
+                resolution=_resolution(samples, fit, place),
+                evidence=float(_explained(samples, fit, place) / (threshold * excess[place])),
+            )
+        )
+    return sorted(found, key=lambda each: -each.amplitude)
+
+
+def _explained(samples: Samples, fit: DecayFit, place: int) -> float:
+    """Return by how much one pole of a fit lessens the sum of squares, in variances."""
+    with_it = float(np.square(fit.residuals / fit.noise).sum())
+    return cost(samples, np.delete(fit.poles, place), fit.noise) - with_it
+
+
+def _resolution(samples: Samples, fit: DecayFit, place: int) -> float:
+    r"""Return how far two modes have to be apart to be told from one [Hz].
+
+    Two of half the amplitude at $s \pm d$ swing as one at $s$, but for $d^2 t^2/2$ of it. What the
+    fit cannot take up of this has to be more than noise.
+    """
+    swing = np.exp(fit.poles[place] * samples.times)[:, None] * fit.amplitudes[place]
+    curved = np.square(samples.times)[:, None] * swing.real
+    curved = (curved - fit.basis @ (fit.basis.T @ curved)) / fit.noise
+    scale = np.linalg.norm(fit.slopes, axis=0)
+    basis = np.linalg.qr(fit.slopes / np.where(scale > 0.0, scale, 1.0))[0]
+    flat = curved.ravel()
+    flat = flat - basis @ (basis.T @ flat)
+    energy = float(flat @ flat)
+    if energy <= 0.0:
+        return math.inf
+    apart = (4.0 * _threshold(*samples.values.shape) / energy) ** 0.25
+    return float(2.0 * apart / math.tau)
+
+
+def _judged(
+    samples: Samples, oscillations: list[Oscillation], margin: float
+) -> tuple[tuple[Oscillation, ...], tuple[tuple[Oscillation, NotKnown], ...]]:
+    """Return the modes, and what is none."""
+    reasons = [_reason(samples, one, oscillations, margin) for one in oscillations]
+    known = [one for one, reason in zip(oscillations, reasons) if reason is None]
+    least = LEAST_AMPLITUDE * max((one.amplitude for one in known), default=0.0)
+    modes = tuple(one for one in known if one.amplitude >= least)[:MOST_MODES]
+    left_out = tuple(
+        (one, NotKnown.TOO_SMALL if one.amplitude < least else reason or NotKnown.TOO_MANY)
+        for one, reason in zip(oscillations, reasons)
+        if one not in modes
+    )
+    return modes, left_out
+
+
+def _reason(
+    samples: Samples, one: Oscillation, oscillations: list[Oscillation], margin: float
+) -> NotKnown | None:
+    """Return why an oscillation is no mode, whatever the others are; None if it is one."""
+    swings = one.frequency * math.sqrt(1.0 - one.damping**2)
+    frequency, damping = one.frequency_deviation, one.damping_deviation
+    near = [each for each in oscillations if each is not one and _are_near(one, each)]
+    is_certain = (
+        frequency <= MOST_FREQUENCY_DEVIATION * one.frequency and damping <= MOST_DAMPING_DEVIATION
+    )
+    if one.evidence < margin:
+        return NotKnown.ONLY_NOISE
+    if one.damping > MOST_DAMPING:
+        return NotKnown.OVERDAMPED
+    if swings * samples.duration < LEAST_PERIODS:
+        return NotKnown.TOO_SHORT
+    if swings * samples.interval * LEAST_SAMPLES_PER_PERIOD > 1.0:
+        return NotKnown.SAMPLED_TOO_SLOWLY
+    if not is_certain:
+        near = [each for each in oscillations if each is not one and _are_near(one, each)]
+        return NotKnown.TOO_NEAR if near else NotKnown.TOO_UNCERTAIN
+    if any(
+        _are_near(one, each) and _are_alike(one, each) for each in oscillations if each is not one
+    ):
+        return NotKnown.TOO_NEAR
+    if one.damping < DECAY_DEVIATIONS * damping:
+        return NotKnown.STEADY
+    if not FREQUENCIES[0] <= one.frequency <= FREQUENCIES[1]:
+        return NotKnown.OUT_OF_RANGE
+    return None
+
+
+def _are_near(one: Oscillation, other: Oscillation) -> bool:
+    """Return whether the bands of two oscillations overlap; what creeps has none."""
+    if max(one.damping, other.damping) > MOST_DAMPING:
+        return False
+    width = one.damping * one.frequency + other.damping * other.frequency
+    uncertain = 2.0 * math.hypot(one.frequency_deviation, other.frequency_deviation)
+    return abs(one.frequency - other.frequency) < max(width, uncertain)
+
+
+def _are_alike(one: Oscillation, other: Oscillation) -> bool:
+    """Return whether two poles could be one, but for some standard deviations."""
+    rates = [math.tau * each.frequency * each.damping for each in (one, other)]
+    spreads = [
+        math.tau * math.hypot(each.frequency_deviation, each.frequency * each.damping_deviation)
+        for each in (one, other)
+    ]
+    apart = math.hypot(rates[0] - rates[1], math.tau * (one.frequency - other.frequency))
+    return apart < APART_DEVIATIONS * math.hypot(*spreads)

@@ -1,0 +1,153 @@
+"""A ring-down as a person reads it, and the parameter file for ``ik_node``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+from tri_glide_kinematics.calibration.ringdown.modes import NotKnown, Oscillation, RingDown
+from tri_glide_kinematics.calibration.ringdown.recording import Quantity
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.files import replace_file
+from tri_glide_kinematics.keys import FileError
+from tri_glide_kinematics.motion.shaping import ShaperKind
+from tri_glide_kinematics.wording import number_text
+
+MICROMETRES = 1e6
+
+# One section for one node, in braces, so that a file that is cut off is refused.
+TEXT = """# Modes of one machine, from a ring-down. ik_node takes them after its other file:
+# --params-file tri_glide.yaml --params-file {name}
+ik_node: {{ros__parameters: {{
+  shaper: {shaper},
+  mode_frequencies: {frequencies}, # Hz
+  mode_dampings: {dampings} # of the critical damping
+}}}}
+"""
+
+
+class NoModeError(KinematicsError):
+    """A recording does not tell a mode.
+
+    Attributes:
+        reason: why.
+    """
+
+    def __init__(self, reason: NotKnown) -> None:
+        """Store the ``reason``."""
+        super().__init__(f"the modes are not known: {reason.value}")
+        self.reason = reason
+
+
+class ModeFileError(FileError):
+    """A parameter file with modes cannot be written."""
+
+
+def ringdown_report(found: RingDown) -> str:
+    """Return all that a ring-down has to say."""
+    parts = [
+        _data(found),
+        "\n".join(_mode(found, place, mode) for place, mode in enumerate(found.modes, 1)),
+        "" if found.reason is None else f"NOT KNOWN: {found.reason.value}",
+        "\n".join(f"No mode: {_numbers(one)}: {why.value}" for one, why in found.left_out),
+        _left(found),
+    ]
+    return "\n\n".join(part for part in parts if part)
+
+
+def mode_text(found: RingDown, kind: ShaperKind, name: str) -> str:
+    """Return the text of the parameter file ``name``, for a shaper of a ``kind``.
+
+    Raises:
+        NoModeError: if no mode is known.
+    """
+    if found.reason is not None:
+        raise NoModeError(found.reason)
+    return TEXT.format(
+        name=name,
+        shaper=kind.value,
+        frequencies=_as_yaml(mode.frequency for mode in found.modes),
+        dampings=_as_yaml(mode.damping for mode in found.modes),
+    )
+
+
+def save_modes(file: Path, found: RingDown, kind: ShaperKind = ShaperKind.EI) -> None:
+    """Write the parameter file; an older one becomes ``NAME.bak``.
+
+    Raises:
+        NoModeError: if no mode is known.
+        ModeFileError: if the file cannot be written, or one is there that was not written so.
+    """
+    text = mode_text(found, kind, file.name)
+    try:
+        replace_file(file, text)
+    except OSError as error:
+        reason = f"cannot be written: {error.strerror or error}"
+        raise ModeFileError(file, "", reason) from error
+
+
+def _data(found: RingDown) -> str:
+    times = found.recording.times
+    axes = ", ".join(found.recording.names)
+    return (
+        f"Measured: {len(times)} samples in {number_text(times[-1] - times[0], 4)} s, of {axes} "
+        f"[{found.recording.quantity.value}]"
+    )
+
+
+def _mode(found: RingDown, place: int, mode: Oscillation) -> str:
+    names = found.recording.names
+    unit = found.recording.quantity
+    # An acceleration is that of a swing that is smaller by the square of the angular frequency.
+    scale = 1.0 if unit is Quantity.POSITION else (math.tau * mode.frequency) ** -2
+    axes = ", ".join(
+        f"{name} {number_text(MICROMETRES * scale * amplitude, 3)} µm at "
+        f"{number_text(math.degrees(phase), 3)}°"
+        for name, amplitude, phase in zip(names, mode.amplitudes, mode.phases)
+    )
+    return (
+        f"Mode {place}: {_numbers(mode)}\n"
+        f"  swings at the start by {axes}\n"
+        f"  two modes less than {number_text(mode.resolution, 2)} Hz from each other would look "
+        "like this one"
+    )
+
+
+def _numbers(one: Oscillation) -> str:
+    frequency = _with_deviation(one.frequency, one.frequency_deviation)
+    damping = _with_deviation(one.damping, one.damping_deviation)
+    return f"frequency {frequency} Hz, damping {damping} (± one standard deviation)"
+
+
+def _with_deviation(value: float, deviation: float) -> str:
+    """Return a number with as many decimals as the two first digits of its deviation."""
+    if not (math.isfinite(deviation) and deviation > 0.0):
+        return f"{number_text(value, 4)} ± {'?' if deviation else '0'}"
+    decimals = min(max(1 - math.floor(math.log10(deviation)), 0), 9)
+    shown = round(value, decimals) + 0.0
+    return f"{shown:.{decimals}f} ± {deviation:.{decimals}f}"
+
+
+def _left(found: RingDown) -> str:
+    """Return what the fit does not explain."""
+    noise = ", ".join(
+        f"{name} {number_text(size, 3, 0.0)}"
+        for name, size in zip(found.recording.names, found.noise)
+    )
+    unit = found.recording.quantity.value
+    text = f"Residual (standard deviation): {noise} {unit}"
+    if found.reason is None:
+        text += f", {number_text(100.0 * found.unexplained, 2)} % of the energy of the swing"
+    if found.is_explained:
+        return f"{text}; it looks like noise"
+    if found.reason is NotKnown.TOO_FEW_SAMPLES:
+        return text
+    return (
+        f"{text}; it is MORE THAN WHITE NOISE: friction, play, another mode, a filter, or the "
+        "motion was not over. The picture shows it"
+    )
+
+
+def _as_yaml(numbers: Iterable[float]) -> str:
+    return "[" + ", ".join(f"{number:.6f}" for number in numbers) + "]"
