@@ -1,4 +1,4 @@
-"""Figures: pictures of motions and calibrations."""
+"""Figures: pictures of motions, calibrations and swings."""
 
 from typing import TYPE_CHECKING
 
@@ -12,5 +12,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.figures.motion import Span as Span
     from tri_glide_kinematics.figures.motion import label_centres as label_centres
     from tri_glide_kinematics.figures.motion import motion_figure as motion_figure
+    from tri_glide_kinematics.figures.ringdown_picture import ringdown_figure as ringdown_figure
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

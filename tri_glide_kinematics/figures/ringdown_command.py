@@ -1,0 +1,121 @@
+"""The command ``ringdown``: from the recording of a swing to modes, a picture, a parameter file.
+
+Slow modules are imported after the command line has been read, so that a mistake in it is
+told at once and Ctrl-C ends the process while modules are still being loaded.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from tri_glide_kinematics.picture_commands import exit_code, find_file
+
+SHAPERS = ("zv", "mzv", "zvd", "ei", "two_hump_ei", "three_hump_ei")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Find modes from the command line.
+
+    Returns:
+        Exit code: 0 if there is a mode, 1 after an error or if none is known, 130 after Ctrl-C.
+    """
+    options = _parser().parse_args(arguments)
+    return exit_code("ringdown", options.picture, lambda: _find(options))
+
+
+def _find(options: argparse.Namespace) -> None:
+    """Find the modes, tell of them and write all files.
+
+    Raises:
+        KinematicsError: if there is no recording, or no mode is known.
+        OSError: if the picture cannot be written.
+    """
+    # Threads of the linear algebra library would only wait for each other.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from tri_glide_kinematics.calibration.ringdown import (
+        NoModeError,
+        find_modes,
+        load_recording,
+        ringdown_report,
+        save_modes,
+    )
+    from tri_glide_kinematics.motion.shaping import ShaperKind
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    recording = load_recording(find_file(options.file), options.unit)
+    found = find_modes(recording.between(options.start, options.end))
+    print(ringdown_report(found))
+    if options.picture is not None:
+        from tri_glide_kinematics.figures.ringdown_picture import ringdown_figure
+        from tri_glide_kinematics.picture_commands import save_figure
+
+        options.picture.parent.mkdir(parents=True, exist_ok=True)
+        save_figure(ringdown_figure(found), options.picture, 110)
+        print(f"\npicture: {options.picture}")
+    if found.reason is not None:
+        raise NoModeError(found.reason)
+    if options.write is not None:
+        save_modes(options.write, found, ShaperKind(options.shaper))
+        print(f"parameter file for ik_node: {options.write}")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="ringdown",
+        description="Find the modes of vibration of a machine from a recording of how it swings "
+        "after a motion: frequency and damping, each with its standard deviation, or why they are "
+        "not known.",
+    )
+    parser.add_argument(
+        "file",
+        type=Path,
+        help="table of times and one to three axes (CSV), or the name of a file that is installed "
+        "in config/",
+    )
+    parser.add_argument(
+        "--unit", help="of axes without one in the head: m, mm, um, m/s2, mm/s2, g or mg"
+    )
+    parser.add_argument(
+        "--from",
+        dest="start",
+        type=_time,
+        default=-math.inf,
+        metavar="S",
+        help="time in the file at which the motion is over [s] (default: the first)",
+    )
+    parser.add_argument(
+        "--to",
+        dest="end",
+        type=_time,
+        default=math.inf,
+        metavar="S",
+        help="time in the file at which the next motion begins [s] (default: the last)",
+    )
+    parser.add_argument("--picture", type=Path, metavar="P.png", help="picture to write")
+    parser.add_argument(
+        "--write", type=Path, metavar="MODES.yaml", help="parameter file for ik_node to write"
+    )
+    parser.add_argument(
+        "--shaper", choices=SHAPERS, default="ei", help="that the file names (default: ei)"
+    )
+    return parser
+
+
+def _time(text: str) -> float:
+    try:
+        time = float(text)
+    except ValueError:
+        time = math.nan
+    if not math.isfinite(time):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds")
+    return time
+
+
+if __name__ == "__main__":
+    sys.exit(main())
