@@ -85,7 +85,9 @@ def _draw_spectra(
     for values, name, color in ((swing, "measured", "0.5"), (residuals, "residual", "tab:red")):
         columns = np.column_stack([np.interp(uniform, times, axis) for axis in values.T])
         size = 2.0 / len(times) * np.linalg.norm(np.fft.rfft(columns, axis=0), axis=1)
-        axes.semilogy(frequencies[1:], size[1:], color=color, linewidth=0.9, label=name)
+        axes.plot(frequencies[1:], size[1:], color=color, linewidth=0.9, label=name)
+        if size[1:].max() > 0.0:
+            axes.set_yscale("log")
     # The names of two near modes stand on either side.
     for one, side in zip(sorted(found.modes, key=lambda each: -each.frequency), ("left", "right")):
         axes.axvline(one.frequency, color="black", linestyle="--", linewidth=0.9)

@@ -187,3 +187,23 @@ def test_an_acceleration_is_a_recording_of_the_same_mode():
     [mode] = find_modes(ACCELERATIONS.of([Mode(20.0, 0.03)], rng)).modes
     assert abs(mode.frequency - 20.0) < 4.0 * mode.frequency_deviation
     assert ACCELERATIONS.quantity is Quantity.ACCELERATION
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.eye(40)[0],
+        np.eye(40)[20],
+        np.exp(-np.arange(40.0)),
+        np.arange(40.0),
+        np.repeat((0.0, 1.0), 20),
+        1e30 * np.tile((1.0, -1.0), 20),
+        1e-30 * np.cos(np.arange(40.0)),
+    ],
+    ids=["first", "spike", "exponential", "line", "step", "large", "small"],
+)
+def test_odd_recordings_have_an_answer_and_no_mode(values):
+    found = find_modes(Recording(np.arange(40.0) / 100.0, values[:, None]))
+    assert found.reason is not None
+    assert np.isfinite(found.fit).all()

@@ -330,9 +330,10 @@ def _oscillations(
             )
         )
         both = [place, count + place]
-        variances = np.diag(
-            by_rate_and_angular @ covariance[np.ix_(both, both)] @ by_rate_and_angular.T
-        )
+        of_pole = covariance[np.ix_(both, both)]
+        variances = np.full(2, np.inf)
+        if np.isfinite(of_pole).all():
+            variances = np.diag(by_rate_and_angular @ of_pole @ by_rate_and_angular.T)
         deviations = np.sqrt(excess[place] * variances)
         amplitudes = np.zeros(len(moving), dtype=np.complex128)
         amplitudes[moving] = fit.amplitudes[place]
