@@ -1,6 +1,6 @@
 """The command ``calm_demo``: a simulated machine swings, without a shaper and with one.
 
-A move, a path and a stop are driven twice. The true place of the platform, which no real machine
+A move and a stop are driven twice. The true place of the platform, which no real machine
 knows, tells how much it swings after its setpoints have come to rest, and for how long.
 """
 
@@ -27,7 +27,6 @@ from std_srvs.srv import Trigger
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.demo.client import DEEP_QUEUE, MACHINE, START_TIMEOUT, DemoError
 from tri_glide_kinematics.demo.command import PATIENCE, ros_that_ctrl_c_ends, run_command, say
-from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.ros.starting import NodeProcesses, default_parameter_file
@@ -41,19 +40,6 @@ SHAPERS = (UNSHAPED, "ei")
 # A short move, of which an unshaped mode keeps much; and a long one, which is stopped.
 NEAR = (-0.02, 0.0, 0.25), (0.02, 0.0, 0.25)
 FAR = (-0.15, 0.0, 0.25), (0.15, 0.0, 0.25)
-# Corners that are rounded, and an arc.
-PATH = FlatPath.of(
-    [SegmentKind.LINE, SegmentKind.LINE, SegmentKind.ARC_THROUGH, SegmentKind.LINE],
-    [
-        *(-0.02, 0.0, 0.25),
-        *(-0.02, 0.06, 0.25),
-        *(0.02, 0.10, 0.25, 0.06, 0.06, 0.25),
-        *(0.06, 0.0, 0.25),
-    ],
-    [0.004],
-    [0.4],
-    0.0,
-)
 # Along x: the way far away is stopped as soon as its setpoints are there [m].
 STOP_AT = -0.065
 
@@ -202,10 +188,6 @@ class CalmClient(Node):
         """Move the platform to a ``position`` [m]."""
         self._await(self._goals.move_to(position))
 
-    def follow(self, path: FlatPath) -> None:
-        """Drive along a ``path``."""
-        self._await(self._goals.follow(path))
-
     def move_until_stopped(self, position: Vector3) -> int:
         """Stop on the way to a ``position`` [m], and return at which of the setpoints."""
         goal = self._goals.move_to(position)
@@ -285,7 +267,6 @@ def drive(client: CalmClient, shapers: Sequence[str] = SHAPERS) -> list[Swing]:
         client.set_shaper(shaper)
         motions: tuple[tuple[str, Vector3, Callable[[], int | None]], ...] = (
             ("move", NEAR[0], lambda: client.move(NEAR[1])),
-            ("path", FAR[0], lambda: client.follow(PATH)),
             ("stop", FAR[0], lambda: client.move_until_stopped(FAR[1])),
         )
         for name, start, motion in motions:

@@ -57,6 +57,7 @@ from tri_glide_kinematics.ros.parameters import (
     in_position_bounds_of,
     limits_of,
     machine_of,
+    shaper_of,
     supervision_bounds_of,
     true_travel_of,
     workspace_limits_of,
@@ -122,6 +123,7 @@ class IkNode(Node):
             speed_scale=values["speed_scale"],
             in_pieces=True,
         )
+        self._engine.set_shaper(shaper_of(values))
         self._controller = MotionController(
             self._engine,
             self._supervisor,
@@ -315,6 +317,7 @@ class IkNode(Node):
         self._controller.newest_target.bounds = in_position_bounds_of(values)
         self._supervisor.bounds = supervision_bounds_of(values)
         self._controller.set_limits(limits_of(values), values["speed_scale"])
+        self._engine.set_shaper(shaper_of(values))
 
     def _health(self) -> Health:
         unusable = self._unusable.end_of_second()
@@ -333,4 +336,5 @@ class IkNode(Node):
 def _check(values: Values) -> None:
     """Check what can be set live; all else is checked by what is made of it at the start."""
     limits_of(values)
+    shaper_of(values)
     in_position_bounds_of(values)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.ros.parameters import (
     IK_NODE,
     SIMULATOR_NODE,
@@ -13,6 +14,7 @@ from tri_glide_kinematics.ros.parameters import (
     in_position_bounds_of,
     limits_of,
     machine_of,
+    shaper_of,
     supervision_bounds_of,
     swing_of,
     true_travel_of,
@@ -38,6 +40,33 @@ def test_limits_are_those_of_the_parameters():
     limits = limits_of(values(velocity_limits=(1.0, 2.0, 3.0)))
     assert limits.velocity == (1.0, 2.0, 3.0)
     assert supervision_bounds_of(values(velocity_limits=(1.0, 2.0, 3.0))).velocity == (1, 2, 3)
+
+
+def test_by_default_nothing_is_shaped():
+    assert shaper_of(values()) is None
+
+
+def test_a_shaper_is_made_of_its_kind_and_the_modes():
+    one = shaper_of(values(shaper="ei", mode_frequencies=(20.0,), mode_dampings=(0.03,)))
+    assert one == Shaper.of(ShaperKind.EI, Mode(20.0, 0.03))
+    two = shaper_of(values(shaper="zv", mode_frequencies=(20.0, 30.0), mode_dampings=(0.1,)))
+    assert two == Shaper.of(ShaperKind.ZV, Mode(20.0, 0.1), Mode(30.0, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        (
+            {"mode_frequencies": (8.0, 20.0, 30.0)},
+            "mode_frequencies has 3 elements, expected 1 to 2",
+        ),
+        ({"mode_dampings": (0.1, 0.1)}, "mode_dampings has 2 elements, expected 1"),
+    ],
+)
+@pytest.mark.parametrize("shaper", ["none", "ei"])
+def test_modes_that_do_not_fit_are_refused(shaper, changes, text):
+    with pytest.raises(KinematicsError, match=text):
+        shaper_of(values(shaper=shaper, **changes))
 
 
 def test_travel_is_given_as_reported_and_used_as_it_truly_is():

@@ -5,7 +5,10 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.shaping.shapers import HIGHEST_FREQUENCY as HIGHEST_FREQUENCY
     from tri_glide_kinematics.motion.shaping.shapers import LOWEST_FREQUENCY as LOWEST_FREQUENCY
+    from tri_glide_kinematics.motion.shaping.shapers import MOST_DAMPING as MOST_DAMPING
+    from tri_glide_kinematics.motion.shaping.shapers import MOST_MODES as MOST_MODES
     from tri_glide_kinematics.motion.shaping.shapers import Mode as Mode
     from tri_glide_kinematics.motion.shaping.shapers import Shaper as Shaper
     from tri_glide_kinematics.motion.shaping.shapers import ShaperKind as ShaperKind

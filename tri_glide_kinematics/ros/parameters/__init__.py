@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.ros.parameters.values import limits_of as limits_of
     from tri_glide_kinematics.ros.parameters.values import machine_of as machine_of
+    from tri_glide_kinematics.ros.parameters.values import shaper_of as shaper_of
     from tri_glide_kinematics.ros.parameters.values import (
         supervision_bounds_of as supervision_bounds_of,
     )

@@ -5,6 +5,12 @@
 
 from __future__ import annotations
 
+from tri_glide_kinematics.motion.shaping import (
+    HIGHEST_FREQUENCY,
+    LOWEST_FREQUENCY,
+    MOST_DAMPING,
+    ShaperKind,
+)
 from tri_glide_kinematics.ros.parameters.table import Parameter, markdown_table
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
@@ -109,6 +115,37 @@ LIMITS = (
         1.0,
         live=True,
         told=True,
+    ),
+)
+NO_SHAPER = "none"
+SHAPING = (
+    Parameter(
+        "shaper",
+        NO_SHAPER,
+        "shaper that leaves no vibration of the modes behind; a new one is in force from the next "
+        "rest on",
+        choices=(NO_SHAPER, *(kind.value for kind in ShaperKind)),
+        live=True,
+    ),
+    Parameter(
+        "mode_frequencies",
+        (15.0,),
+        "of one mode of vibration or two, without damping",
+        "Hz",
+        LOWEST_FREQUENCY,
+        HIGHEST_FREQUENCY,
+        live=True,
+        any_size=True,
+    ),
+    Parameter(
+        "mode_dampings",
+        (0.05,),
+        "of the modes, as part of their critical damping: one for all, or one for each",
+        "",
+        0.0,
+        MOST_DAMPING,
+        live=True,
+        any_size=True,
     ),
 )
 WORKSPACE = (
@@ -229,6 +266,7 @@ IK_NODE = (
     Parameter("rate", 500.0, "setpoints per second", "1/s", 10.0, 2000.0, told=True),
     *TRAVEL,
     *LIMITS,
+    *SHAPING,
     Parameter(
         "motion",
         "linear",

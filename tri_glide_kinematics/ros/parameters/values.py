@@ -8,9 +8,16 @@ from tri_glide_kinematics.control import (
     SupervisionBounds,
     SwingModel,
 )
-from tri_glide_kinematics.motion.shaping import LOWEST_FREQUENCY
+from tri_glide_kinematics.motion.shaping import (
+    LOWEST_FREQUENCY,
+    MOST_MODES,
+    Mode,
+    Shaper,
+    ShaperKind,
+)
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.ros.parameters.table import ParameterError, Values
+from tri_glide_kinematics.ros.parameters.tables import NO_SHAPER
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
@@ -52,6 +59,24 @@ def limits_of(values: Values) -> SliderLimits:
     return SliderLimits(
         values["velocity_limits"], values["acceleration_limits"], values["jerk_limits"]
     )
+
+
+def shaper_of(values: Values) -> Shaper | None:
+    """Return the shaper; None if there is none.
+
+    Raises:
+        ParameterError: if the numbers of frequencies and dampings do not fit.
+    """
+    frequencies = values["mode_frequencies"]
+    if len(frequencies) > MOST_MODES:
+        raise ParameterError(
+            f"mode_frequencies has {len(frequencies)} elements, expected 1 to {MOST_MODES}"
+        )
+    dampings = _for_each_mode("mode_dampings", values, len(frequencies))
+    if values["shaper"] == NO_SHAPER:
+        return None
+    modes = (Mode(frequency, damping) for frequency, damping in zip(frequencies, dampings))
+    return Shaper.of(ShaperKind(values["shaper"]), *modes)
 
 
 def true_travel_of(values: Values) -> tuple[Vector3, Vector3]:
@@ -162,7 +187,8 @@ def _for_each_mode(name: str, values: Values, size: int) -> tuple[float, ...]:
     if len(numbers) == 1:
         return numbers * size
     if len(numbers) != size:
-        raise ParameterError(f"{name} has {len(numbers)} elements, expected 1 or {size}")
+        expected = "1" if size == 1 else f"1 or {size}"
+        raise ParameterError(f"{name} has {len(numbers)} elements, expected {expected}")
     return numbers
 
 
