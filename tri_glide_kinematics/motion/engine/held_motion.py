@@ -97,7 +97,7 @@ class DriveLimits:
             return self
         return replace(self, planned=planned or self.scaled.times(*LEFT_TO_PLANS))
 
-    @property
+    @cached_property
     def held_back(self) -> float:
         """How long after the end of a plan the shaper still moves the platform [s]."""
         return self.shaper.duration if self.shaper is not None else 0.0
@@ -192,7 +192,7 @@ class HeldMotion:
         """Return this with its plan as an earlier one, until there is a braking."""
         return replace(self, role=PlanRole.EARLIER)
 
-    @property
+    @cached_property
     def rests_at(self) -> float:
         """When nothing moves any more, after the start of the plan [s]."""
         return self.plan.duration + self.limits.held_back
