@@ -133,7 +133,7 @@ class PlanHolder:
             NotStartedError: before the start.
         """
         held = self.held
-        return held.plan.at(self.time) if self.shaped is None else self.shaped.state
+        return held.plan.at(self.time) if self.shaped is None else self.shaped.at(0.0)
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints of the held plan at ``times`` from now on. Shape (n,) [s].
@@ -148,23 +148,24 @@ class PlanHolder:
 
     def hold(self, held: HeldMotion, elapsed: float = 0.0) -> None:
         """Hold something else; of a new plan ``elapsed`` seconds are past already."""
-        last = self.motion
+        last, time, number, shaped = self.motion, self.time, self.plan_number, self.shaped
         if last is None or held.plan is not last.plan:
-            self.time = elapsed
+            time = elapsed
             # The steps of tracking are one motion.
             if last is None or last.tracked_step is None or held.tracked_step is None:
-                self.plan_number += 1
-            if self.shaped is not None:
-                self.shaped.hold(held.plan, elapsed)
-        self.motion = held
+                number += 1
+            if shaped is not None:
+                shaped = shaped.followed_by(held.plan, elapsed)
         shaper = held.limits.shaper
-        if (self.shaped.shaper if self.shaped is not None else None) is not shaper:
-            self.shaped = None
+        if shaper is None:
+            shaped = None
+        elif shaped is None or shaped.shaper is not shaper:
             # A shaper is put in force at rest, and so it is empty.
-            if self.time >= held.plan.duration:
-                self.time = max(self.time, held.rests_at)
-            if shaper is not None:
-                self.shaped = ShapedMotion(self._machine, shaper, held.plan, self.time)
+            if time >= held.plan.duration:
+                time = max(time, held.rests_at)
+            shaped = ShapedMotion.from_rest(self._machine, shaper, held.plan, time)
+        # All of it, or nothing, whatever fails before.
+        self.motion, self.time, self.plan_number, self.shaped = held, time, number, shaped
 
 
 class PlanExecution:
@@ -252,8 +253,8 @@ class PlanExecution:
         if holder.shaped is None:
             setpoint = held.plan.at(time)
         else:
-            holder.shaped.advance(dt)
-            setpoint = holder.shaped.state
+            setpoint = holder.shaped.at(dt)
+            holder.shaped.time += dt
         holder.time = time
         return setpoint
 
@@ -408,9 +409,10 @@ class PlanExecution:
             same = after.plan is held.plan and after.limits == held.limits
             if same or after.limits.shaper is None:
                 break
+            yield
             lead = start - self.holder.time
             motion = self._driven_with(after, lead)
-            use = yield from motion.limit_use(after.limits.scaled, max(lead, 0.0))
+            use = yield from motion.limit_use(after.limits.scaled, max(lead, 0.0), after.region)
             if use.keeps_limits:
                 yield from inside(motion, after.region, after.limits.scaled)
                 break

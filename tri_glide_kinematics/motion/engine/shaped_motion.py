@@ -20,25 +20,33 @@ if TYPE_CHECKING:
 
 
 class ShapedMotion:
-    """The shaped motion of the plans that are held one after the other."""
+    """The shaped motion of the plans that are held one after the other.
 
-    def __init__(self, machine: TriGlide, shaper: Shaper, plan: Trajectory, time: float) -> None:
-        """Begin at rest, at a ``time`` [s] in a ``plan``."""
+    Attributes:
+        time: since the newest of them is held [s].
+    """
+
+    def __init__(self, machine: TriGlide, shaper: Shaper, driven: Sequence[DrivenPart]) -> None:
+        """Begin with what is ``driven``, seen from now."""
         self._machine = machine
-        self.shaper = shaper
-        self._begin([DrivenPart(-time, plan, 0.0)])
+        self._trajectory = ShapedTrajectory(machine, shaper, driven)
+        self.time = 0.0
 
-    def _begin(self, driven: Sequence[DrivenPart]) -> None:
-        self._trajectory = ShapedTrajectory(self._machine, self.shaper, driven)
-        self._time = 0.0
+    @classmethod
+    def from_rest(
+        cls, machine: TriGlide, shaper: Shaper, plan: Trajectory, time: float
+    ) -> ShapedMotion:
+        """Return the motion of a ``plan`` that begins at rest, ``time`` seconds after its start."""
+        return cls(machine, shaper, [DrivenPart(-time, plan, 0.0)])
 
-    def advance(self, dt: float) -> None:
-        """Let ``dt`` seconds pass."""
-        self._time += dt
+    @property
+    def shaper(self) -> Shaper:
+        """Its impulses."""
+        return self._trajectory.shaper
 
-    def hold(self, plan: Trajectory, elapsed: float) -> None:
-        """Go on with another ``plan``, of which ``elapsed`` seconds are past."""
-        self._begin(self._with(plan, -elapsed))
+    def followed_by(self, plan: Trajectory, elapsed: float) -> ShapedMotion:
+        """Return the motion that goes on with another ``plan``, of which some time is past [s]."""
+        return ShapedMotion(self._machine, self.shaper, self._with(plan, -elapsed))
 
     def going_on(self, plan: Trajectory, lead: float) -> ShapedTrajectory:
         """Return the motion, from now on, if a ``plan`` takes over in ``lead`` seconds."""
@@ -46,22 +54,21 @@ class ShapedMotion:
 
     def _with(self, plan: Trajectory, lead: float) -> list[DrivenPart]:
         """Return the parts that still count, seen from now, and another plan behind them."""
-        parts = [part._replace(begin=part.begin - self._time) for part in self._trajectory.driven]
+        parts = [part._replace(begin=part.begin - self.time) for part in self._trajectory.driven]
         parts = [part for part in parts if part.begin < lead]
         ends = [part.begin for part in parts[1:]]
         forgotten = sum(end < -self.shaper.duration for end in ends)
         return [*parts[forgotten:], DrivenPart(lead, plan, 0.0)]
 
-    @property
-    def state(self) -> SliderState:
-        """Present setpoint."""
-        return self._trajectory.at(self._time)
+    def at(self, time: float) -> SliderState:
+        """Return the setpoint ``time`` seconds from now."""
+        return self._trajectory.at(self.time + time)
 
     @property
     def time_to_rest(self) -> float:
         """Time until the platform rests [s]."""
-        return max(self._trajectory.duration - self._time, 0.0)
+        return max(self._trajectory.duration - self.time, 0.0)
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at ``times`` from now on. Shape (n,) [s]."""
-        return self._trajectory.sample(self._time + times)._replace(times=times)
+        return self._trajectory.sample(self.time + times)._replace(times=times)

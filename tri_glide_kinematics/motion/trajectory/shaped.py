@@ -17,6 +17,7 @@ from math import hypot, sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.shaping import Shaper
@@ -115,7 +116,7 @@ class ShapedTrajectory(Trajectory):
         shaper: its impulses.
     """
 
-    __slots__ = ("_begins", "_machine", "driven", "duration", "shaper")
+    __slots__ = ("_begins", "_extremes", "_machine", "driven", "duration", "shaper")
 
     def __init__(self, machine: TriGlide, shaper: Shaper, driven: Sequence[DrivenPart]) -> None:
         """Shape the motion of a ``machine``."""
@@ -123,6 +124,8 @@ class ShapedTrajectory(Trajectory):
         self.shaper = shaper
         self.driven = tuple(driven)
         self._begins = [part.begin for part in self.driven]
+        # Bounds of the heights, from the look at the limits.
+        self._extremes: tuple[FloatArray, FloatArray] | None = None
         self.duration = max(self._end + shaper.duration, 0.0)
 
     @property
@@ -192,31 +195,42 @@ class ShapedTrajectory(Trajectory):
         position = self.platform_series(self._machine, times, half)
         return heights_of(self._machine.geometry, position, half)
 
-    def limit_use(self, limits: SliderLimits, since: float = 0.0) -> Interruptible[LimitBounds]:
+    def limit_use(
+        self, limits: SliderLimits, since: float = 0.0, region: Workspace | None = None
+    ) -> Interruptible[LimitBounds]:
         """Return bounds of how much of the limits is used, from the time ``since`` [s] on.
 
-        Where that is more than all of it, cells are made smaller, and so the bounds.
+        Where a bound is beyond a limit, or outside the travel in a ``region``, cells are made
+        smaller, and so the bounds.
         """
         edges = self.knots()
         middles, half = divided(np.unique(np.append(edges[edges > since], since)))
         most, when = np.zeros((3, 3)), np.zeros((3, 3))
+        lowest = highest = np.array(self.at(self.duration).heights)
         for division in range(DIVISIONS + 1):
-            unsettled = np.zeros(len(middles), dtype=bool)
+            settled = np.ones(len(middles), dtype=bool)
             for first in range(0, len(middles), CELLS_AT_ONCE):
                 some = slice(first, first + CELLS_AT_ONCE)
-                use = largest_of(self._height_series(middles[some], half[some]), half[some])
-                use /= limits.table[..., np.newaxis]
+                series = self._height_series(middles[some], half[some])
+                low, high = heights_within(series, half[some])
+                use = largest_of(series, half[some]) / limits.table[..., np.newaxis]
                 if division < DIVISIONS:
-                    unsettled[some] = ~(use <= 1.0 + RELATIVE_ROUNDING).all(axis=(0, 1))
-                    use[..., unsettled[some]] = 0.0
-                index = use.argmax(axis=-1)
-                found = np.take_along_axis(use, index[..., np.newaxis], axis=-1)[..., 0]
-                # What is not known counts as more.
-                more = ~(found <= most)
-                most = np.where(more, found, most)
-                when = np.where(more, middles[some][index], when)
+                    settled[some] = (use <= 1.0 + RELATIVE_ROUNDING).all(axis=(0, 1))
+                    if region is not None:
+                        settled[some] &= _between(low, high, region)
+                chosen = settled[some]
+                if chosen.any():
+                    lowest = np.minimum(lowest, low[:, chosen].min(axis=1))
+                    highest = np.maximum(highest, high[:, chosen].max(axis=1))
+                    index = use[..., chosen].argmax(axis=-1)[..., np.newaxis]
+                    found = np.take_along_axis(use[..., chosen], index, axis=-1)[..., 0]
+                    # What is not known counts as more, and stays unknown.
+                    more = ~(found <= most) & ~np.isnan(most)
+                    most = np.where(more, found, most)
+                    when = np.where(more, middles[some][chosen][index[..., 0]], when)
                 yield
-            middles, half = quartered(middles[unsettled], half[unsettled])
+            middles, half = quartered(middles[~settled], half[~settled])
+        self._extremes = lowest, highest
         return LimitBounds(most, when)
 
     def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
@@ -229,28 +243,18 @@ class ShapedTrajectory(Trajectory):
 
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
         """Check travel, and return the check of all of the way."""
-        self.check_travel(*self._height_extremes(region), region)
+        if self._extremes is None or not _between(*self._extremes, region):
+            at_once(self.limit_use(limits, 0.0, region))
+        assert self._extremes is not None
+        self.check_travel(*self._extremes, region)
         return (region.path_check(self.at, self.duration, hypot(*limits.acceleration)),)
 
-    def _height_extremes(self, region: Workspace) -> tuple[FloatArray, FloatArray]:
-        """Return bounds of the heights; where they are outside the travel, cells are smaller.
 
-        Returns:
-            Lowest and highest. Each of the shape (3,) [m].
-        """
-        travel = region.limits
-        lowest = highest = np.array(self.at(self.duration).heights)
-        middles, half = divided(np.unique(np.append(self.knots(), 0.0)))
-        for division in range(DIVISIONS + 1):
-            low, high = heights_within(self._height_series(middles, half), half)
-            unsettled = (low.T < travel.lower_heights) | (high.T > travel.upper_heights)
-            fails = unsettled.any(axis=1) & (division < DIVISIONS)
-            lowest = np.minimum(lowest, low[:, ~fails].min(axis=1, initial=np.inf))
-            highest = np.maximum(highest, high[:, ~fails].max(axis=1, initial=-np.inf))
-            if not fails.any():
-                break
-            middles, half = quartered(middles[fails], half[fails])
-        return lowest, highest
+def _between(lowest: FloatArray, highest: FloatArray, region: Workspace) -> NDArray[np.bool_]:
+    """Return whether heights are inside the travel, for shapes (3,) or (3, n) [m]. Shape (n,)."""
+    travel = region.limits
+    inside = (lowest.T >= travel.lower_heights) & (highest.T <= travel.upper_heights)
+    return np.asarray(inside.all(axis=-1))
 
 
 def divided(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
