@@ -12,6 +12,7 @@ import numpy as np
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import check_place
 from tri_glide_kinematics.motion.trajectory.curve_bounds import check_along, smooth_parts
+from tri_glide_kinematics.motion.trajectory.knots import ascending
 from tri_glide_kinematics.motion.trajectory.series import (
     Series,
     composed,
@@ -166,7 +167,7 @@ class CurvePlan(Trajectory):
         knots = smooth_parts(self.curve, self.scaling).times
         if self.blend is None:
             return knots
-        return np.unique(np.concatenate((knots, self.blend.knots())))
+        return ascending(np.concatenate((knots, self.blend.knots())))
 
     def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
         """Return Taylor series of the platform's position."""

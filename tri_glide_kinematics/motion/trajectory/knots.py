@@ -15,6 +15,17 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
 
 
+def ascending(times: FloatArray) -> FloatArray:
+    """Return ``times``, of any shape, in ascending order and each once. Shape (n,) [s].
+
+    The function of numpy for this loads a module when it is first called, for 30 ms.
+    """
+    ordered = np.sort(times, axis=None)
+    is_new = np.ones(len(ordered), dtype=bool)
+    np.greater(ordered[1:], ordered[:-1], out=is_new[1:])
+    return np.asarray(ordered[is_new])
+
+
 def shortest_piece(way: float, acceleration: float) -> float:
     """Return how short a phase must be to get no knot of its own [s].
 

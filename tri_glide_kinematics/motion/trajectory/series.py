@@ -125,8 +125,10 @@ def composed(outer: Series, inner: Series) -> Series:
         change = way.copy()
         change[0] = 0.0
         result = np.zeros_like(coefficients)
-        result[0] = coefficients[-1]
-        for coefficient in coefficients[-2::-1]:
+        # Of a line only the first two are not zero.
+        top = max((n for n in range(ORDERS) if coefficients[n].any()), default=0)
+        result[0] = coefficients[top]
+        for coefficient in coefficients[:top][::-1]:
             result = product(change, result)
             result[0] += coefficient
         results.append(result)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError
+from tri_glide_kinematics.motion.trajectory.knots import ascending
 from tri_glide_kinematics.motion.trajectory.limits import (
     QUANTITIES,
     RELATIVE_ROUNDING,
@@ -171,7 +172,7 @@ class ShapedTrajectory(Trajectory):
             ]
         )
         knots = np.add.outer(np.array(self.shaper.times), unshaped)
-        return np.unique(np.clip(knots, 0.0, self.duration))
+        return ascending(np.clip(knots, 0.0, self.duration))
 
     def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
         """Return Taylor series of the platform's position."""
@@ -181,7 +182,7 @@ class ShapedTrajectory(Trajectory):
         halves = np.tile(half, len(delays))
         owner = np.maximum(np.searchsorted(self._begins, before, side="right") - 1, 0)
         table = np.empty((2, ORDERS, 3, len(before)))
-        for index in np.unique(owner).tolist():
+        for index in sorted(set(owner.tolist())):
             begin, plan, skipped = self.driven[index]
             mine = owner == index
             # Before the first part there was rest where it begins.
@@ -204,7 +205,7 @@ class ShapedTrajectory(Trajectory):
         smaller, and so the bounds.
         """
         edges = self.knots()
-        middles, half = divided(np.unique(np.append(edges[edges > since], since)))
+        middles, half = divided(ascending(np.append(edges[edges > since], since)))
         most, when = np.zeros((3, 3)), np.zeros((3, 3))
         lowest = highest = np.array(self.at(self.duration).heights)
         for division in range(DIVISIONS + 1):

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError, SliderTravelError
+from tri_glide_kinematics.motion.trajectory.knots import ascending
 from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.trajectory.series import ORDERS, Series
 from tri_glide_kinematics.tri_glide import TriGlide
@@ -188,7 +189,7 @@ class SequencePlan(Trajectory):
         shifted = times + self._skipped
         owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
         sampled = SampledPlan(times, *(np.empty((len(times), 3)) for _ in range(3)))
-        for index in np.unique(owner).tolist():
+        for index in sorted(set(owner.tolist())):
             mine = owner == index
             part = self._plans[index].sample(
                 shifted[mine] - (self._ends[index - 1] if index else 0.0)
@@ -214,14 +215,14 @@ class SequencePlan(Trajectory):
             np.append(plan.knots()[plan.knots() < end - begin] + begin, end)
             for plan, begin, end in zip(self._plans, begins, begins[1:])
         ]
-        return np.unique(np.concatenate(knots))
+        return ascending(np.concatenate(knots))
 
     def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
         """Return Taylor series of the platform's position, each from the plan that it lies in."""
         shifted = times + self._skipped
         owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
         series = Series(*(np.empty((ORDERS, 3, len(times))) for _ in range(2)))
-        for index in np.unique(owner).tolist():
+        for index in sorted(set(owner.tolist())):
             mine = owner == index
             since = shifted[mine] - (self._ends[index - 1] if index else 0.0)
             part = self._plans[index].platform_series(machine, since, half[mine])
