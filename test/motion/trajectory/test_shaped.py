@@ -9,6 +9,7 @@ import pytest
 from motion_machine import LIMITS, MACHINE, WORKSPACE, each_kind
 from timed_paths import random_path
 
+from testing.swing_behind import left_after
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import (
     CommandStream,
@@ -32,38 +33,6 @@ def random_ends(count: int, seed: int = 6) -> list[tuple]:
 
 def shaped(plan: Trajectory, shaper: Shaper = SHAPER) -> ShapedTrajectory:
     return ShapedTrajectory(MACHINE, shaper, (DrivenPart(0.0, plan, 0.0),))
-
-
-def swing(places: np.ndarray, dt: float, mode: Mode) -> np.ndarray:
-    """Return how far a platform with one mode on each axis is from its rigid ``places``.
-
-    The response to places that change linearly between instants, in closed form: independent of
-    the shapers' formulas.
-    """
-    w, z = math.tau * mode.frequency, mode.damping
-    damped = w * math.sqrt(1.0 - z * z)
-    # The offset q from the rigid place: q'' + 2 z w q' + w^2 q = -(rigid)'', an impulse of the
-    # rigid velocity's change at each instant.
-    fade = math.exp(-z * w * dt)
-    c, s = math.cos(damped * dt), math.sin(damped * dt)
-    step = fade * np.array(
-        ((c + z * w / damped * s, s / damped), (-w * w / damped * s, c - z * w / damped * s))
-    )
-    rates = np.diff(places, axis=0, prepend=places[:1]) / dt
-    kicks = np.diff(rates, axis=0, append=np.zeros((1, 3)))
-    state = np.zeros((2, 3))
-    offsets = []
-    for kick in kicks:
-        offsets.append(state[0])
-        state = step @ (state - np.array((np.zeros(3), kick)))
-    return np.array(offsets)
-
-
-def left_after(motion: Trajectory, mode: Mode, dt: float = 0.0005) -> float:
-    """Return how far the platform swings after a ``motion`` [m]."""
-    times = np.arange(0.0, motion.duration + 3.0 * mode.period, dt)
-    offsets = swing(MACHINE.forward_batch(motion.sample(times).heights), dt, mode)
-    return float(np.linalg.norm(offsets[times > motion.duration + dt], axis=1).max())
 
 
 @each_kind
@@ -136,9 +105,9 @@ def test_it_leaves_no_swing(kind, frequency):
     left, unshaped = [], []
     for start, end in random_ends(5):
         motion = plan_move(WORKSPACE, LIMITS, start, end, kind=kind, shaper=shaper)
-        left.append(left_after(motion, mode))
+        left.append(left_after(MACHINE, motion, mode))
         plain = plan_move(WORKSPACE, LIMITS, start, end, kind=kind)
-        unshaped.append(left_after(plain, mode))
+        unshaped.append(left_after(MACHINE, plain, mode))
     assert np.sqrt(np.mean(np.square(left))) < 0.05 * np.sqrt(np.mean(np.square(unshaped)))
 
 
