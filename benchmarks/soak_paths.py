@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.bench_paths import differences_of, drive
 from benchmarks.judge import WIDE
-from testing.path_samples import Piece, distances, random_path
+from testing.path_samples import ROUNDING, Piece, distances, random_path
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limit_use import TOLERANCES
 from tri_glide_kinematics.motion.path import PathPlaceError, PlatformPath, check_place
@@ -30,8 +30,6 @@ from tri_glide_kinematics.workspace import Workspace
 SIZE = 0.06
 SAMPLES = 4000
 REPORT = 200
-# Distance from lines and arcs that are kept [m].
-ROUNDING = 1e-9
 
 
 def largest_distance(path: PlatformPath, pieces: list[Piece]) -> float:

@@ -30,6 +30,7 @@ from tri_glide_kinematics.motion.trajectory import (
     DrivenPart,
     NotShapedError,
     NotStartedError,
+    Planned,
     SampledPlan,
     ShapedTrajectory,
     SliderState,
@@ -416,7 +417,7 @@ class PlanExecution:
             if use.keeps_limits:
                 yield from inside(motion, after.region, after.limits.scaled)
                 break
-            planned = use.leaving(after.limits.effective)
+            planned = use.leaving(Planned(after.limits.effective, after.limits.cut))
             pending = held.pending and held.pending.leaving(planned)
             less = replace(held, limits=held.limits.leaving(planned), pending=pending)
         else:
@@ -437,7 +438,7 @@ class PlanExecution:
         lead = self._path_lead_time.after(self._last_step) if self._in_pieces else 0.0
         # Exactly there, so that the motion is the same whatever the steps are.
         start = max(self.holder.time + lead, held.goes_on_at)
-        making = self.replanning.continued
+        making = self._proved(self.replanning.continued)
         preparation = Preparation(making, None, held, self.holder.time, start, self._path_lead_time)
         self._begin(preparation)
 
