@@ -155,6 +155,19 @@ def test_limits_may_change_while_it_is_full():
     assert_keeps(driven(moving), lower)
 
 
+def test_limits_that_come_behind_a_stop_are_in_force_at_once():
+    moving = shaped()
+    moving.move_to(TARGET)
+    for _ in range(200):
+        moving.step(DT)
+    moving.stop()
+    driven(moving)
+    # What is held is the stop; it has ended, and what the sliders did before counts no more.
+    moving.set_speed_scale(0.1)
+    assert not moving.limits_pending
+    assert moving.phase is MotionPhase.IDLE
+
+
 def test_a_moving_target_is_refused_and_nothing_changes():
     moving = shaped()
     with pytest.raises(NotShapedError, match="moving target"):

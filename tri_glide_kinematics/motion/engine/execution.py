@@ -417,6 +417,9 @@ class PlanExecution:
             if use.keeps_limits:
                 yield from inside(motion, after.region, after.limits.scaled)
                 break
+            if after.plan is held.plan:
+                # No other plan is made for less.
+                use.check(after.limits.scaled)
             planned = use.leaving(Planned(after.limits.effective, after.limits.cut))
             pending = held.pending and held.pending.leaving(planned)
             less = replace(held, limits=held.limits.leaving(planned), pending=pending)
@@ -460,7 +463,7 @@ class PlanExecution:
             preparation.work(may_go_on)
         except BaseException as error:
             self.preparation = None
-            self.look_ahead()
+            self._wait(self.holder.held)
             # A goal that was taken before comes to rest where it cannot go on.
             if isinstance(error, KinematicsError) and preparation.goal is None:
                 return
@@ -563,6 +566,10 @@ class PlanExecution:
         """Hold something else, keep a ``refusal``, and see to it that what waits is tried again."""
         self.holder.hold(held, elapsed)
         self._refusal = refusal or self._refusal
+        self._wait(held)
+
+    def _wait(self, held: HeldMotion) -> None:
+        """Note when what waits of ``held`` is tried again, if something does."""
         waits = held.waits(self.holder.time)
         self._retry_at = (
             min(self.holder.time + RETRY_INTERVAL, held.rests_at) if waits else math.inf

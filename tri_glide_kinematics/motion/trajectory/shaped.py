@@ -46,6 +46,9 @@ DIVISIONS = 3
 # So many cells are looked at together.
 CELLS_AT_ONCE = 64
 
+# Velocity, acceleration and jerk by the coefficients of a Taylor series.
+_TO_DERIVATIVES = np.array((1.0, 2.0, 6.0))[:, np.newaxis, np.newaxis]
+
 # Where the middles of the quarters of a cell are, in halves of it.
 _QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
 
@@ -230,6 +233,8 @@ class ShapedTrajectory(Trajectory):
         most, when = np.zeros((3, 3)), np.zeros((3, 3))
         most_cut, cut_at = 0.0, 0.0
         lowest = highest = np.array(self.at(self.duration).heights)
+        # Where a limit is exceeded in the middle of a cell, smaller cells show nothing else.
+        is_exceeded = False
         for division in range(DIVISIONS + 1):
             settled = np.ones(len(middles), dtype=bool)
             for first in range(0, len(middles), CELLS_AT_ONCE):
@@ -238,9 +243,12 @@ class ShapedTrajectory(Trajectory):
                 low, high = heights_within(series, half[some])
                 use = largest_of(series, half[some]) / limits.table[..., np.newaxis]
                 cut_there, cut = self._cut(middles[some], half[some])
-                if division < DIVISIONS:
+                used_there = np.abs(series.values[1:4]) * _TO_DERIVATIVES
+                is_exceeded |= bool((used_there > limits.table[..., np.newaxis]).any())
+                is_exceeded |= bool((cut_there > 1.0).any())
+                if division < DIVISIONS and not is_exceeded:
                     settled[some] = (use <= 1.0 + RELATIVE_ROUNDING).all(axis=(0, 1))
-                    settled[some] &= (cut <= 1.0) | (cut_there > 1.0)
+                    settled[some] &= cut <= 1.0
                     if region is not None:
                         settled[some] &= _between(low, high, region)
                 chosen = settled[some]
@@ -258,6 +266,8 @@ class ShapedTrajectory(Trajectory):
                     most = np.where(more, found, most)
                     when = np.where(more, middles[some][chosen][index[..., 0]], when)
                 yield
+            if is_exceeded:
+                break
             middles, half = quartered(middles[~settled], half[~settled])
         self._extremes = lowest, highest
         segment = self._path.segment(cut_at - self.shaper.delay) if self._path else 0
