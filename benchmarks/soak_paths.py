@@ -91,7 +91,12 @@ class Judged(NamedTuple):
 
     def joined(self, other: Judged) -> Judged:
         """Return the larger of both."""
-        return Judged(*(np.maximum(one, two) for one, two in zip(self, other)))
+        return Judged(
+            max(self.distance, other.distance),
+            np.maximum(self.uses, other.uses),
+            np.maximum(self.differences, other.differences),
+            max(self.end, other.end),
+        )
 
 
 def random_shaper(rng: np.random.Generator) -> Shaper:
@@ -129,7 +134,7 @@ def soak_shaped(count: int, seed: int) -> int:
     print(f"largest velocity, acceleration, jerk by bounds {found.uses} of the limits")
     print(f"largest velocity, acceleration, jerk by differences {found.differences} of the limits")
     print(f"largest distance from the end {found.end:.3g} m")
-    within = (found.differences <= 1.0 + np.array(TOLERANCES)).all()
+    within = bool((found.differences <= 1.0 + np.array(TOLERANCES)).all())
     within = within and bool((found.uses <= 1.0 + RELATIVE_ROUNDING).all())
     return 0 if within and found.distance <= 1.0 and found.end < ROUNDING else 1
 
