@@ -259,16 +259,18 @@ class Left(NamedTuple):
         unshaped: the same of the same modes without a shaper [m].
         later: how much later than without a shaper the motion rests after the last command, less
             the shaper's time, as part of the time without. Of the same shape.
+        refused: how many are possible without a shaper only.
     """
 
     kind: str
     shaped: FloatArray
     unshaped: FloatArray
     later: FloatArray
+    refused: int
 
     @property
     def parts(self) -> FloatArray:
-        """What is left, as part of the unshaped swing; root mean square, by what is known."""
+        """What is left, as part of the unshaped swing; root mean square, by what is known. (3,)."""
         squares = (np.square(values).sum(axis=0) for values in (self.shaped, self.unshaped))
         return np.sqrt(np.divide(*squares))
 
@@ -276,16 +278,20 @@ class Left(NamedTuple):
 def left(kind: str, count: int = COUNT) -> Left:
     """Measure so many motions of a ``kind``; those that are refused are left out."""
     rng = np.random.default_rng(SEED)
-    found = []
+    found, refused = [], 0
     for motion in (KINDS[kind](rng) for _ in range(count)):
         cases = [known.drawn(rng) for known in KNOWN]
         try:
             plain = driven(motion)
-            shaped = [driven(motion, shaper) for shaper, _ in cases]
         except KinematicsError:
             # A path may lead out of the workspace, and a jog may come to its edge.
             continue
         if not plain.rest > 0.0:
+            continue
+        try:
+            shaped = [driven(motion, shaper) for shaper, _ in cases]
+        except KinematicsError:
+            refused += 1
             continue
         found.append(
             [
@@ -298,16 +304,16 @@ def left(kind: str, count: int = COUNT) -> Left:
             ]
         )
     table = np.array(found).reshape(-1, len(KNOWN), 3)
-    return Left(kind, *np.moveaxis(table, -1, 0))
+    shaped_ones, unshaped, later = np.moveaxis(table, -1, 0)
+    return Left(kind, shaped_ones, unshaped, later, refused)
 
 
 def figures(kind: str, count: int = COUNT) -> Iterator[tuple[str, ...]]:
     """Yield the rows of a ``kind``: what is left, and how much later a stop rests."""
     found = left(kind, count)
     number = str(len(found.shaped))
-    if not len(found.shaped):
-        yield kind, number, "-", "-", "-"
-        return
+    if found.refused:
+        number += f" ({found.refused} refused with a shaper only)"
     for known, part in zip(KNOWN, found.parts.tolist()):
         reached = "yes" if part <= known.goal else "NO"
         yield f"{kind}: left, {known}", number, f"{part:.1%}", f"{known.goal:.0%}", reached

@@ -219,7 +219,7 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
         for row in range(count):
             pause -= 1
             at_rest = None
-            if engine.phase is MotionPhase.IDLE and not engine.preparing:
+            if engine.phase is MotionPhase.IDLE and not engine.preparing and not engine.tracks:
                 at_rest = engine.state.heights
             if pause <= 0:
                 pause = next(pauses)

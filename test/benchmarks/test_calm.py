@@ -54,10 +54,13 @@ def test_shaped_moves_are_there_sooner(kind):
     assert calm.over_best_jerk <= 1.0
 
 
-@pytest.mark.parametrize("kind", ["lines", "slider moves", "jogs", "stops"])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
 def test_little_is_left_of_each_kind_of_motion(kind):
     found = left(kind, 20)
-    assert len(found.shaped) >= 15
+    assert len(found.shaped) >= 12
+    # Without a tolerance a path with bends is not possible with a shaper.
+    assert found.refused == 0 or kind == "paths"
     assert (found.parts <= [known.goal for known in KNOWN]).all()
     if kind in STOPPED:
         assert np.median(found.later) <= 0.05
@@ -77,12 +80,16 @@ def test_a_motion_is_commanded_equally_with_a_shaper_and_without():
 
 
 def test_motions_that_are_refused_are_left_out(monkeypatch):
-    far = bench_calm.Motion(
-        MotionKind.LINEAR, (0.0, 0.0, 0.3), [(0.0, lambda engine: engine.move_to((9.0, 0.0, 0.3)))]
+    motions = iter(
+        bench_calm.Motion(
+            MotionKind.LINEAR, (0.0, 0.0, 0.3), [(0.0, lambda engine, x=x: engine.move_to(x))]
+        )
+        for x in ((0.05, 0.0, 0.3), (9.0, 0.0, 0.3), (0.0, 0.05, 0.3))
     )
-    monkeypatch.setitem(KINDS, "lines", lambda _: far)
-    assert left("lines", 3).shaped.shape == (0, len(KNOWN))
-    assert [row[1] for row in bench_calm.figures("lines", 3)] == ["0"]
+    monkeypatch.setitem(KINDS, "lines", lambda _: next(motions))
+    found = left("lines", 3)
+    assert found.shaped.shape == (2, len(KNOWN))
+    assert found.refused == 0
 
 
 def test_the_table_has_all_kinds(capsys):
