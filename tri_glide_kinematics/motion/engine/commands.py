@@ -333,19 +333,30 @@ class Jog(Command):
             execution.stop()
         elif not is_idle and self.renews(held.goal):
             execution.keep_goal()
-        elif is_idle or not self._is_tracked_at_once(execution):
+        elif is_idle or not self._is_tracked(execution):
             execution.prepare_goal(self)
 
-    def _is_tracked_at_once(self, execution: PlanExecution) -> bool:
-        """Go over to it in motion, if there is a certified step; return whether there is.
+    def _is_tracked(self, execution: PlanExecution) -> bool:
+        """Go over to it in motion, if there may be a certified step; return whether there may.
 
-        Outside the workspace and with a shaper, as from rest, it is planned.
+        Outside the workspace, as from rest, it is planned. With a shaper its first step is prepared.
         """
         held = execution.holder.held
-        if held.region is not execution.workspace or execution.is_shaped:
+        if held.region is not execution.workspace:
             return False
         tracking = held.with_goal(self)
-        if not execution.tracks or held.goal is None or held.goal.kind is not self.kind:
+        goes_on = execution.tracks and held.goal is not None and held.goal.kind is self.kind
+        if goes_on and execution.is_shaped:
+            # The step that is being prepared is nearly there, and the next one leads to this.
+            execution.keep_goal()
+            execution.replace(tracking)
+            return True
+        if execution.is_shaped:
+            if held.pending is not None or execution.holder.time >= held.plan.duration:
+                return False
+            execution.prepare_step(self)
+            return True
+        if not goes_on:
             step = execution.certified_step(tracking)
             if step is None:
                 return False
@@ -406,7 +417,6 @@ class Track(Command):
     phase = MotionPhase.TRACKING
     has_end = False
     has_line = False
-    can_be_shaped = False
     position: Vector3
     velocity: Vector3
 
@@ -470,8 +480,8 @@ class Track(Command):
             execution.track(tracking)
 
     def wanted(self, tracker: Tracker, limits: DriveLimits, dt: float) -> Wanted:
-        """Return where the target will be, and how it will move."""
-        return tracker.target_after(dt)
+        """Return where the target will be, and how it will move; with a shaper, led."""
+        return tracker.target_after(dt, limits.shaper)
 
     def edge(self, check_position: Callable[[Vector3], object]) -> KinematicsError | None:
         """Return why the target is not inside the workspace, if it is not."""

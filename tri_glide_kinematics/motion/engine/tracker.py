@@ -13,6 +13,7 @@ from dataclasses import replace
 
 from tri_glide_kinematics.motion.engine.commands import Track
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.tracking import (
     Follower,
     MovingTarget,
@@ -41,23 +42,37 @@ class Tracker:
         else:
             self._target.report(moving, self._time - target.age)
 
-    def next(self, held: HeldMotion, time: float, dt: float) -> HeldMotion | None:
+    def next(
+        self, held: HeldMotion, time: float, dt: float, ahead: float = 0.0
+    ) -> HeldMotion | None:
         """Return what is held for a step of ``dt`` [s], from ``time`` [s] in the held plan on.
 
-        Limits that are pending are in force with it. None if no such step is certified.
+        That is ``ahead`` of now [s]. Limits that are pending are in force with it. None if no such
+        step is certified.
         """
         limits = held.pending or held.limits
         assert held.goal is not None
-        wanted = held.goal.wanted(self, limits, dt)
+        wanted = held.goal.wanted(self, limits, ahead + dt)
         step = self._follower.step(held.plan.at(time), wanted, limits.effective, dt)
         if step is None:
             return None
         return replace(held, plan=step, role=PlanRole.LEADS_TO_GOAL, limits=limits, pending=None)
 
-    def target_after(self, dt: float) -> MovingTarget:
-        """Return where the target will be in ``dt`` seconds, and how it will move."""
+    def target_after(self, dt: float, shaper: Shaper | None = None) -> MovingTarget:
+        r"""Return where the target will be in ``dt`` seconds, and how it will move.
+
+        What a ``shaper`` makes of a motion $p$ with a steady acceleration $a$ is
+        $p(t - d) + \tfrac12 a s^2$, where $d$ and $s^2$ are mean and variance of the times of its
+        impulses. So the target is led by $d$, and placed $\tfrac12 a s^2$ before.
+        """
         assert self._target is not None
-        return self._target.at(self._time + dt)
+        if shaper is None:
+            return self._target.at(self._time + dt)
+        foreseen = dt + shaper.delay
+        target = self._target.at(self._time + foreseen, foreseen)
+        (x, y, z), velocity, (ax, ay, az) = target
+        half = 0.5 * shaper.variance
+        return MovingTarget((x - half * ax, y - half * ay, z - half * az), velocity, (ax, ay, az))
 
     def advance(self, dt: float) -> None:
         """Let ``dt`` seconds pass."""
