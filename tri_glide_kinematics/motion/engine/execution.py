@@ -22,7 +22,6 @@ from tri_glide_kinematics.motion.engine.preparation import (
     LeadTime,
     Making,
     Preparation,
-    in_steps,
     only_held,
 )
 from tri_glide_kinematics.motion.engine.progress import PathMeasuring, PathProgress, progress
@@ -56,8 +55,24 @@ URGENT_PIECES = 7
 FIRST_STEP = 0.002
 
 # With a shaper a step of tracking has to be proved, which takes longer than a cycle: so the steps
-# are at least so long [s].
+# are about so long [s], and no smaller part of the shaper, as each of them that it remembers costs.
 SHAPED_STEP = 0.02
+PART_OF_SHAPER = 0.3
+
+# They turn more than plans do: so they leave the shaper so much more of velocities, accelerations
+# and jerks, and again with each attempt.
+LEFT_TO_STEPS = (1.0, 0.97, 0.94)
+
+
+def step_period(shaper: Shaper) -> float:
+    """Return how long steps of tracking are with a ``shaper`` [s].
+
+    A step has three phases. If they are as long as the first delay, or fit into it, the knots of
+    the copies fall together. So there are few cells to prove.
+    """
+    three = 3.0 * shaper.times[1]
+    period = max(SHAPED_STEP, PART_OF_SHAPER * shaper.duration)
+    return three * max(round(period / three), 1) / max(round(three / period), 1)
 
 
 class PlanHolder:
@@ -586,9 +601,12 @@ class PlanExecution:
             PlanningError: if there is none.
         """
         ahead = max(start - self.holder.time, 0.0)
-        held = held.with_goal(goal or self.holder.held.goal)
-        period = in_steps(SHAPED_STEP, self._last_step or FIRST_STEP)
-        step = self.tracker.next(held, start, period, ahead)
+        limits = held.pending or held.limits
+        limits = limits.leaving(limits.effective.times(*LEFT_TO_STEPS))
+        held = held.with_goal(goal or self.holder.held.goal, limits=limits, pending=None)
+        assert limits.shaper is not None
+        period = step_period(limits.shaper)
+        step = yield from self.tracker.prepared(held, start, period, ahead)
         if step is None:
             raise PlanningError("there is no certified step")
         yield

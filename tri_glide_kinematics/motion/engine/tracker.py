@@ -11,14 +11,17 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import Track
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.tracking import (
     Follower,
     MovingTarget,
     TargetMotion,
+    Wanted,
 )
+from tri_glide_kinematics.motion.trajectory import TrackedStep
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
@@ -42,21 +45,29 @@ class Tracker:
         else:
             self._target.report(moving, self._time - target.age)
 
-    def next(
-        self, held: HeldMotion, time: float, dt: float, ahead: float = 0.0
-    ) -> HeldMotion | None:
+    def next(self, held: HeldMotion, time: float, dt: float) -> HeldMotion | None:
         """Return what is held for a step of ``dt`` [s], from ``time`` [s] in the held plan on.
 
-        That is ``ahead`` of now [s]. Limits that are pending are in force with it. None if no such
-        step is certified.
+        Limits that are pending are in force with it. None if no such step is certified.
         """
+        limits, wanted = self._wanted(held, dt)
+        step = self._follower.step(held.plan.at(time), wanted, limits.effective, dt)
+        return _with_step(held, step, limits)
+
+    def prepared(
+        self, held: HeldMotion, time: float, dt: float, ahead: float
+    ) -> Interruptible[HeldMotion | None]:
+        """Return what is held for a step, as ``next`` does, that begins ``ahead`` of now [s]."""
+        limits, wanted = self._wanted(held, ahead + dt)
+        step = yield from self._follower.step_in_pieces(
+            held.plan.at(time), wanted, limits.effective, dt
+        )
+        return _with_step(held, step, limits)
+
+    def _wanted(self, held: HeldMotion, dt: float) -> tuple[DriveLimits, Wanted]:
         limits = held.pending or held.limits
         assert held.goal is not None
-        wanted = held.goal.wanted(self, limits, ahead + dt)
-        step = self._follower.step(held.plan.at(time), wanted, limits.effective, dt)
-        if step is None:
-            return None
-        return replace(held, plan=step, role=PlanRole.LEADS_TO_GOAL, limits=limits, pending=None)
+        return limits, held.goal.wanted(self, limits, dt)
 
     def target_after(self, dt: float, shaper: Shaper | None = None) -> MovingTarget:
         r"""Return where the target will be in ``dt`` seconds, and how it will move.
@@ -83,3 +94,11 @@ class Tracker:
         if self._target is None:
             return math.nan
         return math.dist(self._target.at(self._time).position, self._machine.forward(heights))
+
+
+def _with_step(
+    held: HeldMotion, step: TrackedStep | None, limits: DriveLimits
+) -> HeldMotion | None:
+    if step is None:
+        return None
+    return replace(held, plan=step, role=PlanRole.LEADS_TO_GOAL, limits=limits, pending=None)

@@ -28,7 +28,12 @@ from tri_glide_kinematics.motion.trajectory.limits import (
     RELATIVE_ROUNDING,
     SliderLimits,
 )
-from tri_glide_kinematics.motion.trajectory.series import ORDERS, Series, heights_of
+from tri_glide_kinematics.motion.trajectory.series import (
+    ORDERS,
+    Series,
+    heights_of,
+    position_of,
+)
 from tri_glide_kinematics.motion.trajectory.trajectory import (
     SampledPlan,
     SliderState,
@@ -44,6 +49,9 @@ DIVISIONS = 3
 
 # So many cells are looked at together.
 CELLS_AT_ONCE = 64
+
+# Knots that are closer are one: a jerk this long is below rounding [s].
+SAME_TIME = 1e-11
 
 # Where the middles of the quarters of a cell are, in halves of it.
 _QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
@@ -172,7 +180,8 @@ class ShapedTrajectory(Trajectory):
             ]
         )
         knots = np.add.outer(np.array(self.shaper.times), unshaped)
-        return ascending(np.clip(knots, 0.0, self.duration))
+        knots = ascending(np.clip(knots, 0.0, self.duration))
+        return knots[np.diff(knots, prepend=-1.0) > SAME_TIME]
 
     def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
         """Return Taylor series of the platform's position."""
@@ -182,13 +191,22 @@ class ShapedTrajectory(Trajectory):
         halves = np.tile(half, len(delays))
         owner = np.maximum(np.searchsorted(self._begins, before, side="right") - 1, 0)
         table = np.empty((2, ORDERS, 3, len(before)))
+        of_sliders = np.zeros(len(before), dtype=bool)
         for index in sorted(set(owner.tolist())):
             begin, plan, skipped = self.driven[index]
             mine = owner == index
             # Before the first part there was rest where it begins.
-            since = before[mine] - begin
-            series = plan.platform_series(machine, since + skipped, halves[mine])
-            table[..., mine] = series
+            since = before[mine] - begin + skipped
+            cubic = plan.as_cubic()
+            if cubic is None:
+                table[..., mine] = plan.platform_series(machine, since, halves[mine])
+            else:
+                table[..., mine] = cubic.height_series(since, halves[mine])
+                of_sliders |= mine
+        if of_sliders.any():
+            # All together, as one look takes no less time than all.
+            heights = Series(*table[..., of_sliders])
+            table[..., of_sliders] = position_of(machine, heights, halves[of_sliders])
         shape = (2, ORDERS, 3, len(delays), len(times))
         return Series(*np.einsum("bomkn,k->bomn", table.reshape(shape), self.shaper.amplitudes))
 
