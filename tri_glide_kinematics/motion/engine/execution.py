@@ -59,9 +59,8 @@ FIRST_STEP = 0.002
 SHAPED_STEP = 0.02
 PART_OF_SHAPER = 0.3
 
-# They turn more than plans do: so they leave the shaper so much more of velocities, accelerations
-# and jerks, and again with each attempt.
-LEFT_TO_STEPS = (1.0, 0.97, 0.94)
+# They turn more than plans do: so they leave more of the jerks to the shaper, with each attempt.
+JERK_LEFT_TO_STEPS = 0.9
 
 
 def step_period(shaper: Shaper) -> float:
@@ -518,7 +517,10 @@ class PlanExecution:
         self.replace(held, refusal, preparation.elapsed(self.holder.time))
         if self.tracks and self.is_shaped and held.goal is not None:
             if not is_step:
-                self._next_step_at = self.holder.time + RETRY_INTERVAL
+                # Not in this engine step any more, however long that is.
+                lead = self._step_lead_time.after(self._last_step)
+                begun = max(self.holder.time, preparation.start)
+                self._next_step_at = begun + RETRY_INTERVAL + self._last_step + lead
             held.goal.stepped(self, is_certified=is_step)
 
     def _on_event(self, dt: float) -> None:
@@ -602,7 +604,7 @@ class PlanExecution:
         """
         ahead = max(start - self.holder.time, 0.0)
         limits = held.pending or held.limits
-        limits = limits.leaving(limits.effective.times(*LEFT_TO_STEPS))
+        limits = limits.leaving(limits.effective.times(1.0, 1.0, JERK_LEFT_TO_STEPS))
         held = held.with_goal(goal or self.holder.held.goal, limits=limits, pending=None)
         assert limits.shaper is not None
         period = step_period(limits.shaper)
