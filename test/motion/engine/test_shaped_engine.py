@@ -170,8 +170,6 @@ def test_what_cannot_be_shaped_is_refused_and_nothing_changes():
     path = PlatformPath.through([MACHINE.forward(HOME), TARGET, OTHER])
     with pytest.raises(NotShapedError, match="path is not possible with a shaper"):
         moving.follow(path)
-    with pytest.raises(NotShapedError, match="moving target"):
-        moving.track(TARGET, (0.0, 0.0, 0.0))
     assert moving.phase is MotionPhase.IDLE
     moving.set_shaper(None)
     moving.follow(path)

@@ -337,21 +337,21 @@ class Jog(Command):
             execution.prepare_goal(self)
 
     def _is_tracked(self, execution: PlanExecution) -> bool:
-        """Go over to it in motion, if there may be a certified step; return whether there may.
+        """Go over to it in motion, if there is a certified step; return whether that is done.
 
-        Outside the workspace, as from rest, it is planned. With a shaper its first step is prepared.
+        With a shaper its first step is prepared. Outside the workspace, as from rest, it is planned.
         """
         held = execution.holder.held
         if held.region is not execution.workspace:
             return False
         tracking = held.with_goal(self)
         goes_on = execution.tracks and held.goal is not None and held.goal.kind is self.kind
-        if goes_on and execution.is_shaped:
-            # The step that is being prepared is nearly there, and the next one leads to this.
-            execution.keep_goal()
-            execution.replace(tracking)
-            return True
         if execution.is_shaped:
+            if goes_on:
+                # A step that is being prepared is held soon; the next one leads to this.
+                execution.keep_goal()
+                execution.replace(tracking)
+                return True
             if held.pending is not None or execution.holder.time >= held.plan.duration:
                 return False
             execution.prepare_step(self)

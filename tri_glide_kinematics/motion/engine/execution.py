@@ -576,9 +576,7 @@ class PlanExecution:
         lead = self._lead_time.after(self._last_step) if self._in_pieces else 0.0
         time = self.holder.time
         making = self._step_or(self.making(goal), goal)
-        self._begin(
-            Preparation(making, goal, self.holder.held, time, time + lead, self._lead_time)
-        )
+        self._begin(Preparation(making, goal, self.holder.held, time, time + lead, self._lead_time))
 
     def _step_or(self, other: Making, goal: Command | None) -> Making:
         """Return what makes a proved step towards a ``goal``, or ``other`` where there is none.
