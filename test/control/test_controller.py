@@ -10,6 +10,7 @@ from controller_rig import (
     MEASURED_TIMEOUT,
     PERIOD,
     TARGET,
+    TARGET_TIMEOUT,
     TWIST_TIMEOUT,
     Rig,
 )
@@ -21,6 +22,7 @@ from tri_glide_kinematics.control import (
     JOGGING,
     MOVING,
     STOPPING,
+    TRACKING,
     WAITING,
     Cause,
     CommandRefusedError,
@@ -28,6 +30,7 @@ from tri_glide_kinematics.control import (
 )
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind, MotionPhase
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 
 SOMEBODY_ELSE = Reason(Cause.OTHER_PUBLISHER, "somebody else leads")
 
@@ -554,3 +557,22 @@ def test_a_refusal_that_comes_late_names_its_target():
     rig.cycle_until(IDLE)
     for text in rig.refusals:
         assert text.startswith("twist (0, 0, 0.3) m/s: ")
+
+
+def test_with_a_shaper_a_target_is_followed_and_its_silence_ends_that():
+    rig = Rig(in_pieces=True)
+    rig.engine.set_shaper(Shaper.of(ShaperKind.EI, Mode(15.0, 0.03)))
+    rig.cycle(20)
+    begin = rig.now
+    for cycle in range(600):
+        if cycle % 10 == 0:
+            seen = rig.now - 0.03
+            place = (-0.06 + 0.1 * (seen - begin), 0.02, 0.3)
+            rig.controller.track(place, (0.1, 0.0, 0.0), seen, rig.now)
+        rig.cycle()
+    assert rig.controller.state is TRACKING
+    assert rig.controller.tracking_distance < 1e-9
+    cycles = round(TARGET_TIMEOUT / PERIOD)
+    rig.cycle_until(STOPPING, cycles + 2)
+    rig.cycle_until(IDLE, cycles)
+    assert rig.measured == rig.engine.state.heights

@@ -339,7 +339,7 @@ class Jog(Command):
     def _is_tracked(self, execution: PlanExecution) -> bool:
         """Go over to it in motion, if there is a certified step; return whether that is done.
 
-        With a shaper its first step is prepared. Outside the workspace, as from rest, it is planned.
+        With a shaper the step is prepared. Outside the workspace, as from rest, it is planned.
         """
         held = execution.holder.held
         if held.region is not execution.workspace:
