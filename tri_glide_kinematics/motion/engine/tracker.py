@@ -3,7 +3,7 @@
 Each step is held with the braking behind it, so at every instant there is a verified way to rest.
 Where no step can be certified the held braking goes on, and the next step is tried in the next
 cycle. Nothing is planned ahead, so a new velocity or position of the target costs no more than any
-other cycle.
+other cycle. With a shaper the steps are longer, and each is made while the one before goes on.
 """
 
 from __future__ import annotations

@@ -47,8 +47,9 @@ from tri_glide_kinematics.workspace import Traced, Workspace
 LONGEST_CELL = 0.008
 DIVISIONS = 3
 
-# So many cells are looked at together.
+# So many cells are looked at together at most, and so many copies of the motion in cells.
 CELLS_AT_ONCE = 64
+COPIES_AT_ONCE = 256
 
 # Knots that are closer are one: a jerk this long is below rounding [s].
 SAME_TIME = 1e-11
@@ -226,10 +227,11 @@ class ShapedTrajectory(Trajectory):
         middles, half = divided(ascending(np.append(edges[edges > since], since)))
         most, when = np.zeros((3, 3)), np.zeros((3, 3))
         lowest = highest = np.array(self.at(self.duration).heights)
+        together = max(min(CELLS_AT_ONCE, COPIES_AT_ONCE // len(self.shaper.times)), 1)
         for division in range(DIVISIONS + 1):
             settled = np.ones(len(middles), dtype=bool)
-            for first in range(0, len(middles), CELLS_AT_ONCE):
-                some = slice(first, first + CELLS_AT_ONCE)
+            for first in range(0, len(middles), together):
+                some = slice(first, first + together)
                 series = self._height_series(middles[some], half[some])
                 low, high = heights_within(series, half[some])
                 use = largest_of(series, half[some]) / limits.table[..., np.newaxis]
