@@ -58,6 +58,9 @@ SAME_TIME = 1e-11
 # Velocity, acceleration and jerk by the coefficients of a Taylor series.
 _TO_DERIVATIVES = np.array((1.0, 2.0, 6.0))[:, np.newaxis, np.newaxis]
 
+# Where a limit is exceeded by more than this, it does not matter by how much.
+_COARSE = 0.1
+
 # Where the middles of the quarters of a cell are, in halves of it.
 _QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
 
@@ -252,8 +255,6 @@ class ShapedTrajectory(Trajectory):
         most, when = np.zeros((3, 3)), np.zeros((3, 3))
         most_cut, cut_at = 0.0, 0.0
         lowest = highest = np.array(self.at(self.duration).heights)
-        # Where a limit is exceeded in the middle of a cell, smaller cells show nothing else.
-        is_exceeded = False
         together = max(min(CELLS_AT_ONCE, COPIES_AT_ONCE // len(self.shaper.times)), 1)
         for division in range(DIVISIONS + 1):
             settled = np.ones(len(middles), dtype=bool)
@@ -265,13 +266,13 @@ class ShapedTrajectory(Trajectory):
                 there = np.abs(series.values[1:4]) * _TO_DERIVATIVES / table
                 use = np.maximum(largest_of(series, half[some]) / table, there)
                 cut_there, cut = self._cut(middles[some], half[some])
-                is_exceeded |= bool((there > 1.0 + RELATIVE_ROUNDING).any())
-                is_exceeded |= bool((cut_there > 1.0).any())
-                if division < DIVISIONS and not is_exceeded:
+                if division < DIVISIONS:
                     settled[some] = (use <= 1.0 + RELATIVE_ROUNDING).all(axis=(0, 1))
                     settled[some] &= cut <= 1.0
                     if region is not None:
                         settled[some] &= _between(low, high, region)
+                    # What is exceeded in the middle already is so in smaller cells, too.
+                    settled[some] |= (there > 1.0 + _COARSE).any(axis=(0, 1)) | (cut_there > 1.0)
                 chosen = settled[some]
                 if chosen.any():
                     lowest = np.minimum(lowest, low[:, chosen].min(axis=1))
@@ -287,8 +288,6 @@ class ShapedTrajectory(Trajectory):
                     most = np.where(more, found, most)
                     when = np.where(more, middles[some][chosen][index[..., 0]], when)
                 yield
-            if is_exceeded:
-                break
             middles, half = quartered(middles[~settled], half[~settled])
         self._extremes = lowest, highest
         segment = self._path.segment(cut_at - self.shaper.delay) if self._path else 0
