@@ -26,7 +26,6 @@ from tri_glide_kinematics.motion.trajectory.trajectory import (
     SampledPlan,
     SliderState,
     Trajectory,
-    new_state,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
@@ -103,26 +102,27 @@ class CurvePlan(Trajectory):
         """Return how the platform moves at a ``time`` [s]; without a blend, the curve tells it."""
         if self.blend is not None and time < self.blend.duration:
             return super().platform_at(machine, time)
-        return self.curve.platform(*self.on_curve(time))
+        return self.curve.platform(*self._along(time))
 
     def on_curve(self, time: float) -> PathStart:
         """Return place, speed and acceleration along the curve ``time`` seconds after the start."""
+        return PathStart(*self._along(time))
+
+    def _along(self, time: float) -> tuple[float, ...]:
+        """Return the same as a plain tuple."""
         row = self._row
         if not row[0] <= time < row[1]:
             if time >= self.duration:
                 return self._end
-            time = max(time, 0.0)
+            time = time if time > 0.0 else 0.0
             row = self._piece(time)
         start, _, s0, s1, s2, s3, s4, s5, v1, v2, v3, v4, a1, a2, a3 = row
         t = time - start
         # As in ``at``, where a call for it would take a twentieth of the time.
-        return new_state(
-            PathStart,
-            (
-                s0 + t * (s1 + t * (s2 + t * (s3 + t * (s4 + t * s5)))),
-                s1 + t * (v1 + t * (v2 + t * (v3 + t * v4))),
-                v1 + t * (a1 + t * (a2 + t * a3)),
-            ),
+        return (
+            s0 + t * (s1 + t * (s2 + t * (s3 + t * (s4 + t * s5)))),
+            s1 + t * (v1 + t * (v2 + t * (v3 + t * v4))),
+            v1 + t * (a1 + t * (a2 + t * a3)),
         )
 
     def _piece(self, time: float) -> tuple[float, ...]:
