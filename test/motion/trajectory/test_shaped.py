@@ -23,6 +23,7 @@ from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     CubicPlan,
     DrivenPart,
+    SequencePlan,
     ShapedTrajectory,
     SliderState,
     Trajectory,
@@ -92,6 +93,37 @@ def test_setpoints_are_those_of_the_samples_and_of_their_differences(kind):
         0.5 * (later.accelerations + sampled.accelerations),
         atol=1e-3,
     )
+
+
+def plans() -> list[Trajectory]:
+    """Return a plan of each sort that is shaped: moves, a path, a part of a path and the next."""
+    start, end = random_ends(1)[0]
+    moves = [plan_move(WORKSPACE, LIMITS, start, end, kind=kind) for kind in MotionKind]
+    whole = time_path(random_path(5, most=4), WORKSPACE, LIMITS)
+    return [*moves, whole, SequencePlan([whole], 0.3 * whole.duration)]
+
+
+@pytest.mark.parametrize("plan", plans(), ids=lambda plan: type(plan).__name__)
+def test_plans_know_how_the_platform_moves(plan):
+    knots = plan.knots()
+    times = np.concatenate(([-0.1], 0.5 * (knots[1:] + knots[:-1]), [plan.duration + 0.1]))
+    expected = plan.platform_series(MACHINE, times, np.zeros(len(times))).values
+    for number, time in enumerate(times.tolist()):
+        position, velocity, acceleration = expected[:3, :, number]
+        values = (*position, *velocity, *2.0 * acceleration)
+        np.testing.assert_allclose(plan.platform_at(MACHINE, time), values, rtol=0.0, atol=1e-11)
+
+
+@pytest.mark.parametrize("plan", plans(), ids=lambda plan: type(plan).__name__)
+def test_setpoints_are_those_of_the_samples_where_plans_are_replaced(plan):
+    past = 0.4 * plan.duration
+    parts = [DrivenPart(-past, plan, 0.0), DrivenPart(0.03, plan, past + 0.03)]
+    motion = ShapedTrajectory(MACHINE, SHAPER, parts)
+    times = np.append(np.linspace(0.0, motion.duration + 0.05, 300), motion.duration)
+    sampled = motion.sample(times)
+    for time, *expected in zip(times.tolist(), *sampled[1:]):
+        for found, values in zip(motion.at(time), expected):
+            np.testing.assert_allclose(found, values, rtol=0.0, atol=1e-11)
 
 
 def test_lines_stay_straight():

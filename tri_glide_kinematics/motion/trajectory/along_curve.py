@@ -52,6 +52,7 @@ class CurvePlan(Trajectory):
         "_ends",
         "_final",
         "_row",
+        "_rows",
         "_starts",
         "_table",
         "blend",
@@ -73,6 +74,8 @@ class CurvePlan(Trajectory):
         self._starts: list[float] = scaling.times[:-1].tolist()
         self._ends = [*self._starts[1:], self.duration]
         self._table = scaling.coefficients()
+        # Of each piece, once it was asked for; see ``_piece``.
+        self._rows: list[tuple[float, ...] | None] = [None] * len(self._starts)
         # The piece that was asked for last: the next instant is nearly always in the same.
         self._row: tuple[float, ...] = (0.0, 0.0)
         self._end = PathStart(*(float(values[-1]) for values in scaling[1:]))
@@ -95,15 +98,28 @@ class CurvePlan(Trajectory):
         )
         return state if self.blend is None else self._beside(state, time)
 
+    def platform_at(self, machine: TriGlide, time: float) -> tuple[float, ...]:
+        """Return how the platform moves at a ``time`` [s]; without a blend, the curve tells it."""
+        if self.blend is not None and time < self.blend.duration:
+            return super().platform_at(machine, time)
+        return self.curve.platform(*self._along(time))
+
     def on_curve(self, time: float) -> PathStart:
         """Return place, speed and acceleration along the curve ``time`` seconds after the start."""
-        time = max(time, 0.0)
-        if time >= self.duration:
-            return self._end
-        start, _, s0, s1, s2, s3, s4, s5, v1, v2, v3, v4, a1, a2, a3 = self._piece(time)
+        return PathStart(*self._along(time))
+
+    def _along(self, time: float) -> tuple[float, ...]:
+        """Return the same as a plain tuple."""
+        row = self._row
+        if not row[0] <= time < row[1]:
+            if time >= self.duration:
+                return self._end
+            time = time if time > 0.0 else 0.0
+            row = self._piece(time)
+        start, _, s0, s1, s2, s3, s4, s5, v1, v2, v3, v4, a1, a2, a3 = row
         t = time - start
         # As in ``at``, where a call for it would take a twentieth of the time.
-        return PathStart(
+        return (
             s0 + t * (s1 + t * (s2 + t * (s3 + t * (s4 + t * s5)))),
             s1 + t * (v1 + t * (v2 + t * (v3 + t * v4))),
             v1 + t * (a1 + t * (a2 + t * a3)),
@@ -115,12 +131,16 @@ class CurvePlan(Trajectory):
         Six of the way, then those of speed and acceleration that are not the same.
         """
         index = bisect_right(self._starts, time) - 1
-        s0, s1, s2, s3, s4, s5 = self._table[:, index].tolist()
-        of_speed = (2.0 * s2, 3.0 * s3, 4.0 * s4, 5.0 * s5)
-        of_acceleration = (6.0 * s3, 12.0 * s4, 20.0 * s5)
-        begin, end = self._starts[index], self._ends[index]
-        self._row = (begin, end, s0, s1, s2, s3, s4, s5, *of_speed, *of_acceleration)
-        return self._row
+        row = self._rows[index]
+        if row is None:
+            s0, s1, s2, s3, s4, s5 = self._table[:, index].tolist()
+            of_speed = (2.0 * s2, 3.0 * s3, 4.0 * s4, 5.0 * s5)
+            of_acceleration = (6.0 * s3, 12.0 * s4, 20.0 * s5)
+            begin, end = self._starts[index], self._ends[index]
+            row = (begin, end, s0, s1, s2, s3, s4, s5, *of_speed, *of_acceleration)
+            self._rows[index] = row
+        self._row = row
+        return row
 
     def _beside(self, state: SliderState, time: float) -> SliderState:
         """Return a ``state`` on the curve with the offsets of the blend at a ``time`` [s]."""

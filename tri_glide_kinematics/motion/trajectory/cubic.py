@@ -47,7 +47,17 @@ class CubicPlan(Trajectory):
         pieces: height, velocity, acceleration and jerk where each piece begins. Shape (4, k, 3).
     """
 
-    __slots__ = ("_final", "_row", "_rows", "_starts", "duration", "lengths", "pieces", "starts")
+    __slots__ = (
+        "_final",
+        "_final_platform",
+        "_row",
+        "_rows",
+        "_starts",
+        "duration",
+        "lengths",
+        "pieces",
+        "starts",
+    )
 
     def __init__(self, initial: SliderState, jerks: Sequence[Phases]) -> None:
         """Integrate the jerks.
@@ -75,6 +85,8 @@ class CubicPlan(Trajectory):
         self._starts = starts if rows else []
         h1, h2, h3 = (slider.final_height for slider in sliders)
         self._final = SliderState((h1, h2, h3), AT_REST, AT_REST)
+        # Where the platform rests then, once that was asked for.
+        self._final_platform: tuple[float, ...] | None = None
         self.starts = np.array(self._starts)
         self.lengths = np.diff(self.starts, append=self.duration)
         self.pieces = np.array(rows).reshape(-1, 3, 4).transpose(2, 0, 1)
@@ -105,6 +117,14 @@ class CubicPlan(Trajectory):
                 (b1, b2, b3),
             ),
         )
+
+    def platform_at(self, machine: TriGlide, time: float) -> tuple[float, ...]:
+        """Return how the platform moves at a ``time`` [s]; the rest at the end is remembered."""
+        if time < self.duration:
+            return super().platform_at(machine, time)
+        if self._final_platform is None:
+            self._final_platform = super().platform_at(machine, time)
+        return self._final_platform
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""

@@ -24,7 +24,12 @@ import numpy as np
 
 from tri_glide_kinematics.motion.trajectory.errors import PathTimingError
 from tri_glide_kinematics.motion.trajectory.series import Series, anywhere, polynomial
-from tri_glide_kinematics.motion.trajectory.trajectory import SliderState, new_state
+from tri_glide_kinematics.motion.trajectory.trajectory import (
+    SliderState,
+    arms_of,
+    new_state,
+    slider_state,
+)
 from tri_glide_kinematics.tri_glide import ArmTooShortError, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -96,6 +101,13 @@ class Curve(Protocol):
             way: place on the curve [m].
             speed: of it [m/s].
             acceleration: of it [m/s^2].
+        """
+
+    def platform(self, way: float, speed: float, acceleration: float) -> tuple[float, ...]:
+        """Return how the platform moves; the arguments are as of ``state``.
+
+        Returns:
+            Nine plain numbers: position [m], velocity [m/s] and acceleration [m/s^2].
         """
 
     def derivatives(self, ways: FloatArray) -> HeightDerivatives:
@@ -263,6 +275,21 @@ class StraightLine:
             ),
         )
 
+    def platform(self, way: float, speed: float, acceleration: float) -> tuple[float, ...]:
+        """Return position, velocity and acceleration of the platform."""
+        (x, y, z), (ux, uy, uz) = self.start, self.direction
+        return (
+            x + way * ux,
+            y + way * uy,
+            z + way * uz,
+            speed * ux,
+            speed * uy,
+            speed * uz,
+            acceleration * ux,
+            acceleration * uy,
+            acceleration * uz,
+        )
+
     def in_parts(self, ways: FloatArray) -> CurveParts:
         """Return what the line is like in parts.
 
@@ -324,10 +351,11 @@ class PathHeights:
         driven: where the platform moves.
         geometry: of the machine.
         speed_scale: factor of the platform speeds that the path asks for.
+        arms: as ``slider_state`` takes them.
         steps: speeds that a shaper needs besides; None without one.
     """
 
-    __slots__ = ("_anchors", "_arms", "_squares", "driven", "geometry", "speed_scale", "steps")
+    __slots__ = ("_anchors", "_squares", "arms", "driven", "geometry", "speed_scale", "steps")
 
     def __init__(
         self,
@@ -343,10 +371,7 @@ class PathHeights:
         self.steps = steps
         self._anchors = np.array(geometry.anchors).T[..., np.newaxis]
         self._squares = np.square(np.array(geometry.arm_lengths))[:, np.newaxis]
-        self._arms = tuple(
-            (x, y, length * length)
-            for (x, y), length in zip(geometry.anchors, geometry.arm_lengths)
-        )
+        self.arms = arms_of(geometry)
 
     def at_speed_scale(self, speed_scale: float, steps: SpeedSteps | None = None) -> PathHeights:
         """Return the same with another scale of the speeds, and other ``steps``."""
@@ -495,31 +520,20 @@ class PathHeights:
             speed: of it [m/s].
             acceleration: of it [m/s^2].
         """
+        return slider_state(self.arms, self.platform(way, speed, acceleration))
+
+    def platform(self, way: float, speed: float, acceleration: float) -> tuple[float, ...]:
+        """Return position, velocity and acceleration of the platform."""
         x, y, z, x1, y1, z1, x2, y2, z2 = self.driven.state(way)
         square = speed * speed
-        # Velocity and acceleration of the platform.
-        vx, vy, vz = x1 * speed, y1 * speed, z1 * speed
-        ax = x1 * acceleration + x2 * square
-        ay = y1 * acceleration + y2 * square
-        az = z1 * acceleration + z2 * square
-        level = vx * vx + vy * vy
-        (c1, d1, q1), (c2, d2, q2), (c3, d3, q3) = self._arms
-        c1, c2, c3, d1, d2, d3 = x - c1, x - c2, x - c3, y - d1, y - d2, y - d3
-        r1 = sqrt(q1 - c1 * c1 - d1 * d1)
-        r2 = sqrt(q2 - c2 * c2 - d2 * d2)
-        r3 = sqrt(q3 - c3 * c3 - d3 * d3)
-        g1 = (c1 * vx + d1 * vy) / -r1
-        g2 = (c2 * vx + d2 * vy) / -r2
-        g3 = (c3 * vx + d3 * vy) / -r3
-        return new_state(
-            SliderState,
-            (
-                (z + r1, z + r2, z + r3),
-                (g1 + vz, g2 + vz, g3 + vz),
-                (
-                    az - (level + g1 * g1 + c1 * ax + d1 * ay) / r1,
-                    az - (level + g2 * g2 + c2 * ax + d2 * ay) / r2,
-                    az - (level + g3 * g3 + c3 * ax + d3 * ay) / r3,
-                ),
-            ),
+        return (
+            x,
+            y,
+            z,
+            x1 * speed,
+            y1 * speed,
+            z1 * speed,
+            x1 * acceleration + x2 * square,
+            y1 * acceleration + y2 * square,
+            z1 * acceleration + z2 * square,
         )

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
-from math import hypot, sqrt
+from math import hypot, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -39,9 +39,11 @@ from tri_glide_kinematics.motion.trajectory.trajectory import (
     SampledPlan,
     SliderState,
     Trajectory,
+    arms_of,
+    slider_state,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Traced, Workspace
 
 # Cells are at most so long, and so often divided by four where no limit is proved [s].
@@ -70,6 +72,7 @@ ATTEMPTS = 5
 
 # How much more they leave, so that the next attempt keeps the limits though it is another motion.
 _MORE = 1.002
+_POWER = 1.5
 _LESS_CUT = 1.05
 
 
@@ -138,7 +141,7 @@ class LimitBounds(NamedTuple):
 
     def leaving(self, planned: Planned) -> Planned:
         """Return less than was ``planned`` with, by as much as the motion exceeds its limits."""
-        table = planned.limits.table / np.where(self.use > 1.0, self.use * _MORE, 1.0)
+        table = planned.limits.table / np.where(self.use > 1.0, self.use**_POWER * _MORE, 1.0)
         cut = planned.cut / (self.cut * _LESS_CUT) if self.cut > 1.0 else planned.cut
         return Planned(SliderLimits(*table.tolist()), cut)
 
@@ -152,15 +155,31 @@ class ShapedTrajectory(Trajectory):
         shaper: its impulses.
     """
 
-    __slots__ = ("_begins", "_extremes", "_machine", "_path", "driven", "duration", "shaper")
+    __slots__ = (
+        "_arms",
+        "_begins",
+        "_extremes",
+        "_final",
+        "_impulses",
+        "_machine",
+        "_path",
+        "driven",
+        "duration",
+        "shaper",
+    )
 
     def __init__(self, machine: TriGlide, shaper: Shaper, driven: Sequence[DrivenPart]) -> None:
         """Shape the motion of a ``machine``."""
         self._machine = machine
+        self._arms = arms_of(machine.geometry)
         self.shaper = shaper
         self.driven = tuple(driven)
-        self._begins = [part.begin for part in self.driven]
         self._path = path_driven(self.driven)
+        self._impulses = tuple(zip(shaper.amplitudes, shaper.times))
+        # Where it rests, once that was asked for.
+        self._final: SliderState | None = None
+        # Before the first one begins there was rest where it begins.
+        self._begins = [-inf, *(part.begin for part in self.driven[1:])]
         # Bounds of the heights, from the look at the limits.
         self._extremes: tuple[FloatArray, FloatArray] | None = None
         self.duration = max(self._end + shaper.duration, 0.0)
@@ -173,24 +192,29 @@ class ShapedTrajectory(Trajectory):
 
     def at(self, time: float) -> SliderState:
         """Return the setpoint at a ``time`` [s]; outside, that of the start or of the end."""
+        if time >= self.duration:
+            if self._final is not None:
+                return self._final
+            time = self.duration
         x = y = z = vx = vy = vz = ax = ay = az = 0.0
-        for amplitude, delay in zip(self.shaper.amplitudes, self.shaper.times):
+        for amplitude, delay in self._impulses:
             before = time - delay
-            index = max(bisect_right(self._begins, before) - 1, 0)
-            begin, plan, skipped = self.driven[index]
-            place, velocity, acceleration = platform_state(
-                self._machine, plan.at(max(before - begin, 0.0) + skipped)
-            )
-            x += amplitude * place[0]
-            y += amplitude * place[1]
-            z += amplitude * place[2]
-            vx += amplitude * velocity[0]
-            vy += amplitude * velocity[1]
-            vz += amplitude * velocity[2]
-            ax += amplitude * acceleration[0]
-            ay += amplitude * acceleration[1]
-            az += amplitude * acceleration[2]
-        return slider_state(self._machine, (x, y, z), (vx, vy, vz), (ax, ay, az))
+            begin, plan, skipped = self.driven[bisect_right(self._begins, before) - 1]
+            past = before - begin if before > begin else 0.0
+            px, py, pz, ux, uy, uz, bx, by, bz = plan.platform_at(self._machine, past + skipped)
+            x += amplitude * px
+            y += amplitude * py
+            z += amplitude * pz
+            vx += amplitude * ux
+            vy += amplitude * uy
+            vz += amplitude * uz
+            ax += amplitude * bx
+            ay += amplitude * by
+            az += amplitude * bz
+        state = slider_state(self._arms, (x, y, z, vx, vy, vz, ax, ay, az))
+        if time == self.duration:
+            self._final = state
+        return state
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
@@ -375,55 +399,6 @@ def largest_of(series: Series, half: FloatArray) -> FloatArray:
     acceleration += 12.0 * np.abs(c4) * half**2 + 20.0 * rest
     jerk = np.abs(6.0 * c3) + np.abs(24.0 * c4) * half + 60.0 * series.bounds[5] * half**2
     return np.array((velocity, acceleration, jerk))
-
-
-def platform_state(machine: TriGlide, state: SliderState) -> tuple[Vector3, Vector3, Vector3]:
-    """Return position [m], velocity [m/s] and acceleration [m/s^2] of the platform.
-
-    Raises:
-        NoPoseError: if no pose belongs to the heights.
-    """
-    heights, rates, accelerations = state
-    (x, y, z), (vx, vy, vz) = machine.forward_velocity(heights, rates)
-    rows = []
-    for (cx, cy), h, v, a in zip(machine.geometry.anchors, heights, rates, accelerations):
-        w1, w2, w3 = x - cx, y - cy, z - h
-        rows.append((w1, w2, w3, w3 * a - vx * vx - vy * vy - (vz - v) * (vz - v)))
-    (a1, a2, a3, r1), (b1, b2, b3, r2), (c1, c2, c3, r3) = rows
-    m1, m2, m3 = b2 * c3 - b3 * c2, b3 * c1 - b1 * c3, b1 * c2 - b2 * c1
-    determinant = a1 * m1 + a2 * m2 + a3 * m3
-    return (
-        (x, y, z),
-        (vx, vy, vz),
-        (
-            (r1 * m1 + r2 * (a3 * c2 - a2 * c3) + r3 * (a2 * b3 - a3 * b2)) / determinant,
-            (r1 * m2 + r2 * (a1 * c3 - a3 * c1) + r3 * (a3 * b1 - a1 * b3)) / determinant,
-            (r1 * m3 + r2 * (a2 * c1 - a1 * c2) + r3 * (a1 * b2 - a2 * b1)) / determinant,
-        ),
-    )
-
-
-def slider_state(
-    machine: TriGlide, position: Vector3, velocity: Vector3, acceleration: Vector3
-) -> SliderState:
-    """Return the setpoint that moves the platform so; the opposite of ``platform_state``.
-
-    Raises:
-        ValueError: if the position is out of reach of an arm.
-    """
-    (x, y, z), (vx, vy, vz), (ax, ay, az) = position, velocity, acceleration
-    heights, rates, accelerations = [], [], []
-    level = vx * vx + vy * vy
-    geometry = machine.geometry
-    for (cx, cy), length in zip(geometry.anchors, geometry.arm_lengths):
-        dx, dy = x - cx, y - cy
-        rise = sqrt(length * length - dx * dx - dy * dy)
-        slope = (dx * vx + dy * vy) / -rise
-        heights.append(z + rise)
-        rates.append(slope + vz)
-        accelerations.append(az - (level + slope * slope + dx * ax + dy * ay) / rise)
-    (h1, h2, h3), (v1, v2, v3), (a1, a2, a3) = heights, rates, accelerations
-    return SliderState((h1, h2, h3), (v1, v2, v3), (a1, a2, a3))
 
 
 def planned_shaped(

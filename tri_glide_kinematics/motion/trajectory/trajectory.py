@@ -9,7 +9,8 @@ from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from itertools import accumulate
-from typing import TYPE_CHECKING, NamedTuple
+from math import sqrt
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError, Slid
 from tri_glide_kinematics.motion.trajectory.knots import ascending
 from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.trajectory.series import ORDERS, Series
-from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 if TYPE_CHECKING:
@@ -43,6 +44,52 @@ class SliderState(NamedTuple):
 
 # Makes a state of three vectors in half the time that its class takes: one is made in each cycle.
 new_state = tuple.__new__
+
+
+# For each arm, where its anchor is [m], and the square of its length [m^2].
+Arms: TypeAlias = tuple[Vector3, Vector3, Vector3]
+
+
+def arms_of(geometry: TriGlideGeometry) -> Arms:
+    """Return the arms as ``slider_state`` takes them."""
+    first, second, third = (
+        (x, y, length * length) for (x, y), length in zip(geometry.anchors, geometry.arm_lengths)
+    )
+    return first, second, third
+
+
+def slider_state(arms: Arms, platform: tuple[float, ...]) -> SliderState:
+    """Return the setpoint that moves the platform so, in plain floats: each cycle may need one.
+
+    Args:
+        arms: of the machine.
+        platform: nine numbers, as ``Trajectory.platform_at`` returns them.
+
+    Raises:
+        ValueError: if the position is out of reach of an arm.
+    """
+    x, y, z, vx, vy, vz, ax, ay, az = platform
+    level = vx * vx + vy * vy
+    (c1, d1, q1), (c2, d2, q2), (c3, d3, q3) = arms
+    c1, c2, c3, d1, d2, d3 = x - c1, x - c2, x - c3, y - d1, y - d2, y - d3
+    r1 = sqrt(q1 - c1 * c1 - d1 * d1)
+    r2 = sqrt(q2 - c2 * c2 - d2 * d2)
+    r3 = sqrt(q3 - c3 * c3 - d3 * d3)
+    g1 = (c1 * vx + d1 * vy) / -r1
+    g2 = (c2 * vx + d2 * vy) / -r2
+    g3 = (c3 * vx + d3 * vy) / -r3
+    return new_state(
+        SliderState,
+        (
+            (z + r1, z + r2, z + r3),
+            (g1 + vz, g2 + vz, g3 + vz),
+            (
+                az - (level + g1 * g1 + c1 * ax + d1 * ay) / r1,
+                az - (level + g2 * g2 + c2 * ax + d2 * ay) / r2,
+                az - (level + g3 * g3 + c3 * ax + d3 * ay) / r3,
+            ),
+        ),
+    )
 
 
 class SampledPlan(NamedTuple):
@@ -110,6 +157,42 @@ class Trajectory(ABC):
     def as_cubic(self) -> CubicPlan | None:
         """Return all of it in pieces of constant jerk of the sliders; None if it has none."""
         return None
+
+    def platform_at(self, machine: TriGlide, time: float) -> tuple[float, ...]:
+        """Return how the platform moves at a ``time`` [s]; outside, as at the start or at the end.
+
+        Returns:
+            Nine plain numbers: position [m], velocity [m/s] and acceleration [m/s^2].
+
+        Raises:
+            NoPoseError: if no pose belongs to the heights.
+        """
+        heights, rates, accelerations = self.at(time)
+        (x, y, z), (vx, vy, vz) = machine.forward_velocity(heights, rates)
+        (a1, b1), (a2, b2), (a3, b3) = machine.geometry.anchors
+        (h1, h2, h3), (v1, v2, v3), (e1, e2, e3) = heights, rates, accelerations
+        # Along each arm, the horizontal parts and the vertical one.
+        a1, a2, a3, b1, b2, b3 = x - a1, x - a2, x - a3, y - b1, y - b2, y - b3
+        c1, c2, c3 = z - h1, z - h2, z - h3
+        level = vx * vx + vy * vy
+        r1 = c1 * e1 - level - (vz - v1) * (vz - v1)
+        r2 = c2 * e2 - level - (vz - v2) * (vz - v2)
+        r3 = c3 * e3 - level - (vz - v3) * (vz - v3)
+        m1, m2, m3 = b2 * c3 - b3 * c2, b3 * c1 - b1 * c3, b1 * c2 - b2 * c1
+        determinant = a1 * m1 + a2 * m2 + a3 * m3
+        return (
+            x,
+            y,
+            z,
+            vx,
+            vy,
+            vz,
+            (r1 * m1 + r2 * m2 + r3 * m3) / determinant,
+            (r1 * (a3 * c2 - a2 * c3) + r2 * (a1 * c3 - a3 * c1) + r3 * (a2 * c1 - a1 * c2))
+            / determinant,
+            (r1 * (a2 * b3 - a3 * b2) + r2 * (a3 * b1 - a1 * b3) + r3 * (a1 * b2 - a2 * b1))
+            / determinant,
+        )
 
     def keeps_limits(self, limits: SliderLimits, since: float = 0.0) -> bool:
         """Return whether ``limits`` hold from the time ``since`` [s] on."""
@@ -182,12 +265,22 @@ class SequencePlan(Trajectory):
 
     def at(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
+        plan, time = self._plan_at(time)
+        return plan.at(time)
+
+    def platform_at(self, machine: TriGlide, time: float) -> tuple[float, ...]:
+        """Return how the platform moves at a ``time`` [s]."""
+        plan, time = self._plan_at(time)
+        return plan.platform_at(machine, time)
+
+    def _plan_at(self, time: float) -> tuple[Trajectory, float]:
+        """Return which plan is driven at a ``time``, and how much of it is past [s]."""
         if time >= self.duration:
             # Times are sums here, and the last plan may not be over yet but for rounding.
-            return self._plans[-1].at(self._plans[-1].duration)
+            return self._plans[-1], self._plans[-1].duration
         time += self._skipped
         index = min(bisect_right(self._ends, time), len(self._plans) - 1)
-        return self._plans[index].at(time - self._ends[index - 1] if index else time)
+        return self._plans[index], time - self._ends[index - 1] if index else time
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
