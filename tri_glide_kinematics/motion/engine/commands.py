@@ -98,6 +98,7 @@ class Command(ABC):
         has_line: whether the platform moves on a line, on which a stop should stay.
         is_checked_whole: whether all of it is looked at before it begins, which may take long.
         can_be_shaped: whether it is possible with a shaper.
+        leads_anywhere: whether nobody knows where its motion leads, as newer ones renew it.
         extends: whether it goes on from the end of the path that is followed.
         position: of the target, where it has one. Shape (3,) [m].
         velocity: of the target, where it has one. Shape (3,) [m/s].
@@ -114,6 +115,7 @@ class Command(ABC):
     has_line: ClassVar[bool] = True
     is_checked_whole: ClassVar[bool] = False
     can_be_shaped: ClassVar[bool] = True
+    leads_anywhere: ClassVar[bool] = False
     extends: bool = False
     position: Vector3 | None = None
     velocity: Vector3 | None = None
@@ -286,6 +288,7 @@ class Jog(Command):
 
     kind = TargetKind.VELOCITY
     phase = MotionPhase.JOGGING
+    leads_anywhere = True
     velocity: Vector3
 
     def __init__(
@@ -407,6 +410,7 @@ class Track(Command):
     has_end = False
     has_line = False
     can_be_shaped = False
+    leads_anywhere = True
     position: Vector3
     velocity: Vector3
 

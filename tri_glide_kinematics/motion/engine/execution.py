@@ -24,7 +24,7 @@ from tri_glide_kinematics.motion.engine.shaped_motion import ShapedMotion
 from tri_glide_kinematics.motion.engine.tracker import Tracker
 from tri_glide_kinematics.motion.moves import MotionKind, inside
 from tri_glide_kinematics.motion.path import DrivenPath
-from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import (
     ATTEMPTS,
     DrivenPart,
@@ -177,7 +177,7 @@ class PlanExecution:
         holder: of the plan.
         workspace: where the platform may be, and of which machine.
         tracks: whether something is tracked, so that a new velocity or target needs no plan.
-        next_shaper: the newest one that was asked for; it is in force from rest on.
+        next_shaping: the newest one that was asked for; it is in force from rest on.
         preparation: of the next plan; None if there is none.
         replanning: makes what is held next.
         tracker: makes steps of tracking.
@@ -196,7 +196,8 @@ class PlanExecution:
         """
         self.holder = holder
         self.tracks = False
-        self.next_shaper: Shaper | None = None
+        self.next_shaping: Shaping | None = None
+        self._shaping: Shaping | None = None
         self.preparation: Preparation | None = None
         self._in_pieces = in_pieces
         self.workspace = workspace
@@ -346,20 +347,35 @@ class PlanExecution:
         """Whether there is a shaper in force."""
         return self.holder.limits.shaper is not None
 
-    def set_shaper(self, shaper: Shaper | None) -> None:
+    @property
+    def shaper_pending(self) -> bool:
+        """Whether another shaper waits for rest."""
+        holder = self.holder
+        return (
+            self.next_shaping != self._shaping
+            or holder.newest_limits.shaper is not holder.limits.shaper
+        )
+
+    def set_shaper(self, shaping: Shaping | None) -> None:
         """Change the shaper as soon as nothing moves."""
-        self.next_shaper = shaper
+        self.next_shaping = shaping
         self._shape_from_rest()
 
     def _shape_from_rest(self) -> None:
         """Put the newest shaper in force if nothing moves, nor is about to."""
-        held, shaper = self.holder.motion, self.next_shaper
+        held, shaping = self.holder.motion, self.next_shaping
+        if shaping == self._shaping or self.preparation is not None:
+            return
+        if held is not None and held.phase(self.holder.time) is not MotionPhase.IDLE:
+            return
+        self._shaping = shaping
+        # Where the next motion leads is not known yet.
+        shaper = None if shaping is None else shaping.covering(None)
+        limits = replace(self.holder.limits, shaper=shaper, planned=None)
         if held is None:
-            self.holder.first_limits = replace(self.holder.first_limits, shaper=shaper)
-        elif shaper != held.limits.shaper and self.preparation is None:
-            if held.phase(self.holder.time) is MotionPhase.IDLE:
-                limits = replace(held.limits, shaper=shaper, planned=None)
-                self.replace(replace(held, limits=limits))
+            self.holder.first_limits = limits
+        else:
+            self.replace(replace(held, limits=limits))
 
     def prepare_goal(self, goal: Command) -> None:
         """Make a plan that leads to a ``goal``, or let that wait for limits."""
@@ -403,9 +419,10 @@ class PlanExecution:
         less = replace(held, limits=held.limits.leaving(), pending=pending)
         for _ in range(ATTEMPTS):
             made = yield from making(less, start)
-            after = made.held
-            if after == less:
+            if made.held == less:
                 return made._replace(held=held)
+            made = yield from self._covered(made, held, start)
+            after = made.held
             same = after.plan is held.plan and after.limits == held.limits
             if same or after.limits.shaper is None:
                 break
@@ -422,6 +439,42 @@ class PlanExecution:
         else:
             use.check(after.limits.scaled)
         return made
+
+    def _covered(
+        self, made: Replanned, held: HeldMotion, start: float
+    ) -> Interruptible[Replanned]:
+        """Return what is ``made`` with a shaper for the places that it passes.
+
+        Only at rest another shaper takes the place of the present one. So in mid-motion, where that
+        does not do, the platform comes to rest first, and goes on then.
+        """
+        after, shaping = made.held, self._shaping
+        leads = after.role is PlanRole.LEADS_TO_GOAL and after.plan is not held.plan
+        if shaping is None or after.goal is None or not leads:
+            return made
+        rests, before = start >= held.rests_at, after.limits.shaper
+        if not rests and after.path is not None and held.path is not None:
+            if after.path.heights is held.path.heights and held.role is PlanRole.LEADS_TO_GOAL:
+                # The whole path was looked at when it began.
+                return made
+        yield
+        places = after.places(self.workspace.machine)
+        shaper = shaping.covering(places, None if rests else before)
+        yield
+        if shaper is before:
+            return made
+        limits = replace(after.limits, shaper=shaper)
+        if rests:
+            return made._replace(held=replace(after, limits=limits))
+        waiting = replace(after, pending=limits, role=PlanRole.EARLIER)
+        if start < held.plan.duration:
+            return (yield from self.replanning.tried_again(waiting, 0.0))
+        # The next plan would begin before the shaper is empty.
+        heights = held.plan.at(start).heights
+        resting = replace(waiting, plan=self.replanning.at_rest(heights, limits).plan)
+        if after.path is not None:
+            resting = resting.on(replace(after.path, place=after.place(0.0)))
+        return Replanned(resting.left_to_brake())
 
     def _driven_with(self, held: HeldMotion, lead: float) -> ShapedTrajectory:
         """Return what is driven if something else is held in ``lead`` seconds."""

@@ -27,7 +27,9 @@ import math
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.errors import OutOfBoundsError
@@ -41,11 +43,18 @@ from tri_glide_kinematics.motion.trajectory import (
     TrackedStep,
     Trajectory,
 )
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.tri_glide import TriGlide
 
 # What a shaper leaves of velocities, accelerations and jerks to plans, as a rule.
 LEFT_TO_PLANS = (1.0, 0.98, 0.95)
+
+# It is looked at a path in such steps [m]; one that takes more of them may lead anywhere.
+PATH_STEP = 0.01
+MOST_PATH_STEPS = 2000
 
 
 @dataclass(frozen=True)
@@ -275,6 +284,27 @@ class HeldMotion:
         if not is_known or self.pending is not None:
             return math.inf
         return self.rests_at - time
+
+    def places(self, machine: TriGlide) -> FloatArray | None:
+        """Return places that the platform passes on its way to the goal.
+
+        Args:
+            machine: whose sliders move.
+
+        Returns:
+            Shape (n, 3) [m]; None if it may come anywhere.
+        """
+        if self.goal is not None and self.goal.leads_anywhere:
+            return None
+        places = self.plan.places(machine)
+        if self.path is None:
+            return places
+        driven = self.path.heights.driven
+        steps = math.ceil(driven.length / PATH_STEP)
+        if steps > MOST_PATH_STEPS:
+            return None
+        ways = np.linspace(0.0, driven.length, steps + 1)
+        return np.concatenate((places, driven.derivatives(ways, 0)[0]))
 
     def waits(self, time: float) -> bool:
         """Return whether something is to be tried again, ``time`` seconds after the start."""

@@ -48,6 +48,9 @@ class Tracker:
         """
         limits = held.pending or held.limits
         assert held.goal is not None
+        if limits.shaper is not held.limits.shaper and time < held.rests_at:
+            # A shaper has to be empty when another one takes its place.
+            return None
         wanted = held.goal.wanted(self, limits, dt)
         step = self._follower.step(held.plan.at(time), wanted, limits.effective, dt)
         if step is None:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError
 from tri_glide_kinematics.motion.trajectory.knots import ascending
 from tri_glide_kinematics.motion.trajectory.limits import (
@@ -364,7 +364,7 @@ def planned_shaped(
     plan: Callable[[SliderLimits], Interruptible[Trajectory]],
     limits: SliderLimits,
     machine: TriGlide,
-    shaper: Shaper,
+    shaping: Shaping,
 ) -> Interruptible[ShapedTrajectory]:
     """Return a plan, shaped, that keeps the ``limits``; it begins now.
 
@@ -375,7 +375,7 @@ def planned_shaped(
         plan: returns a plan for limits.
         limits: that the shaped plan has to keep.
         machine: whose sliders move.
-        shaper: its impulses.
+        shaping: its impulses, or what chooses them for the places that it passes.
 
     Raises:
         SliderLimitError: if no plan keeps them.
@@ -384,6 +384,7 @@ def planned_shaped(
     planned = limits
     for attempt in range(ATTEMPTS):
         unshaped = yield from plan(planned)
+        shaper = shaping.covering(unshaped.places(machine))
         shaped = ShapedTrajectory(machine, shaper, (DrivenPart(0.0, unshaped, 0.0),))
         use = yield from shaped.limit_use(limits)
         if use.keeps_limits or attempt + 1 == ATTEMPTS:

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 AT_REST: Vector3 = (0.0, 0.0, 0.0)
 
+# Parts of its time at which it is looked where a motion leads.
+PARTS = np.linspace(0.0, 1.0, 65)
+
 
 class SliderState(NamedTuple):
     """Setpoint of the sliders at one instant; a tuple, as one is made in each control cycle.
@@ -105,6 +108,17 @@ class Trajectory(ABC):
             times: middles of cells, each between two knots, or outside. Shape (n,) [s].
             half: of the lengths of the cells. Shape (n,) [s].
         """
+
+    def places(self, machine: TriGlide) -> FloatArray:
+        """Return places that the platform passes, the first and the last among them.
+
+        Args:
+            machine: whose sliders move.
+
+        Returns:
+            Shape (n, 3) [m].
+        """
+        return machine.forward_batch(self.sample(self.duration * PARTS).heights)
 
     def keeps_limits(self, limits: SliderLimits, since: float = 0.0) -> bool:
         """Return whether ``limits`` hold from the time ``since`` [s] on."""
