@@ -433,6 +433,9 @@ class PlanExecution:
             if use.keeps_limits:
                 yield from inside(motion, after.region, after.limits.scaled)
                 break
+            if after.plan is held.plan:
+                # It is not planned anew for less.
+                use.check(after.limits.scaled)
             planned = use.leaving(after.limits.effective)
             pending = held.pending and held.pending.leaving(planned)
             less = replace(held, limits=held.limits.leaving(planned), pending=pending)
@@ -440,9 +443,7 @@ class PlanExecution:
             use.check(after.limits.scaled)
         return made
 
-    def _covered(
-        self, made: Replanned, held: HeldMotion, start: float
-    ) -> Interruptible[Replanned]:
+    def _covered(self, made: Replanned, held: HeldMotion, start: float) -> Interruptible[Replanned]:
         """Return what is ``made`` with a shaper for the places that it passes.
 
         Only at rest another shaper takes the place of the present one. So in mid-motion, where that
@@ -512,6 +513,8 @@ class PlanExecution:
             preparation.work(may_go_on)
         except BaseException as error:
             self.preparation = None
+            if math.isfinite(self._retry_at):
+                self._retry_at = self.holder.time + RETRY_INTERVAL
             self.look_ahead()
             # A goal that was taken before comes to rest where it cannot go on.
             if isinstance(error, KinematicsError) and preparation.goal is None:

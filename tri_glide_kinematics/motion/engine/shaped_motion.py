@@ -53,8 +53,13 @@ class ShapedMotion:
         return ShapedTrajectory(self._machine, self.shaper, self._with(plan, lead))
 
     def _with(self, plan: Trajectory, lead: float) -> list[DrivenPart]:
-        """Return the parts that still count, seen from now, and another plan behind them."""
+        """Return the parts that still count, seen from now, and another plan behind them.
+
+        The plan that is driven goes on as it is.
+        """
         parts = [part._replace(begin=part.begin - self.time) for part in self._trajectory.driven]
+        if plan is parts[-1].plan:
+            return parts
         parts = [part for part in parts if part.begin < lead]
         ends = [part.begin for part in parts[1:]]
         forgotten = sum(end < -self.shaper.duration for end in ends)
