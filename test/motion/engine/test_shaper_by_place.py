@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import random
 
@@ -14,7 +15,6 @@ from motion_machine import (
     WORKSPACE,
     each_kind,
     limit_use,
-    run_to_rest,
     within,
 )
 
@@ -312,7 +312,7 @@ def test_whatever_is_commanded_the_limits_hold(kind, in_pieces):
             moving.work(lambda left=left: next(left, None) is not None)
         shapers.append(moving.shaper)
     assert within(np.array(heights))
-    assert sum(a is not b for a, b in zip(shapers, shapers[1:])) > 5
+    assert sum(a is not b for a, b in itertools.pairwise(shapers)) > 5
 
 
 class TrueModes(SwingModel):
