@@ -54,7 +54,7 @@ LEFT_TO_PLANS = (1.0, 0.98, 0.95)
 
 # It is looked at a path in such steps [m]; one that takes more of them may lead anywhere.
 PATH_STEP = 0.01
-MOST_PATH_STEPS = 2000
+MOST_PATH_STEPS = 1000
 
 
 @dataclass(frozen=True)
