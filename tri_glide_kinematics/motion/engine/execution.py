@@ -424,7 +424,8 @@ class PlanExecution:
             made = yield from self._covered(made, held, start)
             after = made.held
             same = after.plan is held.plan and after.limits == held.limits
-            if same or after.limits.shaper is None:
+            rests = after.plan is held.plan and start >= held.rests_at
+            if same or rests or after.limits.shaper is None:
                 break
             yield
             lead = start - self.holder.time
