@@ -320,7 +320,7 @@ def test_modes_that_differ_from_place_to_place_have_a_shaper_for_each_motion(mac
             if entry.key == "duration of the shaper [s]"
         }
         # A period and a half where much is passed, else one.
-        expected = {0.09: 1.5 / 17.3, 0.1: 1.0 / 19.8, -0.1: 1.5 / 15.0, -0.09: 1.0 / 10.3}[x]
+        expected = {0.09: 1.0 / 17.3, 0.1: 1.0 / 19.8, -0.1: 1.5 / 15.0, -0.09: 1.0 / 10.3}[x]
         assert values["duration of the shaper [s]"] == pytest.approx(expected, rel=0.05)
     assert_within_limits(machine)
 

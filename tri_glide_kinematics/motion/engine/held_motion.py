@@ -8,6 +8,7 @@ what happens                  plan                     goal      pending limits
 start at measured heights     no motion                none      none, in force from now on
 a goal                        leads to it              new       none
 a goal while limits wait      as it was                new       as they were
+a goal with another shaper    brakes                   new       new, with that shaper
 stop                          brakes                   none      as they were
 a moving target               as it was, or brakes     new       as they were
 a step of tracking            step, then braking       same      none, the newest in force
@@ -168,7 +169,8 @@ class HeldMotion:
             are pending.
         region: where the plan was checked to stay.
         limits: in force.
-        pending: limits that wait until the motion can keep them; None if there are none.
+        pending: limits that wait until the motion can keep them, or until the shaper is empty and
+            another one can take its place; None if there are none.
         path: that is the goal; None if that is no path, or there is none.
     """
 
