@@ -6,6 +6,9 @@ are judged by the bounds of the certificate and by differences at 1 kHz.
 
 Run it as ``python -m benchmarks.soak_paths --count 10000``; it exits with 1 if a path breaks a
 limit or its tolerance, or is not driven to its end.
+
+With ``--shaped`` each path is driven with a shaper of its own, for one mode or two; judged is the
+shaped motion.
 """
 
 from __future__ import annotations
@@ -13,25 +16,31 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections import Counter
+from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks.bench_paths import differences_of, drive
-from benchmarks.judge import WIDE
-from testing.path_samples import Piece, distances, random_path
+from benchmarks.judge import LIMITS, WIDE
+from testing.path_samples import ROUNDING, Piece, distances, largest_part, random_path
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.limit_use import TOLERANCES
+from tri_glide_kinematics.motion import Trajectory, time_path
+from tri_glide_kinematics.motion.limit_use import TOLERANCES, CommandStream, LimitUse
 from tri_glide_kinematics.motion.path import PathPlaceError, PlatformPath, check_place
-from tri_glide_kinematics.motion.trajectory import RELATIVE_ROUNDING, MotionError
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
+from tri_glide_kinematics.motion.trajectory import RELATIVE_ROUNDING, MotionError, ShapedTrajectory
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace
 
 # So large are paths [m]: most of them then are inside the workspace.
 SIZE = 0.06
 SAMPLES = 4000
 REPORT = 200
-# Distance from lines and arcs that are kept [m].
-ROUNDING = 1e-9
+STEP = 1e-3  # s
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
 
 
 def largest_distance(path: PlatformPath, pieces: list[Piece]) -> float:
@@ -51,12 +60,94 @@ def largest_distance(path: PlatformPath, pieces: list[Piece]) -> float:
     return float((away / allowed).max())
 
 
+class Judged(NamedTuple):
+    """What was found of shaped paths.
+
+    Attributes:
+        distance: largest one from the path as programmed, in parts of the tolerance.
+        uses: velocity, acceleration and jerk by bounds, in parts of the limits. Shape (3,).
+        differences: the same by differences at 1 kHz. Shape (3,).
+        end: largest distance from the end of the path [m].
+    """
+
+    distance: float
+    uses: FloatArray
+    differences: FloatArray
+    end: float
+
+    @classmethod
+    def of(cls, motion: Trajectory, path: PlatformPath, pieces: list[Piece]) -> Judged:
+        """Judge a shaped ``motion`` along a path."""
+        assert isinstance(motion, ShapedTrajectory)
+        heights = motion.sample(np.arange(0.0, motion.duration + STEP, STEP)).heights
+        places = MACHINE.forward_batch(heights)
+        use = LimitUse.of(CommandStream.from_heights(heights, STEP), LIMITS)
+        return cls(
+            largest_part(path, pieces, places),
+            at_once(motion.limit_use(LIMITS)).use.max(axis=1),
+            np.asarray(use.largest).reshape(3, -1).max(axis=1),
+            float(np.linalg.norm(places[-1] - path.end)),
+        )
+
+    def joined(self, other: Judged) -> Judged:
+        """Return the larger of both."""
+        return Judged(
+            max(self.distance, other.distance),
+            np.maximum(self.uses, other.uses),
+            np.maximum(self.differences, other.differences),
+            max(self.end, other.end),
+        )
+
+
+def random_shaper(rng: np.random.Generator) -> Shaper:
+    """Return a shaper of any kind for one mode or two."""
+    kind = rng.choice(np.array(ShaperKind))
+    modes = [
+        Mode(float(rng.uniform(8.0, 60.0)), float(rng.uniform(0.0, 0.15)))
+        for _ in range(rng.integers(1, 3))
+    ]
+    return Shaper.of(kind, *modes)
+
+
+def soak_shaped(count: int, seed: int) -> int:
+    """Plan so many shaped paths and print what was found; return whether something is wrong."""
+    rng = np.random.default_rng(seed)
+    workspace = Workspace(MACHINE, WIDE)
+    found = Judged(0.0, np.zeros(3), np.zeros(3), 0.0)
+    refused: Counter[str] = Counter()
+    driven = 0
+    begin = time.monotonic()
+    while driven < count:
+        path, pieces = random_path(rng, count=int(rng.integers(2, 13)), size=SIZE)
+        shaper = random_shaper(rng)
+        try:
+            motion = time_path(path, workspace, LIMITS, shaper)
+        except KinematicsError as error:
+            refused[type(error).__name__] += 1
+            continue
+        driven += 1
+        found = found.joined(Judged.of(motion, path, pieces))
+        if driven % REPORT == 0:
+            print(f"    {driven} paths, {time.monotonic() - begin:.0f} s", flush=True)
+    print(f"{driven} paths driven with a shaper; refused: {dict(refused)}")
+    print(f"largest distance from the path as programmed {found.distance:.6f} of the tolerance")
+    print(f"largest velocity, acceleration, jerk by bounds {found.uses} of the limits")
+    print(f"largest velocity, acceleration, jerk by differences {found.differences} of the limits")
+    print(f"largest distance from the end {found.end:.3g} m")
+    within = bool((found.differences <= 1.0 + np.array(TOLERANCES)).all())
+    within = within and bool((found.uses <= 1.0 + RELATIVE_ROUNDING).all())
+    return 0 if within and found.distance <= 1.0 and found.end < ROUNDING else 1
+
+
 def main() -> int:
     """Drive random paths and print what was found."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=500, help="number of paths that are driven")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--shaped", action="store_true", help="with a shaper")
     options = parser.parse_args()
+    if options.shaped:
+        return soak_shaped(options.count, options.seed)
     rng = np.random.default_rng(options.seed)
     workspace = Workspace(TriGlide(DEFAULT_GEOMETRY), WIDE)
     driven = outside = unplanned = windows = broken = 0

@@ -14,6 +14,7 @@ from tri_glide_kinematics.motion import (
     MotionPhase,
     SliderLimits,
 )
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import ruckig_planner
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
@@ -28,6 +29,9 @@ HOME = (0.6, 0.6, 0.6)
 # Where tests move to [m].
 TARGET = (0.1, 0.05, 0.35)
 OTHER = (-0.08, 0.06, 0.25)
+
+# For a mode of a belt-driven machine.
+SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 
 KINDS = tuple(MotionKind)
 each_kind = pytest.mark.parametrize("kind", KINDS)
@@ -71,6 +75,25 @@ def run_to_rest(moving: MotionEngine, longest: float = 60.0) -> FloatArray:
         rows.append(moving.step(DT).heights)
         assert len(rows) < longest / DT, "never came to rest"
     return np.array(rows)
+
+
+def driven(moving: MotionEngine, most: int = 5000) -> FloatArray:
+    """Return the heights until the engine is idle; what it prepares is made in each step."""
+    heights = [moving.state.heights]
+    for _ in range(most):
+        if moving.phase is MotionPhase.IDLE:
+            return np.array(heights)
+        heights.append(moving.step(DT).heights)
+        moving.work(lambda: True)
+    raise AssertionError("it does not come to rest")
+
+
+def assert_keeps(heights, limits: SliderLimits = LIMITS) -> None:
+    """Judge a stream at 1 kHz by its differences."""
+    stream = CommandStream.from_heights(heights, DT)
+    seen = (stream.velocities, stream.accelerations, stream.jerks)
+    for values, bound, slack in zip(seen, limits.table, (1e-6, 1e-6, 1e-3)):
+        assert (np.abs(values).max(axis=0) <= bound * (1.0 + slack)).all()
 
 
 def limit_use(heights: FloatArray, limits: SliderLimits = LIMITS) -> LimitUse:

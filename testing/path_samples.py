@@ -13,6 +13,9 @@ from tri_glide_kinematics.vectors import FloatArray
 # Two paths are driven alike as long as they differ by no more than this [m].
 DRIVEN_ALIKE = 1e-12
 
+# Distance from lines and arcs that are kept [m].
+ROUNDING = 1e-9
+
 
 class Piece(NamedTuple):
     """A line or an arc as it was asked for; a line has no ``centre``."""
@@ -94,6 +97,21 @@ def distances(places: FloatArray, piece: Piece) -> FloatArray:
         np.linalg.norm(places - piece.start, axis=1), np.linalg.norm(places - piece.end, axis=1)
     )
     return np.where(inside, to_ring, to_ends)
+
+
+def largest_part(path: PlatformPath, pieces: list[Piece], places: FloatArray) -> float:
+    """Return how far places, shape (n, 3), are from ``pieces`` at most, in parts of the tolerance.
+
+    Each place has to be near enough to one of them. On a piece the larger tolerance of the next
+    joints before and behind that are no smooth ones holds.
+    """
+    driven = path.driven
+    real = np.union1d(driven.rounded.ways, driven.stops)
+    tolerances = np.append(0.0, path.segments.tolerances)[np.searchsorted(driven.joints, real)]
+    following = np.searchsorted(real, 0.5 * (driven.joints[1:] + driven.joints[:-1]))
+    allowed = np.maximum(np.maximum(tolerances[following - 1], tolerances[following]), ROUNDING)
+    away = [distances(places, piece) / most for piece, most in zip(pieces, allowed.tolist())]
+    return float(np.min(away, axis=0).max())
 
 
 def sides_of_breaks(driven: DrivenPath) -> tuple[FloatArray, FloatArray, float]:

@@ -7,21 +7,30 @@ import random
 
 import numpy as np
 import pytest
-from motion_machine import DT, HOME, KINDS, LIMITS, MACHINE, OTHER, TARGET, each_kind, engine
+from motion_machine import (
+    DT,
+    HOME,
+    KINDS,
+    MACHINE,
+    OTHER,
+    SHAPER,
+    TARGET,
+    assert_keeps,
+    driven,
+    each_kind,
+    engine,
+)
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
-    CommandStream,
     MotionEngine,
     MotionKind,
     MotionPhase,
-    PlatformPath,
     SliderLimits,
 )
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import NotShapedError
 
-SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 SHAPERS = (None, SHAPER, Shaper.of(ShaperKind.ZVD, Mode(30.0, 0.05)))
 
 
@@ -31,25 +40,6 @@ def shaped(kind: MotionKind = MotionKind.SLIDER, **options) -> MotionEngine:
     moving.set_shaper(SHAPER)
     assert moving.shaper is SHAPER
     return moving
-
-
-def driven(moving: MotionEngine, most: int = 5000) -> np.ndarray:
-    """Return the heights until the engine is idle."""
-    heights = [moving.state.heights]
-    for _ in range(most):
-        if moving.phase is MotionPhase.IDLE:
-            return np.array(heights)
-        heights.append(moving.step(DT).heights)
-        moving.work(lambda: True)
-    raise AssertionError("it does not come to rest")
-
-
-def assert_keeps(heights, limits: SliderLimits = LIMITS) -> None:
-    """Judge a stream at 1 kHz by its differences."""
-    stream = CommandStream.from_heights(heights, DT)
-    seen = (stream.velocities, stream.accelerations, stream.jerks)
-    for values, bound, slack in zip(seen, limits.table, (1e-6, 1e-6, 1e-3)):
-        assert (np.abs(values).max(axis=0) <= bound * (1.0 + slack)).all()
 
 
 @each_kind
@@ -182,22 +172,24 @@ def test_limits_that_are_lowered_after_a_stop_are_in_force_when_the_shaper_is_em
     assert_keeps([*heights, *rest[1:]])
 
 
-def test_what_cannot_be_shaped_is_refused_and_nothing_changes():
+def test_limits_that_come_behind_a_stop_are_in_force_at_once():
     moving = shaped()
-    path = PlatformPath.through([MACHINE.forward(HOME), TARGET, OTHER])
-    with pytest.raises(NotShapedError, match="path is not possible with a shaper"):
-        moving.follow(path)
+    moving.move_to(TARGET)
+    for _ in range(200):
+        moving.step(DT)
+    moving.stop()
+    driven(moving)
+    # What is held is the stop; it has ended, and what the sliders did before counts no more.
+    moving.set_speed_scale(0.1)
+    assert not moving.limits_pending
+    assert moving.phase is MotionPhase.IDLE
+
+
+def test_a_moving_target_is_refused_and_nothing_changes():
+    moving = shaped()
     with pytest.raises(NotShapedError, match="moving target"):
         moving.track(TARGET, (0.0, 0.0, 0.0))
     assert moving.phase is MotionPhase.IDLE
-    moving.set_shaper(None)
-    moving.follow(path)
-    moving.step(DT)
-    moving.set_shaper(SHAPER)
-    assert moving.phase is MotionPhase.FOLLOWING
-    driven(moving)
-    with pytest.raises(NotShapedError, match="path"):
-        moving.follow(path)
 
 
 def test_a_new_start_forgets_what_was_driven():

@@ -28,6 +28,7 @@ from tri_glide_kinematics.motion import (
     SliderLimits,
     Trajectory,
     plan_move,
+    time_path,
 )
 from tri_glide_kinematics.motion.engine import DriveLimits, HeldMotion, Track, Tracker
 from tri_glide_kinematics.motion.engine.execution import PlanHolder
@@ -249,6 +250,85 @@ def test_other_modes_are_in_force_from_the_next_rest_on():
     moving.move_to(LEFT)
     assert not moving.shaper_pending
     assert moving.shaper == Shaper.of(ShaperKind.EI, Mode(20.0, 0.03))
+
+
+def through(*places: Vector3) -> PlatformPath:
+    return PlatformPath.through(places, tolerance=0.003)
+
+
+# A path that stays on the left, one that goes to the right, and one behind the first.
+ON_LEFT = (LEFT, NEAR, (-0.07, 0.03, 0.27))
+ACROSS = (NEAR, (0.0, 0.05, 0.27), RIGHT)
+BEHIND = (ON_LEFT[-1], (0.0, 0.05, 0.27), RIGHT)
+
+
+@pytest.mark.parametrize("in_pieces", [False, True])
+def test_a_path_has_one_shaper_for_all_of_it(in_pieces):
+    durations = []
+    for places in (ON_LEFT, ACROSS):
+        path = through(*places)
+        moving = resting(at=places[0], in_pieces=in_pieces)
+        moving.follow(path)
+        moving.work(lambda: True)
+        heights = [*driven(moving, 2)]
+        shaper = moving.shaper
+        assert shaper is not None
+        durations.append(shaper.duration)
+        while moving.phase is not MotionPhase.IDLE:
+            heights.append(moving.step(DT).heights)
+            moving.work(lambda: True)
+            assert moving.shaper == shaper
+        assert within(np.array(heights))
+        assert place(moving) == pytest.approx(places[-1], abs=1e-9)
+        motion = time_path(path, WORKSPACE, LIMITS, BY_PLACE)
+        expected = Shaper.of(ShaperKind.EI, Mode(10.2, 0.03)) if places is ON_LEFT else shaper
+        assert motion.shaper.duration == pytest.approx(expected.duration, rel=0.02)
+    assert len(shaper.times) == 4
+    assert durations[0] == pytest.approx(1.0 / 10.2, rel=0.02)
+
+
+@pytest.mark.parametrize("in_pieces", [False, True])
+def test_a_path_in_mid_motion_begins_with_its_own_shaper(in_pieces):
+    moving = resting(in_pieces=in_pieces)
+    moving.move_to(NEAR)
+    heights = [*driven(moving, 90)]
+    moving.follow(through(*ACROSS))
+    moving.work(lambda: True)
+    heights += [*driven(moving)[1:]]
+    assert within(np.array(heights))
+    assert place(moving) == pytest.approx(RIGHT, abs=1e-9)
+    assert moving.shaper == BY_PLACE.covering(held_of(moving).path.heights.driven.places())
+
+
+@pytest.mark.parametrize("in_pieces", [False, True])
+@pytest.mark.parametrize("steps", [60, 200, 460])
+def test_a_path_that_gets_longer_waits_for_a_shaper_and_goes_on_where_it_was(in_pieces, steps):
+    moving = resting(in_pieces=in_pieces)
+    moving.follow(through(*ON_LEFT))
+    heights = [*driven(moving, steps)]
+    moving.extend(through(*BEHIND))
+    moving.work(lambda: True)
+    heights += [*driven(moving)[1:]]
+    assert within(np.array(heights))
+    assert place(moving) == pytest.approx(RIGHT, abs=1e-9)
+    assert len(moving.shaper.times) == 5
+    # It has never gone back, nor left the path.
+    places = MACHINE.forward_batch(heights)
+    whole = [*ON_LEFT, *BEHIND[1:]]
+    assert np.linalg.norm(places - nearest_on(whole, places), axis=1).max() < 0.003 + 1e-6
+    for corner in whole:
+        assert np.linalg.norm(places - corner, axis=1).min() < 0.0035
+
+
+def nearest_on(corners, places: np.ndarray) -> np.ndarray:
+    """Return of each place the nearest one on straight lines between corners."""
+    found = []
+    for begin, end in itertools.pairwise(np.array(corners)):
+        way = end - begin
+        part = np.clip((places - begin) @ way / (way @ way), 0.0, 1.0)
+        found.append(begin + part[:, np.newaxis] * way)
+    distances = np.linalg.norm(np.array(found) - places, axis=2)
+    return np.array(found)[distances.argmin(axis=0), np.arange(len(places))]
 
 
 def test_the_places_of_a_path_are_all_of_it():

@@ -499,7 +499,6 @@ class Follow(Command):
     kind = TargetKind.PATH
     phase = MotionPhase.FOLLOWING
     is_checked_whole = True
-    can_be_shaped = False
 
     def __init__(
         self, path: PlatformPath | None, name: str = "path", *, extends: bool = False

@@ -30,6 +30,7 @@ from tri_glide_kinematics.motion.trajectory import (
     DrivenPart,
     NotShapedError,
     NotStartedError,
+    Planned,
     SampledPlan,
     ShapedTrajectory,
     SliderState,
@@ -418,11 +419,10 @@ class PlanExecution:
         pending = held.pending and held.pending.leaving()
         less = replace(held, limits=held.limits.leaving(), pending=pending)
         for _ in range(ATTEMPTS):
-            made = yield from making(less, start)
-            if made.held == less:
-                return made._replace(held=held)
-            made = yield from self._covered(made, held, start)
+            made = yield from self._covered(making, less, start)
             after = made.held
+            if after == less:
+                return made._replace(held=held)
             same = after.plan is held.plan and after.limits == held.limits
             rests = after.plan is held.plan and start >= held.rests_at
             if same or rests or after.limits.shaper is None:
@@ -435,21 +435,25 @@ class PlanExecution:
                 yield from inside(motion, after.region, after.limits.scaled)
                 break
             if after.plan is held.plan:
-                # It is not planned anew for less.
+                # No other plan is made for less.
                 use.check(after.limits.scaled)
-            planned = use.leaving(after.limits.effective)
+            planned = use.leaving(Planned(after.limits.effective, after.limits.cut))
             pending = held.pending and held.pending.leaving(planned)
             less = replace(held, limits=held.limits.leaving(planned), pending=pending)
         else:
             use.check(after.limits.scaled)
         return made
 
-    def _covered(self, made: Replanned, held: HeldMotion, start: float) -> Interruptible[Replanned]:
-        """Return what is ``made`` with a shaper for the places that it passes.
+    def _covered(self, making: Making, held: HeldMotion, start: float) -> Interruptible[Replanned]:
+        """Make what is held next, with a shaper for the places that it passes.
 
         Only at rest another shaper takes the place of the present one. So in mid-motion, where that
         does not do, the platform comes to rest first, and goes on then.
+
+        Raises:
+            KinematicsError: if there is no plan.
         """
+        made = yield from making(held, start)
         after, shaping = made.held, self._shaping
         leads = after.role is PlanRole.LEADS_TO_GOAL and after.plan is not held.plan
         if shaping is None or after.goal is None or not leads:
@@ -463,11 +467,16 @@ class PlanExecution:
         places = after.places(self.workspace.machine)
         shaper = shaping.covering(places, None if rests else before)
         yield
-        if shaper is before:
+        if shaper == before:
             return made
         limits = replace(after.limits, shaper=shaper)
-        if rests:
+        if rests and after.path is None:
             return made._replace(held=replace(after, limits=limits))
+        if rests and after.path is not None:
+            # How fast a path is driven depends on the shaper.
+            held = held.with_goal(after.goal, limits=limits, pending=None).on(after.path)
+            planned = self.replanning.planned(held, start, after.goal, limits, or_after=True)
+            return made._replace(held=(yield from planned))
         waiting = replace(after, pending=limits, role=PlanRole.EARLIER)
         if start < held.plan.duration:
             return (yield from self.replanning.tried_again(waiting, 0.0))
@@ -492,7 +501,7 @@ class PlanExecution:
         lead = self._path_lead_time.after(self._last_step) if self._in_pieces else 0.0
         # Exactly there, so that the motion is the same whatever the steps are.
         start = max(self.holder.time + lead, held.goes_on_at)
-        making = self.replanning.continued
+        making = self._proved(self.replanning.continued)
         preparation = Preparation(making, None, held, self.holder.time, start, self._path_lead_time)
         self._begin(preparation)
 
@@ -514,9 +523,7 @@ class PlanExecution:
             preparation.work(may_go_on)
         except BaseException as error:
             self.preparation = None
-            if math.isfinite(self._retry_at):
-                self._retry_at = self.holder.time + RETRY_INTERVAL
-            self.look_ahead()
+            self._wait(self.holder.held)
             # A goal that was taken before comes to rest where it cannot go on.
             if isinstance(error, KinematicsError) and preparation.goal is None:
                 return
@@ -619,6 +626,10 @@ class PlanExecution:
         """Hold something else, keep a ``refusal``, and see to it that what waits is tried again."""
         self.holder.hold(held, elapsed)
         self._refusal = refusal or self._refusal
+        self._wait(held)
+
+    def _wait(self, held: HeldMotion) -> None:
+        """Note when what waits of ``held`` is tried again, if something does."""
         waits = held.waits(self.holder.time)
         self._retry_at = (
             min(self.holder.time + RETRY_INTERVAL, held.rests_at) if waits else math.inf

@@ -39,6 +39,7 @@ from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory import (
     PathHeights,
     PathPlan,
+    Planned,
     SliderLimits,
     SliderState,
     TrackedStep,
@@ -53,10 +54,6 @@ if TYPE_CHECKING:
 # What a shaper leaves of velocities, accelerations and jerks to plans, as a rule.
 LEFT_TO_PLANS = (1.0, 0.98, 0.95)
 
-# It is looked at a path in such steps [m]; one that takes more of them may lead anywhere.
-PATH_STEP = 0.01
-MOST_PATH_STEPS = 1000
-
 
 @dataclass(frozen=True)
 class DriveLimits:
@@ -66,14 +63,14 @@ class DriveLimits:
         sliders: limits before the scale.
         speed_scale: in (0, 1].
         shaper: of the platform's motion; None for none.
-        planned: limits that plans keep so that what the shaper makes of them keeps the others; None
-            where these are the same.
+        planned: what plans keep so that what the shaper makes of them keeps the limits; None where
+            that is the same.
     """
 
     sliders: SliderLimits
     speed_scale: float
     shaper: Shaper | None = None
-    planned: SliderLimits | None = field(default=None, compare=False)
+    planned: Planned | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         """Check the scale.
@@ -95,9 +92,14 @@ class DriveLimits:
     @cached_property
     def effective(self) -> SliderLimits:
         """Limits that plans keep."""
-        return self.planned or self.scaled
+        return self.planned.limits if self.planned is not None else self.scaled
 
-    def leaving(self, planned: SliderLimits | None = None) -> DriveLimits:
+    @cached_property
+    def cut(self) -> float:
+        """Part that plans let bends be cut by, of what the tolerances of a path leave."""
+        return self.planned.cut if self.planned is not None else 1.0
+
+    def leaving(self, planned: Planned | None = None) -> DriveLimits:
         """Return the same, with limits for plans that leave something to the shaper.
 
         Args:
@@ -105,7 +107,7 @@ class DriveLimits:
         """
         if self.shaper is None:
             return self
-        return replace(self, planned=planned or self.scaled.times(*LEFT_TO_PLANS))
+        return replace(self, planned=planned or Planned(self.scaled.times(*LEFT_TO_PLANS)))
 
     @cached_property
     def held_back(self) -> float:
@@ -259,8 +261,9 @@ class HeldMotion:
             return math.inf
         plan = self.path_plan
         if plan is None or path.from_rest or self.role is not PlanRole.LEADS_TO_GOAL:
-            return self.plan.duration
-        return plan.continue_at
+            return self.rests_at
+        # A shaper has to be empty at a stop, as it would cut the corner.
+        return plan.continue_at if plan.continue_at < plan.duration else self.rests_at
 
     def place(self, time: float) -> float:
         """Return how far along the path the platform is, or where it left it [m]; NaN without."""
@@ -301,12 +304,8 @@ class HeldMotion:
         places = self.plan.places(machine)
         if self.path is None:
             return places
-        driven = self.path.heights.driven
-        steps = math.ceil(driven.length / PATH_STEP)
-        if steps > MOST_PATH_STEPS:
-            return None
-        ways = np.linspace(0.0, driven.length, steps + 1)
-        return np.concatenate((places, driven.derivatives(ways, 0)[0]))
+        of_path = self.path.heights.driven.places()
+        return None if of_path is None else np.concatenate((places, of_path))
 
     def waits(self, time: float) -> bool:
         """Return whether something is to be tried again, ``time`` seconds after the start."""

@@ -86,4 +86,9 @@ def _deviation(heights: PathHeights, place: float) -> float:
     """Return a bound of the distance from the path as programmed, up to a ``place`` [m]."""
     driven = heights.driven
     begun = driven.rounded.ways - driven.widths.reaches < place
-    return float(driven.widths.deviations[begun].max(initial=0.0))
+    rounded = float(driven.widths.deviations[begun].max(initial=0.0))
+    if driven.part == 1.0:
+        return rounded
+    # A shaper leaves the path as driven by no more than roundings leave of the tolerances.
+    passed = driven.tolerances[: int(driven.segment_of(place)) + 1]
+    return rounded + (1.0 - driven.part) * float(passed.max())

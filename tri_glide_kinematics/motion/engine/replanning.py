@@ -76,10 +76,13 @@ class PathReplanning:
         """
         if goal.extends:
             return (yield from self._extended(held, time, goal))
-        path = FollowedPath((yield from self._paths.begun(_made(goal))))
+        path = yield from self._begun(held, goal)
         if held.pending is not None:
             return held.with_goal(goal, role=PlanRole.EARLIER).on(path)
         return (yield from self.on_path(held, time, goal, path, held.limits))
+
+    def _begun(self, held: HeldMotion, goal: Follow) -> Interruptible[FollowedPath]:
+        return FollowedPath((yield from self._paths.begun(_made(goal), held.limits.shaper)))
 
     def on_path(
         self,
@@ -105,12 +108,13 @@ class PathReplanning:
             return held.with_goal(goal, limits=limits, pending=None).on(path)
         state = held.plan.at(time)
         plan = replace(held, path=path).path_plan
-        if time < held.plan.duration:
-            if plan is None:
-                leaving = held.with_goal(goal, role=PlanRole.EARLIER).on(path)
-                return (yield from self._braking(leaving, time))
+        if time < held.plan.duration and plan is not None:
             next_plan = yield from self._going_on(plan, path.heights, time, limits)
             return self._leading(next_plan, goal, path, self._workspace, limits)
+        if time < held.rests_at and not (plan is not None and plan.ends_path):
+            # What leads somewhere else, or begins at a corner, begins where nothing moves any more.
+            leaving = held.with_goal(goal, role=PlanRole.EARLIER).on(path)
+            return (yield from self._braking(leaving, time))
         place = path.place if plan is None else plan.place(time)
         if plan is not None and plan.ends_path:
             # There is nothing left to plan.
@@ -122,7 +126,7 @@ class PathReplanning:
             region = self._planner.region(state)
             approach = yield from self._planner.line(state, begin, limits.effective, region)
             return self._leading(approach, goal, path, region, limits)
-        scaled = path.heights.at_speed_scale(limits.speed_scale)
+        scaled = yield from self._with_speeds(path.heights, place, limits)
         next_plan = yield from self._paths.from_rest(scaled, place, limits.effective)
         return self._leading(next_plan, goal, path, self._workspace, limits)
 
@@ -139,8 +143,14 @@ class PathReplanning:
     def _going_on(
         self, plan: PathPlan, heights: PathHeights, time: float, limits: DriveLimits
     ) -> Interruptible[PathPlan]:
-        scaled = heights.at_speed_scale(limits.speed_scale)
+        scaled = yield from self._with_speeds(heights, plan.place(time), limits)
         return (yield from self._paths.going_on(plan, scaled, time, limits.effective))
+
+    def _with_speeds(
+        self, heights: PathHeights, place: float, limits: DriveLimits
+    ) -> Interruptible[PathHeights]:
+        scale, shaper, cut = limits.speed_scale, limits.shaper, limits.cut
+        return (yield from self._paths.with_speeds(heights, place, scale, shaper, cut))
 
     def braked(self, held: HeldMotion, plan: PathPlan, time: float) -> Interruptible[HeldMotion]:
         """Return ``held`` with a plan that comes to rest soon on the path of its ``plan``."""
@@ -175,6 +185,10 @@ class PathReplanning:
         """
         before, plan = held.path, held.path_plan
         assert before is not None
+        if (before.heights.driven.part < 1.0) is not (held.limits.shaper is not None):
+            # It has ended before the shaper was changed.
+            path = yield from self._begun(held, goal)
+            return (yield from self.on_path(held, time, goal, path, held.limits))
         if plan is None or time >= plan.duration:
             place = held.place(time)
             # At the end of a path there is nothing left to pause on.
@@ -195,7 +209,8 @@ class PathReplanning:
             except KinematicsError:
                 pass
         longer = yield from self._longer(before, goal, plan.place(plan.duration))
-        same_way = plan.moved_to(longer.heights, time)
+        scale, steps = plan.heights.speed_scale, plan.heights.steps
+        same_way = plan.moved_to(longer.heights.at_speed_scale(scale, steps), time)
         return held.with_goal(goal, plan=same_way).on(longer)
 
     def _longer(

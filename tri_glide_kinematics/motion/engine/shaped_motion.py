@@ -46,21 +46,27 @@ class ShapedMotion:
 
     def followed_by(self, plan: Trajectory, elapsed: float) -> ShapedMotion:
         """Return the motion that goes on with another ``plan``, of which some time is past [s]."""
-        return ShapedMotion(self._machine, self.shaper, self._with(plan, -elapsed))
+        parts = self._with(plan, -elapsed)
+        return ShapedMotion(self._machine, self.shaper, parts)
 
     def going_on(self, plan: Trajectory, lead: float) -> ShapedTrajectory:
-        """Return the motion, from now on, if a ``plan`` takes over in ``lead`` seconds."""
-        return ShapedTrajectory(self._machine, self.shaper, self._with(plan, lead))
+        """Return the motion, from now on, if a ``plan`` takes over in ``lead`` seconds.
+
+        If it is the plan that is held, that goes on as it is.
+        """
+        parts = self._driven
+        if plan is not parts[-1].plan:
+            parts = self._with(plan, lead)
+        return ShapedTrajectory(self._machine, self.shaper, parts)
+
+    @property
+    def _driven(self) -> list[DrivenPart]:
+        """All parts, seen from now."""
+        return [part._replace(begin=part.begin - self.time) for part in self._trajectory.driven]
 
     def _with(self, plan: Trajectory, lead: float) -> list[DrivenPart]:
-        """Return the parts that still count, seen from now, and another plan behind them.
-
-        The plan that is driven goes on as it is.
-        """
-        parts = [part._replace(begin=part.begin - self.time) for part in self._trajectory.driven]
-        if plan is parts[-1].plan:
-            return parts
-        parts = [part for part in parts if part.begin < lead]
+        """Return the parts that still count, seen from now, and another plan behind them."""
+        parts = [part for part in self._driven if part.begin < lead]
         ends = [part.begin for part in parts[1:]]
         forgotten = sum(end < -self.shaper.duration for end in ends)
         return [*parts[forgotten:], DrivenPart(lead, plan, 0.0)]

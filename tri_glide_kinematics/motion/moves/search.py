@@ -283,7 +283,7 @@ def plan_move(
         if shaper is None:
             return at_once(planner.move(state, target, limits, region, moving=False))
         shaped = planned_shaped(
-            lambda less: planner.move(state, target, less, region, moving=False),
+            lambda less: planner.move(state, target, less.limits, region, moving=False),
             limits,
             workspace.machine,
             shaper,

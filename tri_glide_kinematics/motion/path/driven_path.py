@@ -8,7 +8,8 @@ shorter in roundings, is the integral of |p'| (``arc_length``).
 
 from __future__ import annotations
 
-from math import dist
+from dataclasses import replace
+from math import ceil, dist
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +37,7 @@ from tri_glide_kinematics.motion.path.corners import (
     enveloped,
     joints_of,
     least_widths,
+    lengths_of,
     widths_behind,
     widths_kept,
     widths_of,
@@ -57,6 +59,14 @@ MEASURED_SPANS = 500
 LEAST_ROOM = 1e-6
 
 
+# Bends that are less sharp than this are none [1/m].
+STRAIGHT = 1e-6
+
+# It is looked in such steps where a path leads [m]; one that takes more of them may lead anywhere.
+STEP = 0.01
+MOST_STEPS = 1000
+
+
 class DrivenPath(PiecewisePath):
     """The path as driven, over the programmed way s; see ``PiecewisePath``.
 
@@ -64,16 +74,23 @@ class DrivenPath(PiecewisePath):
         stops: ascending ways at which the platform has to stop, both ends included [m].
         rounded: joints that are rounded.
         widths: of their roundings.
+        part: of the tolerances that roundings use; the rest is left to a shaper.
     """
 
     def __init__(
-        self, spans: PiecewisePath, stops: FloatArray, rounded: RoundedJoints, widths: Widths
+        self,
+        spans: PiecewisePath,
+        stops: FloatArray,
+        rounded: RoundedJoints,
+        widths: Widths,
+        part: float,
     ) -> None:
         """Use ``of``."""
         super().__init__(spans.segments, spans.breaks, spans.table, spans.segment)
         self.stops = stops
         self.rounded = rounded
         self.widths = widths
+        self.part = part
 
     def __repr__(self) -> str:
         """Return how many segments it has, where it stops, and how far it deviates."""
@@ -81,12 +98,26 @@ class DrivenPath(PiecewisePath):
         bound = number_text(1e3 * self.deviation_bound, 3)
         return f"<DrivenPath, {len(self.segments)} segments, {stops} stops, within {bound} mm>"
 
+    def places(self) -> FloatArray | None:
+        """Return places on it, near to each other. Shape (n, 3) [m]; None if it is too long."""
+        steps = ceil(self.length / STEP)
+        if steps > MOST_STEPS:
+            return None
+        return np.asarray(self.derivatives(np.linspace(0.0, self.length, steps + 1), 0)[0])
+
     @classmethod
-    def of(cls, segments: Segments) -> Interruptible[DrivenPath]:
-        """Round the joints of a path, interruptibly."""
+    def of(cls, segments: Segments, part: float = 1.0) -> Interruptible[DrivenPath]:
+        """Round the joints of a path, interruptibly.
+
+        Args:
+            segments: of the path.
+            part: of the tolerances that roundings use. If that is not all, none swings out: a
+                shaper cuts short bends by no more than long ones.
+        """
         rounded, stops = yield from joints_of(segments)
+        rounded = yield from _with_part(rounded, part)
         widths = yield from widths_of(rounded)
-        return (yield from cls._rounded(segments, stops, rounded, widths, None))
+        return (yield from cls._rounded(segments, stops, rounded, widths, None, part))
 
     def extended(self, more: Segments, place: float) -> Interruptible[DrivenPath]:
         """Return this path with more segments behind it, driven as before up to a ``place`` [m].
@@ -114,10 +145,11 @@ class DrivenPath(PiecewisePath):
         stays = self.stops[-1] - place < LEAST_ROOM
         stops = self.stops[1:] if stays else self.stops[1:-1]
         rounded, stops = yield from joints_of(segments, stops)
+        rounded = yield from _with_part(rounded, self.part)
         kept = yield from widths_kept(self.rounded, self.widths, place)
         widths = yield from widths_behind(rounded, kept, place)
         least = yield from least_widths(rounded.ways, kept.half_widths)
-        return (yield from self._rounded(segments, stops, rounded, widths, least))
+        return (yield from self._rounded(segments, stops, rounded, widths, least, self.part))
 
     @classmethod
     def _rounded(
@@ -127,6 +159,7 @@ class DrivenPath(PiecewisePath):
         rounded: RoundedJoints,
         widths: Widths,
         least: FloatArray | None,
+        part: float,
     ) -> Interruptible[DrivenPath]:
         """Put the path together; its roundings are made smaller where the way would be short."""
         for _ in range(MAX_ROUNDS):
@@ -144,7 +177,7 @@ class DrivenPath(PiecewisePath):
             if not (yield from _differ(smaller, widths)):
                 break
             widths = smaller
-        return cls(spans, stops, rounded, widths)
+        return cls(spans, stops, rounded, widths, part)
 
     @property
     def tolerances(self) -> FloatArray:
@@ -170,6 +203,53 @@ class DrivenPath(PiecewisePath):
         before = np.clip(before, 0, len(self.segments) - 1)
         speeds = self.segments.speeds
         return np.asarray(np.minimum(speeds[before], speeds[self.segment_of(ways)]))
+
+    def corners_at(self, ways: FloatArray) -> FloatArray:
+        """Return by how much the tangent jumps at ascending ``ways``: only where it stops."""
+        first, last = np.searchsorted(self.stops, (ways[0], ways[-1]), side="left").tolist()
+        stops = self.stops[max(first, 1) : min(last + 1, len(self.stops) - 1)]
+        behind = np.searchsorted(self.joints, stops)
+        jumps = self.segments.tangents[behind] - self.segments.end_tangents[behind - 1]
+        turns = np.zeros(len(ways))
+        at = np.searchsorted(ways, stops)
+        inside = at < len(ways)
+        turns[at[inside]] = lengths_of(jumps[inside])
+        return turns
+
+    def left_on(self, spans: slice) -> FloatArray:
+        """Return what roundings leave of the tolerance in each of some ``spans``. Shape (k,) [m].
+
+        Of the tolerances of the joints before and behind that are rounded or stops, the larger
+        counts.
+        """
+        middles = 0.5 * (self.breaks[:-1][spans] + self.breaks[1:][spans])
+        stop = np.searchsorted(self.stops, middles)
+        before, behind = self._at_stops(stop - 1), self._at_stops(stop)
+        ways = self.rounded.ways
+        if len(ways):
+            own = self.rounded.tolerances
+            joint = np.searchsorted(ways, middles)
+            last, following = np.maximum(joint - 1, 0), np.minimum(joint, len(ways) - 1)
+            is_last = (ways[last] > self.stops[stop - 1]) & (ways[last] < middles)
+            before = np.where(is_last, own[last] / self.part, before)
+            is_next = (ways[following] < self.stops[stop]) & (ways[following] > middles)
+            behind = np.where(is_next, own[following] / self.part, behind)
+        return np.asarray((1.0 - self.part) * np.maximum(before, behind))
+
+    def _at_stops(self, numbers: Indices) -> FloatArray:
+        """Return the tolerances of stops; the start of the path has none. Shape (k,) [m]."""
+        segment = np.searchsorted(self.joints, self.stops[numbers]) - 1
+        return np.where(segment < 0, 0.0, self.tolerances[np.maximum(segment, 0)])
+
+    def bend_without_tolerance(self) -> Interruptible[int | None]:
+        """Return the index of the first segment that bends and leaves a shaper no tolerance."""
+        for some in blocks(len(self.segment), SAMPLED_SPANS):
+            bent = self.sharpness_on(some).max(axis=0) > STRAIGHT
+            found = np.flatnonzero(bent & ~(self.left_on(some) > 0.0))
+            if len(found):
+                return int(self.segment[some][found[0]])
+            yield
+        return None
 
     @Kept
     def arc_length(self) -> Interruptible[ArcLength]:
@@ -208,6 +288,16 @@ class DrivenPath(PiecewisePath):
     def place_of(self, driven: ArrayLike) -> FloatArray:
         """Return the programmed way at ways driven, shape (n,) [m]. Shape (n,) [m]."""
         return self.arc_length.inverse(np.asarray(driven, dtype=np.float64))
+
+
+def _with_part(rounded: RoundedJoints, part: float) -> Interruptible[RoundedJoints]:
+    """Return joints that use a ``part`` of their tolerances; none swings out if that is not all."""
+    if part == 1.0:
+        return rounded
+    tolerances = yield from column_of(
+        len(rounded.ways), lambda some: part * rounded.tolerances[some]
+    )
+    return replace(rounded, tolerances=tolerances, free=np.zeros(len(rounded.free), dtype=bool))
 
 
 def add_programmed(

@@ -252,3 +252,20 @@ class PiecewisePath:
         return SpanBounds(
             sizes[:, 0], changes, angles, bends + curvatures, thirds + curvatures * curvatures
         )
+
+    def sharpness_on(self, spans: slice) -> FloatArray:
+        """Return upper bounds of |p''| where some ``spans`` begin and where they end.
+
+        Between, the straight line from one to the other is an upper bound, too. Shape (2, k) [1/m].
+        """
+        steps = np.diff(self.breaks[spans.start : spans.stop + 1])
+        table = self.table[spans]
+        at_begin, by_way = 2.0 * table[:, 2], 6.0 * table[:, 3]
+        at_end = at_begin + by_way * steps[:, np.newaxis]
+        # A straight line of vectors is nowhere longer than that between its ends' lengths.
+        more = self.segments.curvatures[self.segment[spans]]
+        if table.shape[1] == 5:
+            square = 12.0 * table[:, 4] * np.square(steps)[:, np.newaxis]
+            at_end += square
+            more = more + 0.25 * lengths_of(square)
+        return np.array((lengths_of(at_begin) + more, lengths_of(at_end) + more))

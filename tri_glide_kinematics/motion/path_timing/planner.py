@@ -9,15 +9,20 @@ import numpy as np
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.moves import hardest_braking
-from tri_glide_kinematics.motion.path import PlatformPath, check_place
+from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath, check_place
+from tri_glide_kinematics.motion.path_timing.grid import MOST_PIECES
 from tri_glide_kinematics.motion.path_timing.windows import plan_window
+from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
     SOUND,
+    Bends,
+    CutBendError,
     MotionError,
     PathHeights,
     PathPlan,
     PathScaling,
     PathStart,
+    Planned,
     PlanningError,
     RuckigPlanner,
     SequencePlan,
@@ -26,6 +31,7 @@ from tri_glide_kinematics.motion.trajectory import (
     Trajectory,
     check_along,
     evaluate,
+    planned_shaped,
     total_duration,
 )
 from tri_glide_kinematics.workspace import Workspace
@@ -116,6 +122,15 @@ def _shortest(curve: PathHeights, start: PathStart, limits: SliderLimits) -> flo
     return max(float(final.values[-1]) - start.place, 0.5 * start.speed**2 / acceleration)
 
 
+# Of the tolerances, roundings take this part where there is a shaper.
+ROUNDED_PART = 0.3
+
+# So fast a platform has been at most behind the place where it is now [m/s], and over so many spans
+# it is looked back.
+FARTHEST_BACK = 1.0
+MOST_BACK = 300
+
+
 class PathPlanner:
     """Plans the parts of a path inside one workspace."""
 
@@ -123,15 +138,63 @@ class PathPlanner:
         """Prepare for paths inside ``workspace``."""
         self._workspace = workspace
 
-    def begun(self, path: PlatformPath) -> Interruptible[PathHeights]:
+    def begun(
+        self, path: PlatformPath, shaper: Shaping | None = None
+    ) -> Interruptible[PathHeights]:
         """Return a ``path`` as driven, seen from the sliders; all of it is inside the workspace.
 
+        Args:
+            path: of one segment at least.
+            shaper: it needs a part of the tolerances; None without one.
+
         Raises:
-            KinematicsError: if a place of it is not, or it has no segment.
+            KinematicsError: if a place of it is not, it has no segment, or a bend of it has no
+                tolerance, though there is a shaper.
         """
-        driven = yield from path.driven_in_pieces()
-        yield from check_place(driven, self._workspace)
+        if shaper is None:
+            driven = yield from path.driven_in_pieces()
+        else:
+            segments = yield from PlatformPath.segments.in_pieces(path)
+            driven = yield from DrivenPath.of(segments, ROUNDED_PART)
+        return (yield from self._seen(driven))
+
+    def _seen(self, driven: DrivenPath, place: float = 0.0) -> Interruptible[PathHeights]:
+        """Return a path seen from the sliders, checked from a ``place`` [m] on."""
+        if driven.part < 1.0:
+            segment = yield from driven.bend_without_tolerance()
+            if segment is not None:
+                raise CutBendError(segment)
+        yield from check_place(driven, self._workspace, place)
         return PathHeights(driven, self._workspace.machine.geometry)
+
+    def with_speeds(
+        self,
+        heights: PathHeights,
+        place: float,
+        scale: float,
+        shaper: Shaper | None,
+        cut: float = 1.0,
+    ) -> Interruptible[PathHeights]:
+        """Return a path with the speeds that hold for what is planned next.
+
+        Args:
+            heights: of the path.
+            place: where the next part begins [m].
+            scale: of the speeds that the path asks for.
+            shaper: cuts bends the less the slower they are driven; None without one.
+            cut: the part that it may cut them by, of what the tolerances leave.
+        """
+        if shaper is None:
+            return heights.at_speed_scale(scale)
+        driven = heights.driven
+        behind = place - FARTHEST_BACK * shaper.duration
+        stop = int(np.searchsorted(driven.stops, place, "right"))
+        last, following = driven.stops[[stop - 1, min(stop, len(driven.stops) - 1)]]
+        ends = np.searchsorted(driven.breaks, (max(behind, last), place, following), "right")
+        first, here, end = (ends - 1).tolist()
+        spans = slice(max(first, here - MOST_BACK), max(min(end, here + MOST_PIECES), here + 1))
+        steps = yield from Bends(driven, spans).speeds(shaper, scale, cut)
+        return heights.at_speed_scale(scale, steps)
 
     def extended(
         self, heights: PathHeights, path: PlatformPath, place: float
@@ -147,8 +210,7 @@ class PathPlanner:
             KinematicsError: if a place of it is outside the workspace, or it begins elsewhere.
         """
         driven = yield from heights.driven.extended(path.segments, place)
-        yield from check_place(driven, self._workspace, place)
-        return PathHeights(driven, self._workspace.machine.geometry)
+        return (yield from self._seen(driven, place))
 
     def from_rest(
         self, heights: PathHeights, place: float, limits: SliderLimits
@@ -182,33 +244,46 @@ class PathPlanner:
         with SOUND:
             return PathPlan(heights, (yield from planning))
 
-    def to_the_end(self, heights: PathHeights, limits: SliderLimits) -> Interruptible[SequencePlan]:
+    def to_the_end(
+        self, heights: PathHeights, planned: Planned, shaper: Shaper | None = None
+    ) -> Interruptible[SequencePlan]:
         """Return the plan of a whole path, from rest at its start to rest at its end.
+
+        Args:
+            heights: of the path.
+            planned: what it keeps.
+            shaper: at each stop it has the time to become empty; None without one.
 
         Raises:
             PathTimingError: if none is found.
         """
-        parts: list[PathPlan] = []
-        plan = yield from self.from_rest(heights, 0.0, limits)
+        scaled = yield from self.with_speeds(heights, 0.0, 1.0, shaper, planned.cut)
+        plan = yield from self.from_rest(scaled, 0.0, planned.limits)
+        parts = []
         while not plan.ends_path:
-            part, plan = yield from self._part_and_next(plan, limits)
+            part, plan = yield from self._part_and_next(plan, planned, shaper)
             parts.append(part)
         return SequencePlan((*parts, plan))
 
     def _part_and_next(
-        self, plan: PathPlan, limits: SliderLimits
+        self, plan: PathPlan, planned: Planned, shaper: Shaper | None
     ) -> Interruptible[tuple[PathPlan, PathPlan]]:
         """Return what is driven of a ``plan``, and the plan of what comes after that."""
         time = plan.continue_at
-        if time < plan.duration:
+        is_going_on = time < plan.duration
+        place = plan.place(time)
+        scaled = yield from self.with_speeds(plan.heights, place, 1.0, shaper, planned.cut)
+        if is_going_on:
             try:
-                following = yield from self.going_on(plan, plan.heights, time, limits)
+                following = yield from self.going_on(plan, scaled, time, planned.limits)
                 return plan.until(time), following
             except KinematicsError:
                 # The platform comes to rest where the plan does, and goes on from there.
                 yield
-        place = plan.place(plan.duration)
-        return plan, (yield from self.from_rest(plan.heights, place, limits))
+            place = plan.place(plan.duration)
+            scaled = yield from self.with_speeds(plan.heights, place, 1.0, shaper, planned.cut)
+        following = yield from self.from_rest(scaled, place, planned.limits)
+        return plan, following if shaper is None else following.delayed(shaper.duration)
 
     def brake_hard(
         self, plan: PathPlan, time: float, limits: SliderLimits, longest: float
@@ -241,21 +316,41 @@ class PathPlanner:
             return PathPlan(plan.heights, (yield from braking))
 
 
-def time_path(path: PlatformPath, workspace: Workspace, limits: SliderLimits) -> Trajectory:
+def time_path(
+    path: PlatformPath,
+    workspace: Workspace,
+    limits: SliderLimits,
+    shaper: Shaping | None = None,
+) -> Trajectory:
     """Return the motion along a path in nearly the least time, from rest to rest.
 
-    It is the motion of a ``MotionEngine`` that follows the path from its start. It stops in corners
-    that are not rounded; there it goes on at once, an engine with its next step.
+    Without a shaper it is the motion of a ``MotionEngine`` that follows the path from its start. It
+    stops in corners that are not rounded; there it goes on at once, an engine with its next step.
 
     Args:
         path: of one segment at least.
         workspace: where the platform may be, and of which machine.
         limits: of the sliders.
+        shaper: for the modes of vibration that the motion is to leave alone, or what chooses one
+            for the places of the path. It cuts bends; the platform is as slow there as the
+            tolerances ask for.
 
     Raises:
         KinematicsError: if a place of the path is outside the workspace, if no motion keeps the
-            limits, or if the path has no segment.
+            limits, if the path has no segment, or if a bend has no tolerance for a shaper.
     """
     planner = PathPlanner(workspace)
-    heights = at_once(planner.begun(path))
-    return at_once(planner.to_the_end(heights, limits))
+    heights = at_once(planner.begun(path, shaper))
+    if shaper is None:
+        return at_once(planner.to_the_end(heights, Planned(limits)))
+    chosen = shaper.covering(heights.driven.places())
+    motion = at_once(
+        planned_shaped(
+            lambda less: planner.to_the_end(heights, less, chosen),
+            limits,
+            workspace.machine,
+            chosen,
+        )
+    )
+    motion.check_inside(workspace, limits)
+    return motion

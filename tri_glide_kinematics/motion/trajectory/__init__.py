@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.along_curve import CurvePlan as CurvePlan
     from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan as LinePlan
     from tri_glide_kinematics.motion.trajectory.along_curve import PathPlan as PathPlan
+    from tri_glide_kinematics.motion.trajectory.bends import Bends as Bends
     from tri_glide_kinematics.motion.trajectory.cubic import SAME_TIME as SAME_TIME
     from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan as CubicPlan
     from tri_glide_kinematics.motion.trajectory.cubic import StraightPlan as StraightPlan
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.curves import PathHeights as PathHeights
     from tri_glide_kinematics.motion.trajectory.curves import StraightLine as StraightLine
     from tri_glide_kinematics.motion.trajectory.errors import SOUND as SOUND
+    from tri_glide_kinematics.motion.trajectory.errors import CutBendError as CutBendError
     from tri_glide_kinematics.motion.trajectory.errors import MotionError as MotionError
     from tri_glide_kinematics.motion.trajectory.errors import NewerGoalError as NewerGoalError
     from tri_glide_kinematics.motion.trajectory.errors import NoPathError as NoPathError
@@ -61,6 +63,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.shaped import ATTEMPTS as ATTEMPTS
     from tri_glide_kinematics.motion.trajectory.shaped import DrivenPart as DrivenPart
     from tri_glide_kinematics.motion.trajectory.shaped import LimitBounds as LimitBounds
+    from tri_glide_kinematics.motion.trajectory.shaped import Planned as Planned
     from tri_glide_kinematics.motion.trajectory.shaped import ShapedTrajectory as ShapedTrajectory
     from tri_glide_kinematics.motion.trajectory.shaped import planned_shaped as planned_shaped
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling as PathScaling

@@ -169,15 +169,19 @@ class CurvePlan(Trajectory):
             return knots
         return ascending(np.concatenate((knots, self.blend.knots())))
 
-    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
-        """Return Taylor series of the platform's position."""
+    def way_series(self, times: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the way along the curve; see ``platform_series``."""
         last = float(self.scaling.times[-1])
         inside = np.clip(times, 0.0, last)
         index = np.searchsorted(self._starts, inside, side="right") - 1
         coefficients = self._table[:, np.newaxis, index]
         ways = moved(coefficients, inside - np.take(self._starts, index))
         ways[1:, 0, (times < 0.0) | (times >= last)] = 0.0
-        way = polynomial(ways, half)
+        return polynomial(ways, half)
+
+    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the platform's position."""
+        way = self.way_series(times, half)
         curve = self.curve.place_series(way.values[0, 0], half * way.bounds[1, 0])
         position = composed(curve, way)
         if self.blend is None:
@@ -245,6 +249,11 @@ class PathPlan(CurvePlan):
     def until(self, time: float) -> PathPlan:
         """Return what is driven of it if another part goes on at a ``time``, a knot of it [s]."""
         return PathPlan(self.heights, PathScaling(self.scaling.until(time), time))
+
+    def delayed(self, delay: float) -> PathPlan:
+        """Return the same after ``delay`` seconds of rest where it begins; it begins at rest."""
+        timed = PathScaling(self.scaling.delayed(delay), self.continue_at + delay)
+        return PathPlan(self.heights, timed)
 
     def place(self, time: float) -> float:
         """Return how far along the path the platform is at a ``time`` [m]."""

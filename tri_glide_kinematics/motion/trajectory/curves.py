@@ -31,6 +31,7 @@ from tri_glide_kinematics.workspace import Workspace
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path import DrivenPath, Indices
+    from tri_glide_kinematics.motion.trajectory.bends import SpeedSteps
 
 _FACTORIALS = np.array((1.0, 1.0, 2.0, 6.0, 24.0, 120.0))[:, np.newaxis, np.newaxis]
 
@@ -323,17 +324,23 @@ class PathHeights:
         driven: where the platform moves.
         geometry: of the machine.
         speed_scale: factor of the platform speeds that the path asks for.
+        steps: speeds that a shaper needs besides; None without one.
     """
 
-    __slots__ = ("_anchors", "_arms", "_squares", "driven", "geometry", "speed_scale")
+    __slots__ = ("_anchors", "_arms", "_squares", "driven", "geometry", "speed_scale", "steps")
 
     def __init__(
-        self, driven: DrivenPath, geometry: TriGlideGeometry, speed_scale: float = 1.0
+        self,
+        driven: DrivenPath,
+        geometry: TriGlideGeometry,
+        speed_scale: float = 1.0,
+        steps: SpeedSteps | None = None,
     ) -> None:
         """Look at ``driven`` from the sliders of a machine."""
         self.driven = driven
         self.geometry = geometry
         self.speed_scale = speed_scale
+        self.steps = steps
         self._anchors = np.array(geometry.anchors).T[..., np.newaxis]
         self._squares = np.square(np.array(geometry.arm_lengths))[:, np.newaxis]
         self._arms = tuple(
@@ -341,11 +348,11 @@ class PathHeights:
             for (x, y), length in zip(geometry.anchors, geometry.arm_lengths)
         )
 
-    def at_speed_scale(self, speed_scale: float) -> PathHeights:
-        """Return the same with another scale of the speeds that the path asks for."""
-        if speed_scale == self.speed_scale:
+    def at_speed_scale(self, speed_scale: float, steps: SpeedSteps | None = None) -> PathHeights:
+        """Return the same with another scale of the speeds, and other ``steps``."""
+        if speed_scale == self.speed_scale and steps is self.steps:
             return self
-        return PathHeights(self.driven, self.geometry, speed_scale)
+        return PathHeights(self.driven, self.geometry, speed_scale, steps)
 
     def timing_error(self, place: float, reason: str) -> PathTimingError:
         """Return the error that no motion is found at a ``place`` [m], for a ``reason``."""
@@ -354,7 +361,11 @@ class PathHeights:
 
     def speed_limits(self, ways: FloatArray) -> FloatArray:
         """Return the largest speeds of the platform at ``ways``. Shape (n,) [m/s]."""
-        return np.maximum(self.speed_scale * self.driven.speed_limits(ways), SLOWEST)
+        speeds = self.speed_scale * self.driven.speed_limits(ways)
+        if self.steps is not None:
+            rates = self.driven.rates(self.driven.spans_of(ways), ways)
+            speeds = np.minimum(speeds, self.steps.at(ways, rates))
+        return np.maximum(speeds, SLOWEST)
 
     def relative(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return where the platform is seen from each anchor, and how far its arm rises.

@@ -43,6 +43,29 @@ class NotShapedError(MotionError):
         self.motion = motion
 
 
+class CutBendError(MotionError):
+    """A shaper would cut a bend of a path by more than its tolerance leaves."""
+
+    def __init__(self, segment: int, cut: float | None = None) -> None:
+        """Store where, and by how much more.
+
+        Args:
+            segment: index of the segment that bends.
+            cut: as part of what is left of the tolerance; None if nothing is left.
+        """
+        bend = f"segment {segment + 1} of the path bends"
+        reason = (
+            f"{bend} and has the tolerance 0: a shaper cuts bends; give it a tolerance, or set no "
+            "shaper"
+            if cut is None
+            else f"{bend}: the shaper would cut it by {number_text(cut, 4)} times what is left of "
+            "its tolerance"
+        )
+        super().__init__(reason)
+        self.segment = segment
+        self.cut = cut
+
+
 class SliderLimitError(MotionError):
     """A trajectory would ask more of a slider than its limit."""
 

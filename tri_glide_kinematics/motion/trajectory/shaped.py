@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
-from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError
+from tri_glide_kinematics.motion.trajectory.bends import path_driven
+from tri_glide_kinematics.motion.trajectory.errors import CutBendError, SliderLimitError
 from tri_glide_kinematics.motion.trajectory.knots import ascending
 from tri_glide_kinematics.motion.trajectory.limits import (
     QUANTITIES,
@@ -45,6 +46,9 @@ DIVISIONS = 3
 # So many cells are looked at together.
 CELLS_AT_ONCE = 64
 
+# Velocity, acceleration and jerk by the coefficients of a Taylor series.
+_TO_DERIVATIVES = np.array((1.0, 2.0, 6.0))[:, np.newaxis, np.newaxis]
+
 # Where the middles of the quarters of a cell are, in halves of it.
 _QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
 
@@ -54,6 +58,7 @@ ATTEMPTS = 5
 
 # How much more they leave, so that the next attempt keeps the limits though it is another motion.
 _MORE = 1.002
+_LESS_CUT = 1.05
 
 
 class DrivenPart(NamedTuple):
@@ -70,6 +75,18 @@ class DrivenPart(NamedTuple):
     skipped: float
 
 
+class Planned(NamedTuple):
+    """What plans keep, so that the shaped motion keeps its limits.
+
+    Attributes:
+        limits: of the sliders.
+        cut: the part that bends of a path are cut by, of what its tolerances leave.
+    """
+
+    limits: SliderLimits
+    cut: float = 1.0
+
+
 class LimitBounds(NamedTuple):
     """How much of the limits is used at most, by bounds.
 
@@ -77,15 +94,19 @@ class LimitBounds(NamedTuple):
         use: parts of velocity, acceleration and jerk of each slider; NaN where no bound is known.
             Shape (3, 3).
         when: instants at which it is so much. Shape (3, 3) [s].
+        cut: of a path, the part of what bends may be cut by.
+        segment: of the path, where it is so much.
     """
 
     use: FloatArray
     when: FloatArray
+    cut: float
+    segment: int
 
     @property
     def keeps_limits(self) -> bool:
         """Whether no limit may be exceeded."""
-        return bool((self.use <= 1.0 + RELATIVE_ROUNDING).all())
+        return bool((self.use <= 1.0 + RELATIVE_ROUNDING).all() and self.cut <= 1.0)
 
     def check(self, limits: SliderLimits) -> None:
         """Raise an error if one of the ``limits`` may be exceeded.
@@ -100,12 +121,14 @@ class LimitBounds(NamedTuple):
                 if not part <= 1.0 + RELATIVE_ROUNDING:
                     bound, time = float(bounds[slider]), float(when[slider])
                     raise SliderLimitError(quantity, slider, part * bound, bound, unit, time)
+        if not self.cut <= 1.0:
+            raise CutBendError(self.segment, self.cut)
 
-    def leaving(self, planned: SliderLimits) -> SliderLimits:
-        """Return less than ``planned`` limits, by as much as the motion exceeds its own."""
-        return SliderLimits(
-            *(planned.table / np.where(self.use > 1.0, self.use * _MORE, 1.0)).tolist()
-        )
+    def leaving(self, planned: Planned) -> Planned:
+        """Return less than was ``planned`` with, by as much as the motion exceeds its limits."""
+        table = planned.limits.table / np.where(self.use > 1.0, self.use * _MORE, 1.0)
+        cut = planned.cut / (self.cut * _LESS_CUT) if self.cut > 1.0 else planned.cut
+        return Planned(SliderLimits(*table.tolist()), cut)
 
 
 class ShapedTrajectory(Trajectory):
@@ -117,7 +140,7 @@ class ShapedTrajectory(Trajectory):
         shaper: its impulses.
     """
 
-    __slots__ = ("_begins", "_extremes", "_machine", "driven", "duration", "shaper")
+    __slots__ = ("_begins", "_extremes", "_machine", "_path", "driven", "duration", "shaper")
 
     def __init__(self, machine: TriGlide, shaper: Shaper, driven: Sequence[DrivenPart]) -> None:
         """Shape the motion of a ``machine``."""
@@ -125,6 +148,7 @@ class ShapedTrajectory(Trajectory):
         self.shaper = shaper
         self.driven = tuple(driven)
         self._begins = [part.begin for part in self.driven]
+        self._path = path_driven(self.driven)
         # Bounds of the heights, from the look at the limits.
         self._extremes: tuple[FloatArray, FloatArray] | None = None
         self.duration = max(self._end + shaper.duration, 0.0)
@@ -207,7 +231,10 @@ class ShapedTrajectory(Trajectory):
         edges = self.knots()
         middles, half = divided(ascending(np.append(edges[edges > since], since)))
         most, when = np.zeros((3, 3)), np.zeros((3, 3))
+        most_cut, cut_at = 0.0, 0.0
         lowest = highest = np.array(self.at(self.duration).heights)
+        # Where a limit is exceeded in the middle of a cell, smaller cells show nothing else.
+        is_exceeded = False
         for division in range(DIVISIONS + 1):
             settled = np.ones(len(middles), dtype=bool)
             for first in range(0, len(middles), CELLS_AT_ONCE):
@@ -215,8 +242,13 @@ class ShapedTrajectory(Trajectory):
                 series = self._height_series(middles[some], half[some])
                 low, high = heights_within(series, half[some])
                 use = largest_of(series, half[some]) / limits.table[..., np.newaxis]
-                if division < DIVISIONS:
+                cut_there, cut = self._cut(middles[some], half[some])
+                used_there = np.abs(series.values[1:4]) * _TO_DERIVATIVES
+                is_exceeded |= bool((used_there > limits.table[..., np.newaxis]).any())
+                is_exceeded |= bool((cut_there > 1.0).any())
+                if division < DIVISIONS and not is_exceeded:
                     settled[some] = (use <= 1.0 + RELATIVE_ROUNDING).all(axis=(0, 1))
+                    settled[some] &= cut <= 1.0
                     if region is not None:
                         settled[some] &= _between(low, high, region)
                 chosen = settled[some]
@@ -226,13 +258,27 @@ class ShapedTrajectory(Trajectory):
                     index = use[..., chosen].argmax(axis=-1)[..., np.newaxis]
                     found = np.take_along_axis(use[..., chosen], index, axis=-1)[..., 0]
                     # What is not known counts as more, and stays unknown.
+                    worst = int(cut[chosen].argmax())
+                    if cut[chosen][worst] > most_cut:
+                        most_cut = float(cut[chosen][worst])
+                        cut_at = float(middles[some][chosen][worst])
                     more = ~(found <= most) & ~np.isnan(most)
                     most = np.where(more, found, most)
                     when = np.where(more, middles[some][chosen][index[..., 0]], when)
                 yield
+            if is_exceeded:
+                break
             middles, half = quartered(middles[~settled], half[~settled])
         self._extremes = lowest, highest
-        return LimitBounds(most, when)
+        segment = self._path.segment(cut_at - self.shaper.delay) if self._path else 0
+        return LimitBounds(most, when, most_cut, segment)
+
+    def _cut(self, times: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how much bends of the path are cut; see ``PathDriven.cut``."""
+        if self._path is None:
+            return np.zeros(len(times)), np.zeros(len(times))
+        before = np.subtract.outer(times, self.shaper.times).T
+        return self._path.cut(before, half, np.array(self.shaper.amplitudes))
 
     def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
         """Compare bounds of the derivatives with the limits.
@@ -361,7 +407,7 @@ def slider_state(
 
 
 def planned_shaped(
-    plan: Callable[[SliderLimits], Interruptible[Trajectory]],
+    plan: Callable[[Planned], Interruptible[Trajectory]],
     limits: SliderLimits,
     machine: TriGlide,
     shaping: Shaping,
@@ -372,7 +418,7 @@ def planned_shaped(
     a rule, some percent else. Where the shaped plan exceeds one, it is planned again for less.
 
     Args:
-        plan: returns a plan for limits.
+        plan: returns a plan that keeps what it is given.
         limits: that the shaped plan has to keep.
         machine: whose sliders move.
         shaping: its impulses, or what chooses them for the places that it passes.
@@ -381,14 +427,23 @@ def planned_shaped(
         SliderLimitError: if no plan keeps them.
         KinematicsError: if there is no plan.
     """
-    planned = limits
+    planned = Planned(limits)
     for attempt in range(ATTEMPTS):
         unshaped = yield from plan(planned)
         shaper = shaping.covering(unshaped.places(machine))
-        shaped = ShapedTrajectory(machine, shaper, (DrivenPart(0.0, unshaped, 0.0),))
+        shaped = ShapedTrajectory(machine, shaper, _one_after_the_other(unshaped))
         use = yield from shaped.limit_use(limits)
         if use.keeps_limits or attempt + 1 == ATTEMPTS:
             use.check(limits)
             return shaped
         planned = use.leaving(planned)
     raise AssertionError("there is at least one attempt")
+
+
+def _one_after_the_other(plan: Trajectory) -> list[DrivenPart]:
+    """Return the trajectories that a ``plan`` is made of, which begins now."""
+    begin, driven = 0.0, []
+    for part, past in plan.parts(0.0) or [(plan, 0.0)]:
+        driven.append(DrivenPart(begin, part, past))
+        begin += part.duration - past
+    return driven

@@ -1,0 +1,234 @@
+"""Paths with a shaper: what is driven keeps limits and tolerances, also at stops."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+from motion_machine import (
+    DT,
+    HOME,
+    LIMITS,
+    MACHINE,
+    SHAPER,
+    TARGET,
+    WORKSPACE,
+    assert_keeps,
+    driven,
+    engine,
+)
+
+from testing.path_samples import largest_part, random_path
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion import (
+    MotionEngine,
+    MotionKind,
+    MotionPhase,
+    PlatformPath,
+    time_path,
+)
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
+from tri_glide_kinematics.motion.trajectory import Bends, CutBendError
+
+START = np.array(MACHINE.forward(HOME))
+SHAPERS = (
+    SHAPER,
+    Shaper.of(ShaperKind.ZV, Mode(12.0, 0.05)),
+    Shaper.of(ShaperKind.EI, Mode(18.0, 0.03), Mode(30.0, 0.03)),
+)
+
+
+def at_start(path: PlatformPath, shaper: Shaper = SHAPER, **options) -> MotionEngine:
+    """Return an engine that rests at the start of a path, with a shaper in force."""
+    moving = engine(MotionKind.LINEAR, **options)
+    moving.start(MACHINE.inverse(path.position(0.0)))
+    moving.set_shaper(shaper)
+    return moving
+
+
+def around(*corners, tolerance: float = 0.0, speed: float | None = None) -> PlatformPath:
+    """Return a polyline from the start; corners relative to it, in millimetres."""
+    points = START + 1e-3 * np.array(((0.0, 0.0, 0.0), *corners))
+    return PlatformPath.through(points, tolerance, speed)
+
+
+SQUARE = ((40.0, 0.0, 0.0), (40.0, 40.0, 0.0), (0.0, 40.0, 0.0), (0.0, 0.0, 0.0))
+
+
+def sampled_paths(count: int):
+    """Yield paths at random, as pieces too, that are inside the workspace."""
+    chance = np.random.default_rng(3)
+    while count:
+        path, pieces = random_path(chance, count=int(chance.integers(2, 9)), stops=0.0, size=0.05)
+        try:
+            time_path(path, WORKSPACE, LIMITS)
+        except KinematicsError:
+            continue
+        count -= 1
+        yield path, pieces
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shaper", SHAPERS)
+def test_paths_keep_limits_and_tolerances(shaper):
+    for path, pieces in sampled_paths(6):
+        moving = at_start(path, shaper)
+        moving.follow(path)
+        heights = driven(moving, 60_000)
+        assert_keeps(heights)
+        places = MACHINE.forward_batch(heights)
+        assert largest_part(path, pieces, places) <= 1.0
+        assert math.dist(places[-1], path.end) < 1e-9
+
+
+def test_without_speeds_for_bends_a_tolerance_would_not_hold(monkeypatch):
+    path = around(*SQUARE, tolerance=0.5e-3)
+    free = Bends._steady
+
+    def fast(self, *arguments):
+        return 0.0 * (yield from free(self, *arguments)) + math.inf
+
+    monkeypatch.setattr(Bends, "_steady", fast)
+    with pytest.raises(CutBendError, match="the shaper would cut it by"):
+        at_start(path).follow(path)
+
+
+def test_the_trajectory_without_an_engine_keeps_the_same():
+    path = around(*SQUARE, tolerance=1e-3)
+    motion = time_path(path, WORKSPACE, LIMITS, SHAPER)
+    heights = motion.sample(np.arange(0.0, motion.duration, DT)).heights
+    assert_keeps(heights)
+    places = MACHINE.forward_batch(heights)
+    inside = np.abs(places - START - (0.02, 0.02, 0.0)).max(axis=1)
+    assert inside.max() <= 0.021
+    assert motion.duration > time_path(path, WORKSPACE, LIMITS).duration + SHAPER.duration
+
+
+def test_at_a_corner_without_tolerance_the_shaper_becomes_empty():
+    path = around((40.0, 0.0, 0.0), (40.0, 40.0, 0.0))
+    for motion in (engine_places(path), trajectory_places(path)):
+        beside = np.minimum(np.abs(motion[:, 1]), np.abs(motion[:, 0] - 0.04))
+        assert beside.max() < 1e-12
+        at_corner = np.linalg.norm(motion - (0.04, 0.0, 0.0), axis=1) < 1e-9
+        assert at_corner.any()
+
+
+def engine_places(path: PlatformPath) -> np.ndarray:
+    """Return where an engine drives a path, seen from the start."""
+    moving = at_start(path)
+    moving.follow(path)
+    return MACHINE.forward_batch(driven(moving)) - START
+
+
+def trajectory_places(path: PlatformPath) -> np.ndarray:
+    """Return the same without an engine."""
+    motion = time_path(path, WORKSPACE, LIMITS, SHAPER)
+    times = np.arange(0.0, motion.duration + DT, DT)
+    return MACHINE.forward_batch(motion.sample(times).heights) - START
+
+
+def test_a_speed_that_is_asked_for_holds_though_speeds_are_averaged():
+    path = PlatformPath.start(START)
+    for x, speed in ((40.0, None), (60.0, 0.1), (100.0, None)):
+        path = path.line_to(np.add(START, (1e-3 * x, 0.0, 0.0)), 1e-3, speed)
+    moving = at_start(path)
+    moving.follow(path)
+    places = MACHINE.forward_batch(driven(moving)) - START
+    speeds = np.diff(places[:, 0]) / DT
+    slow = (places[:-1, 0] > 0.04) & (places[1:, 0] < 0.06)
+    assert slow.sum() > 100
+    assert speeds[slow].max() <= 0.1 * (1.0 + 1e-6)
+    assert speeds.max() > 0.3
+
+
+def test_a_bend_without_tolerance_is_refused_and_nothing_changes():
+    centre = np.add(START, (0.0, 0.02, 0.0))
+    path = PlatformPath.start(START).arc_about(centre, (0.0, 0.0, 1.0), 2.0)
+    moving = at_start(path)
+    with pytest.raises(CutBendError, match="segment 1 of the path bends and has the tolerance 0"):
+        moving.follow(path)
+    assert moving.phase is MotionPhase.IDLE
+    with pytest.raises(CutBendError):
+        time_path(path, WORKSPACE, LIMITS, SHAPER)
+    same = PlatformPath.start(START).arc_about(centre, (0.0, 0.0, 1.0), 2.0, tolerance=2e-4)
+    moving.follow(same)
+    places = MACHINE.forward_batch(driven(moving))
+    away = np.abs(np.linalg.norm(places - centre, axis=1) - 0.02)
+    assert 2e-5 < away.max() <= 2e-4
+
+
+def test_it_may_be_paused_stopped_and_gone_on_with():
+    path = around(*SQUARE, tolerance=1e-3)
+    moving = at_start(path)
+    moving.follow(path)
+    heights = [moving.state.heights]
+    for steps, act in (
+        (200, moving.pause),
+        (400, moving.resume),
+        (250, moving.pause),
+        (30, moving.resume),
+    ):
+        heights += [moving.step(DT).heights for _ in range(steps)]
+        act()
+    heights += driven(moving)[1:].tolist()
+    assert_keeps(heights)
+    inside = np.abs(MACHINE.forward_batch(heights) - START - (0.02, 0.02, 0.0)).max(axis=1)
+    assert inside.max() <= 0.021
+    assert math.dist(MACHINE.forward(moving.state.heights), path.end) < 1e-9
+
+
+def test_it_may_be_extended_in_motion_at_its_end_and_after_a_change_of_shaper():
+    path = around(*SQUARE[:2], tolerance=1e-3)
+    moving = at_start(path)
+    moving.follow(path)
+    heights = [moving.step(DT).heights for _ in range(300)]
+    moving.extend(PlatformPath.through(START + 1e-3 * np.array(SQUARE[1:3]), 1e-3))
+    heights += driven(moving)[1:].tolist()
+    for shaper in (SHAPER, None, SHAPER):
+        moving.set_shaper(shaper)
+        end = MACHINE.forward(moving.state.heights)
+        moving.extend(PlatformPath.start(end).line_to(np.add(end, (0.005, 0.01, 0.0)), 1e-3))
+        heights += driven(moving)[1:].tolist()
+        assert_keeps(heights)
+    assert moving.path_progress.deviation <= 1e-3 * (1.0 + 1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("in_pieces", [False, True])
+def test_whatever_comes_between_the_limits_hold(in_pieces):
+    rng = random.Random(8)
+    moving = engine(MotionKind.LINEAR, in_pieces=in_pieces)
+    moving.set_shaper(SHAPER)
+    heights, last, plans = [moving.state.heights], MotionPhase.IDLE, moving.plan_number
+    for _ in range(8000):
+        try:
+            event = rng.random()
+            if event < 0.003:
+                steps = np.array([[rng.uniform(-40.0, 40.0) for _ in range(3)] for _ in range(4)])
+                moving.follow(around(*steps, tolerance=rng.choice((0.0, 1e-3, 5e-3))))
+            elif event < 0.004:
+                moving.move_to(TARGET)
+            elif event < 0.005:
+                moving.stop()
+            elif event < 0.007:
+                moving.pause()
+            elif event < 0.010:
+                moving.resume()
+            elif event < 0.011:
+                moving.set_speed_scale(rng.choice((0.3, 0.6, 1.0)))
+            elif event < 0.012:
+                moving.set_shaper(rng.choice((None, *SHAPERS)))
+        except KinematicsError:
+            pass
+        rests = moving.phase is MotionPhase.IDLE and not moving.preparing
+        heights.append(moving.step(DT).heights)
+        if rests and last is MotionPhase.IDLE:
+            assert math.dist(heights[-1], heights[-2]) < 1e-12
+        last = moving.phase
+        if in_pieces:
+            left = iter(range(20))
+            moving.work(lambda left=left: next(left, None) is not None)
+    assert_keeps(heights)
+    assert moving.plan_number - plans > 30
