@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from ruckig import InputParameter, OutputParameter, Ruckig, Trajectory
 
 from benchmarks.harness import Figure, Work, compare, pinned_to_one_core
 from benchmarks.judge import LIMITS
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
@@ -21,6 +23,9 @@ PERIOD = 2e-5  # s
 
 STEP = "Ruckig.update and pass_to_input"
 GOALS = {MotionKind.SLIDER: 2.0, MotionKind.LINEAR: 4.0}
+SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
+# How much longer a step with a shaper may take [s].
+SHAPED = 3e-6
 
 
 def figures() -> Iterator[Figure]:
@@ -43,6 +48,16 @@ def figures() -> Iterator[Figure]:
                 Work(engine.step, PERIOD),
                 Work(_bare_step(machine, read=True)),
             )
+            shaped = _engine(machine, kind, SLOW_LIMITS)
+            shaped.set_shaper(SHAPER)
+            shaped.move_to(END)
+            row = compare(
+                f"motion engine, one step, {kind.value} motion, EI for a mode of 15 Hz",
+                "the same without a shaper",
+                Work(shaped.step, PERIOD),
+                Work(engine.step, PERIOD),
+            )
+            yield replace(row, more=SHAPED)
         for kind in GOALS:
             engine = _engine(machine, kind, LIMITS)
             yield compare(

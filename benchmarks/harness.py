@@ -55,6 +55,7 @@ class Figure:
         theirs: median of the rounds [s].
         ratio: of the two.
         goal: largest ratio wanted; None for a row that is only told.
+        more: largest difference wanted [s], where that is the goal and no ratio.
     """
 
     what: str
@@ -63,10 +64,13 @@ class Figure:
     theirs: float
     ratio: Ratio
     goal: float | None = None
+    more: float | None = None
 
     @property
     def is_reached(self) -> bool | None:
-        """Whether the median is within the goal; None if there is no goal."""
+        """Whether the medians are within the goal; None if there is no goal."""
+        if self.more is not None:
+            return self.ours - self.theirs <= self.more
         return None if self.goal is None else self.ratio.median <= self.goal
 
 

@@ -10,7 +10,11 @@ import numpy as np
 
 from benchmarks.judge import SCENARIOS, Findings, Scenario
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.workspace import Workspace
+
+# Modes that are shaped for: frequencies [Hz], and the most damping.
+FREQUENCIES, MOST_DAMPING = (8.0, 60.0), 0.15
 
 
 class RandomActions:
@@ -53,6 +57,17 @@ def random_place(rng: np.random.Generator, workspace: Workspace) -> tuple[float,
         except KinematicsError:
             continue
         return x, y, z
+
+
+def random_shaper(rng: np.random.Generator) -> Shaper | None:
+    """Return a shaper of any kind for one mode or two, or none."""
+    if rng.random() < 0.3:
+        return None
+    modes = [
+        Mode(rng.uniform(*FREQUENCIES), rng.uniform(0.0, MOST_DAMPING))
+        for _ in range(rng.integers(1, 3))
+    ]
+    return Shaper.of(list(ShaperKind)[rng.integers(len(ShaperKind))], *modes)
 
 
 def random_pauses(rng: np.random.Generator, count: int, step: float = 0.002) -> list[int]:

@@ -1,7 +1,7 @@
 """Adversarial soak of the controller: all that can arrive, at random, and its laws at each step.
 
-Poses near and far, floods, twists, stops, enabling and disabling, limits and scale, and faults of
-the measurement come in any order. At each step it is checked that
+Poses near and far, floods, twists, stops, enabling and disabling, limits, scale and shapers, and
+faults of the measurement come in any order. At each step it is checked that
 
 - the state is true: idle means at rest until the next command, with nothing that waits;
 - a stop leads to rest, and says what it stopped;
@@ -23,7 +23,14 @@ import numpy as np
 
 from benchmarks.judge import SCENARIOS, Findings, Judge, Scenario
 from benchmarks.random_paths import random_path
-from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all, some_pieces
+from benchmarks.soak import (
+    RandomActions,
+    random_pauses,
+    random_place,
+    random_shaper,
+    soak_all,
+    some_pieces,
+)
 from tri_glide_kinematics.control import (
     DISABLED,
     FAULT,
@@ -119,6 +126,7 @@ class Adversary:
             (0.05, self._enable),
             (0.06, self._set_limits),
             (0.03, self._restore_limits),
+            (0.05, self._set_shaper),
             (0.01, self._fall_silent),
             (0.01, self._jump),
         )
@@ -338,6 +346,9 @@ class Adversary:
         # It may brake, be in force, and lead on.
         self._allowed_plans += 2
         self.controller.set_limits(*self._limits)
+
+    def _set_shaper(self) -> None:
+        self.engine.set_shaper(random_shaper(self._rng))
 
     def _fall_silent(self) -> None:
         self._allowed_plans += 1

@@ -1,9 +1,9 @@
 """Adversarial soak of the motion engine: random commands without end, every setpoint checked.
 
-Poses, twists, paths, stops, changed limits and speed scales, bad input and restarts come at random,
-in mid-motion and in floods. What comes out is checked by finite differences of the heights alone,
-as a drive sees it: velocity, acceleration and jerk of each slider, its travel, and by the forward
-kinematics the place of the platform.
+Poses, twists, paths, stops, changed limits, speed scales and shapers, bad input and restarts come
+at random, in mid-motion and in floods. What comes out is checked by finite differences of the
+heights alone, as a drive sees it: velocity, acceleration and jerk of each slider, its travel, and
+by the forward kinematics the place of the platform. From an engine that is idle nothing moves.
 
 After that come the 10,000 moves of ``linear_moves`` and the 10,000 jogs of ``edge_jogs``.
 
@@ -21,8 +21,15 @@ import numpy as np
 from benchmarks import edge_jogs, linear_moves
 from benchmarks.judge import COARSE, SCENARIOS, Findings, Judge, Scenario
 from benchmarks.random_paths import random_path
-from benchmarks.soak import RandomActions, random_pauses, random_place, soak_all, some_pieces
-from tri_glide_kinematics.motion import MotionEngine, PlatformPath, SliderLimits
+from benchmarks.soak import (
+    RandomActions,
+    random_pauses,
+    random_place,
+    random_shaper,
+    soak_all,
+    some_pieces,
+)
+from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformPath, SliderLimits
 from tri_glide_kinematics.motion.limit_use import TOLERANCES
 from tri_glide_kinematics.motion.trajectory import QUANTITIES
 from tri_glide_kinematics.tri_glide import TriGlide
@@ -31,6 +38,9 @@ from tri_glide_kinematics.workspace import Workspace
 
 # Steps between two checks of what was recorded.
 BATCH = 50_000
+
+# Sliders of an engine that is idle move no more than the rounding of their heights [m].
+STILL = 1e-12
 
 
 class Adversary:
@@ -63,6 +73,7 @@ class Adversary:
             (0.06, self._resume),
             (0.05, self._set_limits),
             (0.05, self._set_scale),
+            (0.06, self._set_shaper),
             (0.06, self._nonsense),
             (0.02, self._restart),
         )
@@ -159,6 +170,10 @@ class Adversary:
     def _set_scale(self) -> None:
         self.engine.set_speed_scale(float(self._rng.uniform(0.05, 1.0)))
 
+    def _set_shaper(self) -> None:
+        """Ask for another shaper: it is in force from the next rest on, if none comes before."""
+        self.engine.set_shaper(random_shaper(self._rng))
+
     def _nonsense(self) -> None:
         engine, bad = self.engine, float(self._rng.choice((math.nan, math.inf, -math.inf)))
         calls: tuple[Callable[[], object], ...] = (
@@ -203,9 +218,13 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
         known: tuple[SliderLimits, float] | None = None
         for row in range(count):
             pause -= 1
+            at_rest = None
+            if engine.phase is MotionPhase.IDLE and not engine.preparing and not engine.tracks:
+                at_rest = engine.state.heights
             if pause <= 0:
                 pause = next(pauses)
                 adversary.act()
+                at_rest = None
             periods[row] = scenario.step(rng)
             if adversary.restarted:
                 adversary.restarted = False
@@ -214,6 +233,8 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
             else:
                 streak += 1
                 heights[row] = engine.step(float(periods[row])).heights
+            if at_rest is not None and math.dist(heights[row], at_rest) > STILL:
+                findings.violated(f"idle, and then in motion in {scenario}")
             if known is None or known[0] is not engine.limits or known[1] != engine.speed_scale:
                 known = engine.limits, engine.speed_scale
                 effective = known[0].with_velocity_scaled(known[1])

@@ -21,12 +21,15 @@ def cells(row: Figure | Missing) -> tuple[str, ...]:
     if isinstance(row, Missing):
         return (row.what, "-", row.reason, "-", "-", "not measured")
     ratio = row.ratio
+    goal = "-" if row.goal is None else f"{row.goal:g}"
+    if row.more is not None:
+        goal = f"{in_seconds(row.more)} more"
     return (
         row.what,
         in_seconds(row.ours),
         f"{in_seconds(row.theirs)} ({row.reference})",
         f"{ratio.median:.2f} ({ratio.low:.2f} to {ratio.high:.2f})",
-        "-" if row.goal is None else f"{row.goal:g}",
+        goal,
         {None: "-", True: "yes", False: "NO"}[row.is_reached],
     )
 

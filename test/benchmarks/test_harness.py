@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 
 import pytest
 
@@ -31,6 +32,13 @@ def test_spread_is_from_5_to_95_percent():
 def test_a_goal_is_reached_by_the_median(goal, reached):
     row = figure("what", "reference", [3.0, 3.0, 300.0], [2.0, 2.0, 2.0], goal)
     assert row.is_reached is reached
+
+
+@pytest.mark.parametrize(("more", "reached"), [(1.1e-6, True), (0.9e-6, False)])
+def test_a_goal_may_be_a_difference(more, reached):
+    row = replace(figure("what", "reference", [3e-6] * 3, [2e-6] * 3), more=more)
+    assert row.is_reached is reached
+    assert cells(row)[-2:] == (f"{in_seconds(more)} more", "yes" if reached else "NO")
 
 
 def test_compare_alternates_and_calls_with_the_arguments():

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 
+from benchmarks import __main__ as benchmarks
 from benchmarks import bench_smoothness
 from benchmarks.bench_smoothness import PERIOD, smoothness
 from benchmarks.judge import LIMITS
@@ -39,6 +42,8 @@ def test_a_jerk_that_chatters_is_told():
 @pytest.mark.slow
 def test_setpoints_are_as_smooth_as_they_were_measured():
     found = {row.kind: row for row in bench_smoothness.rows()}
+    assert found.keys() == bench_smoothness.KINDS.keys()
+    assert min(row.motions for row in found.values()) >= 8
     # A slider that is at its limit all the time takes 8.
     for kind in ("lines", "slider moves"):
         assert found[kind].fast < 0.012
@@ -46,3 +51,13 @@ def test_setpoints_are_as_smooth_as_they_were_measured():
         assert found[kind].variation.max() < 8.1
     assert found["paths"].fast < 0.02
     assert found["paths"].variation.max() < 60.0
+
+
+@pytest.mark.slow
+def test_it_is_one_of_all_benchmarks(monkeypatch, capsys):
+    assert "smoothness" in benchmarks.NAMES
+    monkeypatch.setattr(sys, "argv", ["benchmarks", "smoothness"])
+    assert benchmarks.main() == 0
+    told = capsys.readouterr().out
+    for kind in ("lines", "slider moves", "jogs", "tracking", "paths"):
+        assert f"| {kind}" in told

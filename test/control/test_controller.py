@@ -27,8 +27,11 @@ from tri_glide_kinematics.control import (
     Reason,
 )
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import MotionKind, MotionPhase
+from tri_glide_kinematics.motion import CommandStream, MotionKind, MotionPhase
+from tri_glide_kinematics.motion.limit_use import LimitUse
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 
+SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 SOMEBODY_ELSE = Reason(Cause.OTHER_PUBLISHER, "somebody else leads")
 
 
@@ -554,3 +557,20 @@ def test_a_refusal_that_comes_late_names_its_target():
     rig.cycle_until(IDLE)
     for text in rig.refusals:
         assert text.startswith("twist (0, 0, 0.3) m/s: ")
+
+
+@pytest.mark.parametrize("kind", MotionKind)
+def test_new_limits_leave_the_shaper_as_it_is(kind):
+    rig = Rig(kind=kind)
+    rig.cycle(2)
+    rig.engine.set_shaper(SHAPER)
+    rig.controller.move_to(TARGET)
+    heights = [rig.cycle().heights for _ in range(60)]
+    rig.controller.set_limits(LIMITS, 0.5)
+    heights += [rig.cycle().heights for _ in range(60)]
+    assert rig.engine.phase is MotionPhase.MOVING
+    assert rig.engine.speed_scale == 0.5
+    assert rig.engine.shaper is SHAPER
+    rig.cycle_until(IDLE)
+    assert MACHINE.forward(rig.heights) == pytest.approx(TARGET, abs=1e-9)
+    assert LimitUse.of(CommandStream.from_heights(heights, PERIOD), LIMITS).is_within

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from enum import Enum, IntEnum
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
@@ -577,7 +578,7 @@ class NewLimits(Command):
     """What the sliders may do from now on.
 
     Attributes:
-        limits: of the sliders.
+        limits: of the sliders, with the scale; the shaper stays the one that is in force, or next.
     """
 
     def __init__(self, limits: DriveLimits) -> None:
@@ -591,4 +592,5 @@ class NewLimits(Command):
 
     def begin(self, execution: PlanExecution) -> None:
         """Put them in force now, or slow down until that is possible."""
-        execution.change_limits(self.limits)
+        shaper = execution.holder.newest_limits.shaper
+        execution.change_limits(replace(self.limits, shaper=shaper))

@@ -297,8 +297,7 @@ class MotionEngine:
         """
         if speed_scale is None:
             speed_scale = self._holder.newest_limits.speed_scale
-        shaper = self._holder.newest_limits.shaper
-        self.carry_out(NewLimits(DriveLimits(limits, speed_scale, shaper)))
+        self.carry_out(NewLimits(DriveLimits(limits, speed_scale)))
 
     def set_speed_scale(self, speed_scale: float) -> None:
         """Change the scale of the velocities, as ``set_limits`` changes limits.
