@@ -14,6 +14,7 @@ import numpy as np
 from benchmarks.judge import LIMITS
 from benchmarks.table import aligned
 from tri_glide_kinematics.motion import MotionEngine, SliderState
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
@@ -27,6 +28,7 @@ SPEED = 0.1  # m/s of twists
 TWIST_PERIOD = 0.01  # s
 SETTLED = 0.5  # s after which a lag is measured
 TURNS = (0.25, 0.5, 1.0, 2.0)  # per second
+SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 
 
 class Row(NamedTuple):
@@ -76,11 +78,26 @@ def rows() -> Iterable[Row]:
         f"{1000.0 * theirs:.2g} mm (poses)",
         ours < min(1e-3, theirs / 3.0),
     )
+    error, behind = _straight(SHAPER), 0.3 * SHAPER.delay
+    yield Row(
+        "target in that line, with a shaper (EI, 15 Hz)",
+        f"{1000.0 * error:.2g} mm",
+        f"{1000.0 * behind:.2g} mm (its delay)",
+        error < 1e-5,
+    )
+    error, behind = _circle(with_velocity=True, shaper=SHAPER), 0.02 * math.tau * SHAPER.delay
+    yield Row(
+        "target on that circle, with a shaper (EI, 15 Hz)",
+        f"{1000.0 * error:.2g} mm",
+        f"{1000.0 * behind:.2g} mm (its delay)",
+        error < behind / 3.0,
+    )
 
 
-def _started() -> MotionEngine:
+def _started(shaper: Shaper | None = None) -> MotionEngine:
     engine = MotionEngine(WORKSPACE, LIMITS, in_pieces=True)
     engine.start(MACHINE.inverse(PLACE))
+    engine.set_shaper(shaper)
     return engine
 
 
@@ -130,9 +147,9 @@ def _lag(states: list[SliderState], turns: float) -> float:
     return float(behind.mean()) / (math.tau * turns)
 
 
-def _straight() -> float:
+def _straight(shaper: Shaper | None = None) -> float:
     """Return the largest error once caught up [m]."""
-    engine = _started()
+    engine = _started(shaper)
     start, velocity = np.array((-0.15, 0.02, 0.3)), np.array((0.3, 0.0, 0.0))
     errors = []
     for cycle in range(round(0.95 / PERIOD)):
@@ -144,11 +161,11 @@ def _straight() -> float:
     return max(errors[round(SETTLED / PERIOD) :])
 
 
-def _circle(*, with_velocity: bool) -> float:
+def _circle(*, with_velocity: bool, shaper: Shaper | None = None) -> float:
     """Return the largest error behind a target that is reported late and with jitter [m]."""
     chance = np.random.default_rng(4)
     reports = [(n / 30.0, n / 30.0 + float(chance.uniform(0.0, 0.005))) for n in range(120)]
-    engine, errors = _started(), []
+    engine, errors = _started(shaper), []
     for cycle in range(round(3.9 / PERIOD)):
         now = cycle * PERIOD
         while reports and reports[0][1] <= now:

@@ -10,5 +10,5 @@ from benchmarks import bench_tracking
 @pytest.mark.slow
 def test_lag_and_errors_are_as_small_as_they_were_measured():
     rows = list(bench_tracking.rows())
-    assert len(rows) == len(bench_tracking.TURNS) + 2
+    assert len(rows) == len(bench_tracking.TURNS) + 4
     assert [row for row in rows if not row.is_reached] == []

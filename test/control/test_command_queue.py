@@ -10,7 +10,8 @@ from tri_glide_kinematics.control import (
     Streams,
 )
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, NoRoomError, SliderLimits
-from tri_glide_kinematics.motion.engine import Follow, GoalCode, Jog, Move
+from tri_glide_kinematics.motion.engine import Follow, GoalCode, Jog, Move, Track
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
@@ -21,11 +22,11 @@ RELEASED = Jog((0.0, 0.0, 0.0))
 TOP = (0.9, 0.9, 0.9)
 
 
-def commands_at(heights):
+def commands_at(heights, in_pieces=False):
     workspace = Workspace(
         TriGlide(DEFAULT_GEOMETRY), WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
     )
-    engine = MotionEngine(workspace, LIMITS)
+    engine = MotionEngine(workspace, LIMITS, in_pieces=in_pieces)
     engine.start(heights)
     newest = NewestTarget(InPositionBounds(0.0005, 0.02, 0.5, 0.005))
     return CommandQueue(engine, PERIOD, Streams.with_timeouts(0.1, 0.5), newest), engine
@@ -95,3 +96,19 @@ def test_a_path_that_is_still_made_is_not_taken_while_a_newer_command_waits():
     done = commands.carry_out(moving=False)
     assert done is not None and done.command is target and engine.target == TARGET
     assert path.outcome == (GoalCode.SUPERSEDED, f"superseded by {target}")
+
+
+def test_a_report_of_a_target_never_waits_for_a_step_that_is_prepared():
+    commands, engine = commands_at((0.6, 0.6, 0.6), in_pieces=True)
+    engine.set_shaper(Shaper.of(ShaperKind.EI, Mode(15.0, 0.03)))
+    prepared = 0
+    for cycle in range(100):
+        report = Track(TARGET, (0.0, 0.0, 0.0), seen=cycle * PERIOD)
+        prepared += engine.preparing
+        commands.put(report)
+        commands.next_cycle(cycle * PERIOD)
+        done = commands.carry_out(moving=False, may_go_on=lambda: False)
+        assert done is not None and done.command is report
+        commands.step()
+    assert engine.phase is MotionPhase.TRACKING
+    assert prepared > 10

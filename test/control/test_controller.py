@@ -10,6 +10,7 @@ from controller_rig import (
     MEASURED_TIMEOUT,
     PERIOD,
     TARGET,
+    TARGET_TIMEOUT,
     TWIST_TIMEOUT,
     Rig,
 )
@@ -21,6 +22,7 @@ from tri_glide_kinematics.control import (
     JOGGING,
     MOVING,
     STOPPING,
+    TRACKING,
     WAITING,
     Cause,
     CommandRefusedError,
@@ -574,3 +576,22 @@ def test_new_limits_leave_the_shaper_as_it_is(kind):
     rig.cycle_until(IDLE)
     assert MACHINE.forward(rig.heights) == pytest.approx(TARGET, abs=1e-9)
     assert LimitUse.of(CommandStream.from_heights(heights, PERIOD), LIMITS).is_within
+
+
+def test_with_a_shaper_a_target_is_followed_and_its_silence_ends_that():
+    rig = Rig(in_pieces=True)
+    rig.engine.set_shaper(SHAPER)
+    rig.cycle(20)
+    begin = rig.now
+    for cycle in range(600):
+        if cycle % 10 == 0:
+            seen = rig.now - 0.03
+            place = (-0.06 + 0.1 * (seen - begin), 0.02, 0.3)
+            rig.controller.track(place, (0.1, 0.0, 0.0), seen, rig.now)
+        rig.cycle()
+    assert rig.controller.state is TRACKING
+    assert rig.controller.tracking_distance < 1e-9
+    cycles = round(TARGET_TIMEOUT / PERIOD)
+    rig.cycle_until(STOPPING, cycles + 2)
+    rig.cycle_until(IDLE, cycles)
+    assert rig.measured == rig.engine.state.heights

@@ -301,13 +301,15 @@ class CommandQueue:
         """Whether the next command has to wait: one is begun, and its plan is not held yet.
 
         While a path is followed its next part is nearly always planned; that may be begun anew.
+        The next step of tracking leads to the newest command anyway.
         """
         if self._making is not None:
             # A newer command takes the place of a path that is still put together.
             return self._inbox.waiting.get(Kind.TARGET) is None
         if not self._engine.preparing:
             return False
-        return self._begun is not None or self._engine.phase is not MotionPhase.FOLLOWING
+        goes_on = self._engine.tracks or self._engine.phase is MotionPhase.FOLLOWING
+        return self._begun is not None or not goes_on
 
     def _give_up_begun(self) -> None:
         self._begun = self._making = None

@@ -29,7 +29,6 @@ from tri_glide_kinematics.motion import (
     SliderLimits,
 )
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.trajectory import NotShapedError
 
 SHAPERS = (None, SHAPER, Shaper.of(ShaperKind.ZVD, Mode(30.0, 0.05)))
 
@@ -182,13 +181,6 @@ def test_limits_that_come_behind_a_stop_are_in_force_at_once():
     # What is held is the stop; it has ended, and what the sliders did before counts no more.
     moving.set_speed_scale(0.1)
     assert not moving.limits_pending
-    assert moving.phase is MotionPhase.IDLE
-
-
-def test_a_moving_target_is_refused_and_nothing_changes():
-    moving = shaped()
-    with pytest.raises(NotShapedError, match="moving target"):
-        moving.track(TARGET, (0.0, 0.0, 0.0))
     assert moving.phase is MotionPhase.IDLE
 
 

@@ -30,7 +30,7 @@ from tri_glide_kinematics.motion import (
     plan_move,
     time_path,
 )
-from tri_glide_kinematics.motion.engine import DriveLimits, HeldMotion, Track, Tracker
+from tri_glide_kinematics.motion.engine import HeldMotion
 from tri_glide_kinematics.motion.engine.execution import PlanHolder
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperByPlace, ShaperKind, Shaping
 from tri_glide_kinematics.vectors import Vector3
@@ -352,19 +352,36 @@ def held_of(moving: MotionEngine) -> HeldMotion:
     return holder.held
 
 
-def test_no_step_of_tracking_changes_the_shaper_in_motion():
-    moving = MotionEngine(WORKSPACE, LIMITS)
-    moving.start(MACHINE.inverse(MIDDLE))
-    moving.track(RIGHT, (0.0, 0.0, 0.0))
-    for _ in range(50):
-        moving.step(DT)
-    held, tracker = held_of(moving), Tracker(WORKSPACE)
-    tracker.report(Track(RIGHT, (0.0, 0.0, 0.0)), begins=True)
-    assert tracker.next(held, DT, DT) is not None
-    other = DriveLimits(LIMITS, 1.0, BY_PLACE.covering(None))
-    waiting = HeldMotion(held.plan, held.goal, held.role, held.region, held.limits, other)
-    assert tracker.next(waiting, DT, DT) is None
-    assert tracker.next(waiting, waiting.rests_at, DT).limits == other
+@each_kind
+@pytest.mark.parametrize("in_pieces", [False, True])
+@pytest.mark.parametrize("command", ["track", "jog"])
+def test_tracking_in_mid_motion_begins_with_a_shaper_for_wherever_it_leads(
+    kind, in_pieces, command
+):
+    moving = resting(kind, in_pieces=in_pieces)
+    moving.move_to(NEAR)
+    heights, first = [*driven(moving, 90)], moving.shaper
+    shapers = [first] * len(heights)
+    for step in range(1200):
+        if step % 20 == 0 and command == "track":
+            moving.track((-0.05 + 1e-4 * step, 0.0, 0.27), (0.1, 0.0, 0.0))
+        elif step % 20 == 0:
+            moving.jog((0.1, 0.0, 0.0) if step < 600 else (0.0, 0.1, 0.0))
+        shapers.append(moving.shaper)
+        heights.append(moving.step(DT).heights)
+        moving.work(lambda: True)
+    assert moving.shaper == BY_PLACE.covering(None)
+    changes = [step for step, pair in enumerate(itertools.pairwise(shapers)) if pair[0] != pair[1]]
+    assert len(changes) == 1
+    # It changed at rest, and then the motion went on.
+    speed = speeds(np.array(heights))
+    assert speed[changes[0] - 5 : changes[0]].max() < 1e-3
+    assert speed[changes[0] + 300 :].min() > 0.02
+    if command == "track":
+        assert moving.tracking_distance < 0.02
+    moving.stop()
+    heights += [*driven(moving)[1:]]
+    assert within(np.array(heights))
 
 
 @each_kind

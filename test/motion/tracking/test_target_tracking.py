@@ -195,3 +195,8 @@ def test_two_reports_tell_the_acceleration(position, velocity, interval, acceler
         np.testing.assert_allclose(last.velocity, (0.12, 0.0, 0.0))
         assert not any(last.acceleration)
         np.testing.assert_allclose(last.position[0], later.position[0] + 0.012)
+        # It lasts longer where that is foreseen.
+        ahead = motion.at(motion.time + 2.0 * interval, foreseen=interval)
+        np.testing.assert_allclose(ahead.velocity, (0.13, 0.0, 0.0))
+        beyond = motion.at(motion.time + 3.0 * interval, foreseen=interval)
+        np.testing.assert_allclose(beyond.velocity, (0.13, 0.0, 0.0))

@@ -19,7 +19,14 @@ from tri_glide_kinematics.motion import (
     time_path,
 )
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.trajectory import DrivenPart, ShapedTrajectory, Trajectory
+from tri_glide_kinematics.motion.trajectory import (
+    AT_REST,
+    CubicPlan,
+    DrivenPart,
+    ShapedTrajectory,
+    SliderState,
+    Trajectory,
+)
 
 SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 
@@ -166,3 +173,18 @@ def test_a_motion_that_is_over_keeps_all_limits():
     start, end = random_ends(1)[0]
     motion = shaped(plan_move(WORKSPACE, LIMITS, start, end))
     assert at_once(motion.limit_use(LIMITS, since=motion.duration)).use.max() == 0.0
+
+
+def test_knots_that_fall_together_but_for_rounding_are_one():
+    jerks = [[(0.01, 50.0), (0.02, -50.0), (0.01, 50.0)]] * 3
+    plan = CubicPlan(SliderState((0.6, 0.6, 0.6), AT_REST, AT_REST), jerks)
+    times = (0.0, 0.01 * (1.0 + 1e-15), 0.02 * (1.0 - 1e-15))
+    motion = shaped(plan, Shaper(times, (0.25, 0.5, 0.25)))
+    expected = [0.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06]
+    assert len(motion.knots()) == len(expected)
+    np.testing.assert_allclose(motion.knots(), expected, atol=1e-12)
+    sampled = motion.sample(np.linspace(0.0, motion.duration, 5000))
+    use = at_once(motion.limit_use(LIMITS)).use
+    reached = np.abs(sampled.accelerations).max(axis=0) / LIMITS.acceleration
+    assert (reached <= use[1] + 1e-12).all()
+    assert (use[1] <= 1.02 * reached).all()

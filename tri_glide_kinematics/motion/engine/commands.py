@@ -98,7 +98,6 @@ class Command(ABC):
         has_end: whether the platform comes to rest of itself.
         has_line: whether the platform moves on a line, on which a stop should stay.
         is_checked_whole: whether all of it is looked at before it begins, which may take long.
-        can_be_shaped: whether it is possible with a shaper.
         leads_anywhere: whether nobody knows where its motion leads, as newer ones renew it.
         extends: whether it goes on from the end of the path that is followed.
         position: of the target, where it has one. Shape (3,) [m].
@@ -115,7 +114,6 @@ class Command(ABC):
     has_end: ClassVar[bool] = True
     has_line: ClassVar[bool] = True
     is_checked_whole: ClassVar[bool] = False
-    can_be_shaped: ClassVar[bool] = True
     leads_anywhere: ClassVar[bool] = False
     extends: bool = False
     position: Vector3 | None = None
@@ -337,19 +335,30 @@ class Jog(Command):
             execution.stop()
         elif not is_idle and self.renews(held.goal):
             execution.keep_goal()
-        elif is_idle or not self._is_tracked_at_once(execution):
+        elif is_idle or not self._is_tracked(execution):
             execution.prepare_goal(self)
 
-    def _is_tracked_at_once(self, execution: PlanExecution) -> bool:
-        """Go over to it in motion, if there is a certified step; return whether there is.
+    def _is_tracked(self, execution: PlanExecution) -> bool:
+        """Go over to it in motion, if there is a certified step; return whether that is done.
 
-        Outside the workspace and with a shaper, as from rest, it is planned.
+        With a shaper the step is prepared. Outside the workspace, as from rest, it is planned.
         """
         held = execution.holder.held
-        if held.region is not execution.workspace or execution.is_shaped:
+        if held.region is not execution.workspace:
             return False
         tracking = held.with_goal(self)
-        if not execution.tracks or held.goal is None or held.goal.kind is not self.kind:
+        goes_on = execution.tracks and held.goal is not None and held.goal.kind is self.kind
+        if execution.is_shaped:
+            if goes_on:
+                # A step that is being prepared is held soon; the next one leads to this.
+                execution.keep_goal()
+                execution.replace(tracking)
+                return True
+            if held.pending is not None or execution.holder.time >= held.plan.duration:
+                return False
+            execution.prepare_step(self)
+            return True
+        if not goes_on:
             step = execution.certified_step(tracking)
             if step is None:
                 return False
@@ -410,7 +419,6 @@ class Track(Command):
     phase = MotionPhase.TRACKING
     has_end = False
     has_line = False
-    can_be_shaped = False
     leads_anywhere = True
     position: Vector3
     velocity: Vector3
@@ -475,8 +483,8 @@ class Track(Command):
             execution.track(tracking)
 
     def wanted(self, tracker: Tracker, limits: DriveLimits, dt: float) -> Wanted:
-        """Return where the target will be, and how it will move."""
-        return tracker.target_after(dt)
+        """Return where the target will be, and how it will move; with a shaper, led."""
+        return tracker.target_after(dt, limits.shaper)
 
     def edge(self, check_position: Callable[[Vector3], object]) -> KinematicsError | None:
         """Return why the target is not inside the workspace, if it is not."""

@@ -17,20 +17,26 @@ from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
 from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
-from tri_glide_kinematics.motion.engine.preparation import LeadTime, Making, Preparation, only_held
+from tri_glide_kinematics.motion.engine.preparation import (
+    SAME_TIME,
+    LeadTime,
+    Making,
+    Preparation,
+    only_held,
+)
 from tri_glide_kinematics.motion.engine.progress import PathMeasuring, PathProgress, progress
 from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning
 from tri_glide_kinematics.motion.engine.shaped_motion import ShapedMotion
 from tri_glide_kinematics.motion.engine.tracker import Tracker
 from tri_glide_kinematics.motion.moves import MotionKind, inside
 from tri_glide_kinematics.motion.path import DrivenPath
-from tri_glide_kinematics.motion.shaping import Shaping
+from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
     ATTEMPTS,
     DrivenPart,
-    NotShapedError,
     NotStartedError,
     Planned,
+    PlanningError,
     SampledPlan,
     ShapedTrajectory,
     SliderState,
@@ -47,6 +53,25 @@ URGENT_PIECES = 7
 
 # The first step of tracking, before any other was made, is taken to be this long [s].
 FIRST_STEP = 0.002
+
+# With a shaper a step of tracking has to be proved, which takes longer than a cycle: so the steps
+# are about so long [s], and no smaller part of the shaper, as each of them that it remembers costs.
+SHAPED_STEP = 0.02
+PART_OF_SHAPER = 0.3
+
+# They turn more than plans do: so they leave more of the jerks to the shaper, with each attempt.
+JERK_LEFT_TO_STEPS = 0.9
+
+
+def step_period(shaper: Shaper) -> float:
+    """Return how long steps of tracking are with a ``shaper`` [s].
+
+    A step has three phases. If they are as long as the first delay, or fit into it, the knots of
+    the copies fall together. So there are few cells to prove.
+    """
+    three = 3.0 * shaper.times[1]
+    period = max(SHAPED_STEP, PART_OF_SHAPER * shaper.duration)
+    return three * max(round(period / three), 1) / max(round(three / period), 1)
 
 
 class PlanHolder:
@@ -172,7 +197,8 @@ class PlanHolder:
 class PlanExecution:
     """Steps a held plan, and prepares at most one that takes its place.
 
-    While something is tracked, each step is a plan of its own, made when it is its turn.
+    While something is tracked, each step is a plan of its own. Without a shaper it is made when it
+    is its turn; with one it is longer, and prepared and proved like any other plan.
 
     Attributes:
         holder: of the plan.
@@ -209,6 +235,9 @@ class PlanExecution:
         self._path_lead_time = LeadTime()
         # All of a path is looked at before it is followed, or goes on.
         self._goal_lead_time = LeadTime()
+        # Steps of tracking with a shaper, and when the next one may begin in the held plan.
+        self._step_lead_time = LeadTime()
+        self._next_step_at = 0.0
         self._last_step = 0.0
         self._retry_at = math.inf
         self._event_at = math.inf
@@ -335,12 +364,9 @@ class PlanExecution:
 
         Raises:
             NotStartedError: before the start.
-            NotShapedError: if there is a shaper, and it is done only without one.
             KinematicsError: if it is refused.
         """
         self._shape_from_rest()
-        if self.is_shaped and not command.can_be_shaped:
-            raise NotShapedError(str(command))
         command.begin(self)
 
     @property
@@ -537,14 +563,25 @@ class PlanExecution:
         """Hold what is ready, as it begins now or in the next step."""
         assert preparation.ready is not None
         self.preparation = None
-        if preparation.goal is not None:
-            self.tracks = False
         held, refusal = preparation.ready
+        is_step = held.tracked_step is not None and held.plan is not self.holder.held.plan
+        if preparation.goal is not None:
+            self.tracks = is_step
+        elif self.tracks:
+            # The target, or the velocity, may be a newer one.
+            held = held.with_goal(self.holder.held.goal)
         # Limits that have come meanwhile, while something is tracked, go on waiting.
         newest = self.holder.held.pending
         if newest is not preparation.held.pending:
             held = replace(held, pending=newest)
         self.replace(held, refusal, preparation.elapsed(self.holder.time))
+        if self.tracks and self.is_shaped and held.goal is not None:
+            if not is_step:
+                # Not in this engine step any more, however long that is.
+                lead = self._step_lead_time.after(self._last_step)
+                begun = max(self.holder.time, preparation.start)
+                self._next_step_at = begun + RETRY_INTERVAL + self._last_step + lead
+            held.goal.stepped(self, is_certified=is_step)
 
     def _on_event(self, dt: float) -> None:
         """Do what is due before a step of ``dt`` [s].
@@ -555,8 +592,8 @@ class PlanExecution:
         """
         self._last_step = dt
         preparation = self.preparation
-        if self.tracks and (preparation is None or preparation.goal is None):
-            if self._take_step(dt):
+        if self.tracks and not self.is_shaped:
+            if (preparation is None or preparation.goal is None) and self._take_step(dt):
                 return
         held = None
         while held is not self.holder.motion:
@@ -573,11 +610,77 @@ class PlanExecution:
                 self.look_ahead()
 
     def _prepare_what_is_due(self) -> None:
-        """Try again what had to wait, or make the next part of a path."""
-        if self.holder.time >= self._retry_at and not self.tracks:
+        """Try again what had to wait, or make the next part of a path or of tracking."""
+        if self.tracks:
+            if self.is_shaped:
+                self._prepare_next_step()
+        elif self.holder.time >= self._retry_at:
             self.prepare(self.replanning.tried_again)
         elif math.isinf(self._retry_at) and math.isfinite(self.holder.held.goes_on_at):
             self._prepare_next_part()
+
+    def _prepare_next_step(self) -> None:
+        """Make the next step of tracking if it is time to; it begins where the present one ends."""
+        holder, last = self.holder, self._last_step
+        lead = self._step_lead_time.after(last) if self._in_pieces else 0.0
+        # Exactly there, so that the motion is the same whatever the steps are; and as late as
+        # possible, as the newest report of the target says most.
+        if holder.time + last + lead > self._next_step_at + SAME_TIME:
+            start = max(holder.time + lead, self._next_step_at)
+            making = self._step_or(self._going_on, None)
+            lead_time = self._step_lead_time
+            self._begin(Preparation(making, None, holder.held, holder.time, start, lead_time))
+
+    def prepare_step(self, goal: Command) -> None:
+        """Make the first step towards a ``goal``, or a plan where none is proved."""
+        lead = self._lead_time.after(self._last_step) if self._in_pieces else 0.0
+        time = self.holder.time
+        making = self._step_or(self.making(goal), goal)
+        self._begin(Preparation(making, goal, self.holder.held, time, time + lead, self._lead_time))
+
+    def _step_or(self, other: Making, goal: Command | None) -> Making:
+        """Return what makes a proved step towards a ``goal``, or ``other`` where there is none.
+
+        Without a goal it is the newest one of tracking.
+        """
+
+        def made(held: HeldMotion, start: float) -> Interruptible[Replanned]:
+            try:
+                return (yield from self._shaped(partial(self._step, goal), held, start))
+            except KinematicsError:
+                return (yield from self._shaped(other, held, start))
+
+        return made
+
+    def _step(
+        self, goal: Command | None, held: HeldMotion, start: float
+    ) -> Interruptible[Replanned]:
+        """Make a step of tracking that begins at ``start`` [s], with the braking behind it.
+
+        Raises:
+            PlanningError: if there is none.
+        """
+        ahead = max(start - self.holder.time, 0.0)
+        limits = held.pending or held.limits
+        if limits.shaper is not held.limits.shaper and start < held.rests_at:
+            raise PlanningError("a shaper has to be empty when another one takes its place")
+        limits = limits.leaving(Planned(limits.effective.times(1.0, 1.0, JERK_LEFT_TO_STEPS)))
+        held = held.with_goal(goal or self.holder.held.goal, limits=limits, pending=None)
+        assert limits.shaper is not None
+        period = step_period(limits.shaper)
+        step = yield from self.tracker.prepared(held, start, period, ahead)
+        if step is None:
+            raise PlanningError("there is no certified step")
+        yield
+        return Replanned(step)
+
+    def _going_on(self, held: HeldMotion, start: float) -> Interruptible[Replanned]:
+        """Make what is held where there is no step of tracking: the braking, as a rule."""
+        if held.role is PlanRole.EARLIER:
+            held = yield from self.replanning.braked(held, start, stays=False)
+        elif held.pending is not None and start >= held.rests_at:
+            held = replace(held, limits=held.pending, pending=None)
+        return Replanned(held)
 
     def certified_step(self, held: HeldMotion) -> HeldMotion | None:
         """Return what is held after the first step towards the goal of ``held``; None without."""
@@ -624,6 +727,9 @@ class PlanExecution:
         self, held: HeldMotion, refusal: KinematicsError | None = None, elapsed: float = 0.0
     ) -> None:
         """Hold something else, keep a ``refusal``, and see to it that what waits is tried again."""
+        if self.holder.motion is None or held.plan is not self.holder.motion.plan:
+            step = held.tracked_step
+            self._next_step_at = step.period if step is not None else 0.0
         self.holder.hold(held, elapsed)
         self._refusal = refusal or self._refusal
         self._wait(held)

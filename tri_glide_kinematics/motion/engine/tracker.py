@@ -3,7 +3,7 @@
 Each step is held with the braking behind it, so at every instant there is a verified way to rest.
 Where no step can be certified the held braking goes on, and the next step is tried in the next
 cycle. Nothing is planned ahead, so a new velocity or position of the target costs no more than any
-other cycle.
+other cycle. With a shaper the steps are longer, and each is made while the one before goes on.
 """
 
 from __future__ import annotations
@@ -11,13 +11,17 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import Track
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
+from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.tracking import (
     Follower,
     MovingTarget,
     TargetMotion,
+    Wanted,
 )
+from tri_glide_kinematics.motion.trajectory import TrackedStep
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
@@ -46,21 +50,40 @@ class Tracker:
 
         Limits that are pending are in force with it. None if no such step is certified.
         """
+        limits, wanted = self._wanted(held, dt)
+        step = self._follower.step(held.plan.at(time), wanted, limits.effective, dt)
+        return _with_step(held, step, limits)
+
+    def prepared(
+        self, held: HeldMotion, time: float, dt: float, ahead: float
+    ) -> Interruptible[HeldMotion | None]:
+        """Return what is held for a step, as ``next`` does, that begins ``ahead`` of now [s]."""
+        limits, wanted = self._wanted(held, ahead + dt)
+        step = yield from self._follower.step_in_pieces(
+            held.plan.at(time), wanted, limits.effective, dt
+        )
+        return _with_step(held, step, limits)
+
+    def _wanted(self, held: HeldMotion, dt: float) -> tuple[DriveLimits, Wanted]:
         limits = held.pending or held.limits
         assert held.goal is not None
-        if limits.shaper is not held.limits.shaper and time < held.rests_at:
-            # A shaper has to be empty when another one takes its place.
-            return None
-        wanted = held.goal.wanted(self, limits, dt)
-        step = self._follower.step(held.plan.at(time), wanted, limits.effective, dt)
-        if step is None:
-            return None
-        return replace(held, plan=step, role=PlanRole.LEADS_TO_GOAL, limits=limits, pending=None)
+        return limits, held.goal.wanted(self, limits, dt)
 
-    def target_after(self, dt: float) -> MovingTarget:
-        """Return where the target will be in ``dt`` seconds, and how it will move."""
+    def target_after(self, dt: float, shaper: Shaper | None = None) -> MovingTarget:
+        r"""Return where the target will be in ``dt`` seconds, and how it will move.
+
+        What a ``shaper`` makes of a motion $p$ with a steady acceleration $a$ is
+        $p(t - d) + \tfrac12 a s^2$, where $d$ and $s^2$ are mean and variance of the times of its
+        impulses. So the target is led by $d$, and placed $\tfrac12 a s^2$ before.
+        """
         assert self._target is not None
-        return self._target.at(self._time + dt)
+        if shaper is None:
+            return self._target.at(self._time + dt)
+        foreseen = dt + shaper.delay
+        target = self._target.at(self._time + foreseen, foreseen)
+        (x, y, z), velocity, (ax, ay, az) = target
+        half = 0.5 * shaper.variance
+        return MovingTarget((x - half * ax, y - half * ay, z - half * az), velocity, (ax, ay, az))
 
     def advance(self, dt: float) -> None:
         """Let ``dt`` seconds pass."""
@@ -71,3 +94,11 @@ class Tracker:
         if self._target is None:
             return math.nan
         return math.dist(self._target.at(self._time).position, self._machine.forward(heights))
+
+
+def _with_step(
+    held: HeldMotion, step: TrackedStep | None, limits: DriveLimits
+) -> HeldMotion | None:
+    if step is None:
+        return None
+    return replace(held, plan=step, role=PlanRole.LEADS_TO_GOAL, limits=limits, pending=None)

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.tracking.clearance import first_certified
+from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.motion.tracking.clearance import TRACE_SAMPLES, first_certified
 from tri_glide_kinematics.motion.tracking.moving_target import Wanted, WantedVelocity
 from tri_glide_kinematics.motion.tracking.slider_way import (
     SliderWay,
@@ -23,6 +24,9 @@ from tri_glide_kinematics.motion.tracking.target_tracking import (
 from tri_glide_kinematics.motion.tracking.velocity_tracking import VelocityTracking
 from tri_glide_kinematics.motion.trajectory import SOUND, SliderLimits, SliderState, TrackedStep
 from tri_glide_kinematics.workspace import Workspace
+
+# A step that is prepared has time for so many places of its way.
+PREPARED_SAMPLES = 100
 
 
 class Follower:
@@ -51,20 +55,36 @@ class Follower:
             the workspace or has no pose, or the step would leave no way to rest that can be shown
             to be one. The braking that is held then goes on.
         """
+        return at_once(self.step_in_pieces(state, wanted, limits, period, TRACE_SAMPLES))
+
+    def step_in_pieces(
+        self,
+        state: SliderState,
+        wanted: Wanted,
+        limits: SliderLimits,
+        period: float,
+        samples: int = PREPARED_SAMPLES,
+    ) -> Interruptible[TrackedStep | None]:
+        """Return the next step, as ``step`` does, from so many ``samples`` of a way at most."""
         try:
             with SOUND:
-                return self._step(state, wanted, limits, period)
+                return (yield from self._step(state, wanted, limits, period, samples))
         except KinematicsError:
             return None
 
     def _step(
-        self, state: SliderState, wanted: Wanted, limits: SliderLimits, period: float
-    ) -> TrackedStep | None:
+        self,
+        state: SliderState,
+        wanted: Wanted,
+        limits: SliderLimits,
+        period: float,
+        samples: int,
+    ) -> Interruptible[TrackedStep | None]:
         if isinstance(wanted, WantedVelocity):
             ways = self._velocities.step_towards(state, wanted.velocity, limits, period)
-            return self._with_braking(state, ways, limits, period)
+            return (yield from self._with_braking(state, ways, limits, period, samples))
         ways = self._targets.step_towards(state, wanted, limits, period)
-        step = self._with_braking(state, ways, limits, period)
+        step = yield from self._with_braking(state, ways, limits, period, samples)
         if step is not None:
             return step
         # The sliders' shortest ways bend. The straight one of the platform leaves nothing but
@@ -72,18 +92,26 @@ class Follower:
         place = self._workspace.machine.forward(state.heights)
         velocity = straight_towards(place, wanted, limits)
         ways = self._velocities.step_towards(state, velocity, limits, period)
-        return self._with_braking(state, ways, limits, period)
+        return (yield from self._with_braking(state, ways, limits, period, samples))
 
     def _with_braking(
-        self, state: SliderState, ways: Sequence[SliderWay], limits: SliderLimits, period: float
-    ) -> TrackedStep | None:
+        self,
+        state: SliderState,
+        ways: Sequence[SliderWay],
+        limits: SliderLimits,
+        period: float,
+        samples: int,
+    ) -> Interruptible[TrackedStep | None]:
         """Return the step on these ways if it may be taken."""
         one, two, three = ways
         choices = (
             [[*way.phases, *braking] for way, braking in zip(ways, brakes(ways, limits))]
             for brakes in (braking_together, braking_alone)
         )
-        certified = first_certified(self._workspace, state, choices, limits).result()
+        proof = first_certified(self._workspace, state, choices, limits, samples)
+        while not proof.go_on(TRACE_SAMPLES):
+            yield
+        certified = proof.result()
         if certified is None:
             return None
         h1, h2, h3 = state.heights

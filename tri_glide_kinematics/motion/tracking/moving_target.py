@@ -82,13 +82,19 @@ class TargetMotion:
         self._last = MovingTarget(target.position, target.velocity, acceleration)
         self._time = time
 
-    def at(self, time: float) -> MovingTarget:
-        """Return where the target is at a ``time`` [s]."""
+    def at(self, time: float, foreseen: float = 0.0) -> MovingTarget:
+        """Return where the target is at a ``time`` [s].
+
+        Args:
+            time: on the clock of the reports [s].
+            foreseen: how far that is ahead of now; an acceleration lasts so much longer [s].
+        """
         past = time - self._time
-        if past <= self._lasts:
+        lasts = self._lasts + foreseen if self._lasts else 0.0
+        if past <= lasts:
             return self._last.after(past)
-        position, velocity, _ = self._last.after(self._lasts)
-        return MovingTarget(position, velocity).after(past - self._lasts)
+        position, velocity, _ = self._last.after(lasts)
+        return MovingTarget(position, velocity).after(past - lasts)
 
 
 def _acceleration(first: MovingTarget, second: MovingTarget, interval: float) -> Vector3:

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.errors import NewerGoalError as NewerGoalError
     from tri_glide_kinematics.motion.trajectory.errors import NoPathError as NoPathError
     from tri_glide_kinematics.motion.trajectory.errors import NoRoomError as NoRoomError
-    from tri_glide_kinematics.motion.trajectory.errors import NotShapedError as NotShapedError
     from tri_glide_kinematics.motion.trajectory.errors import NotStartedError as NotStartedError
     from tri_glide_kinematics.motion.trajectory.errors import PathTimingError as PathTimingError
     from tri_glide_kinematics.motion.trajectory.errors import PlanningError as PlanningError

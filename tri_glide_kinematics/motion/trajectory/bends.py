@@ -316,7 +316,7 @@ class PathDriven(NamedTuple):
         bound = gap + half * np.abs(slope) + 0.5 * half**2 * second
         # In the middle of two spans, what either of them allows.
         allowed = np.minimum(np.minimum(bends.at(first), bends.at(last)), bends.at(middle))
-        return gap / allowed, bound / allowed
+        return gap / allowed, np.maximum(bound, gap) / allowed
 
 
 def path_driven(driven: Sequence[DrivenPart]) -> PathDriven | None:

@@ -34,15 +34,6 @@ class PlanningError(MotionError):
         self.reason = reason
 
 
-class NotShapedError(MotionError):
-    """Something is asked for together with a shaper that is done only without one."""
-
-    def __init__(self, motion: str) -> None:
-        """Store which ``motion``, in words."""
-        super().__init__(f"{motion} is not possible with a shaper; set none to do that")
-        self.motion = motion
-
-
 class CutBendError(MotionError):
     """A shaper would cut a bend of a path by more than its tolerance leaves."""
 

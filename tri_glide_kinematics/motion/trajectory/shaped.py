@@ -29,7 +29,12 @@ from tri_glide_kinematics.motion.trajectory.limits import (
     RELATIVE_ROUNDING,
     SliderLimits,
 )
-from tri_glide_kinematics.motion.trajectory.series import ORDERS, Series, heights_of
+from tri_glide_kinematics.motion.trajectory.series import (
+    ORDERS,
+    Series,
+    heights_of,
+    position_of,
+)
 from tri_glide_kinematics.motion.trajectory.trajectory import (
     SampledPlan,
     SliderState,
@@ -43,11 +48,18 @@ from tri_glide_kinematics.workspace import Traced, Workspace
 LONGEST_CELL = 0.008
 DIVISIONS = 3
 
-# So many cells are looked at together.
+# So many cells are looked at together at most, and so many copies of the motion in cells.
 CELLS_AT_ONCE = 64
+COPIES_AT_ONCE = 256
+
+# Knots that are closer are one: a jerk this long is below rounding [s].
+SAME_TIME = 1e-11
 
 # Velocity, acceleration and jerk by the coefficients of a Taylor series.
 _TO_DERIVATIVES = np.array((1.0, 2.0, 6.0))[:, np.newaxis, np.newaxis]
+
+# Where a limit is exceeded by more than this, it does not matter by how much.
+_COARSE = 0.1
 
 # Where the middles of the quarters of a cell are, in halves of it.
 _QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
@@ -196,7 +208,8 @@ class ShapedTrajectory(Trajectory):
             ]
         )
         knots = np.add.outer(np.array(self.shaper.times), unshaped)
-        return ascending(np.clip(knots, 0.0, self.duration))
+        knots = ascending(np.clip(knots, 0.0, self.duration))
+        return knots[np.diff(knots, prepend=-1.0) > SAME_TIME]
 
     def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
         """Return Taylor series of the platform's position."""
@@ -206,13 +219,22 @@ class ShapedTrajectory(Trajectory):
         halves = np.tile(half, len(delays))
         owner = np.maximum(np.searchsorted(self._begins, before, side="right") - 1, 0)
         table = np.empty((2, ORDERS, 3, len(before)))
+        of_sliders = np.zeros(len(before), dtype=bool)
         for index in sorted(set(owner.tolist())):
             begin, plan, skipped = self.driven[index]
             mine = owner == index
             # Before the first part there was rest where it begins.
-            since = before[mine] - begin
-            series = plan.platform_series(machine, since + skipped, halves[mine])
-            table[..., mine] = series
+            since = before[mine] - begin + skipped
+            cubic = plan.as_cubic()
+            if cubic is None:
+                table[..., mine] = plan.platform_series(machine, since, halves[mine])
+            else:
+                table[..., mine] = cubic.height_series(since, halves[mine])
+                of_sliders |= mine
+        if of_sliders.any():
+            # All together, as one look takes no less time than all.
+            heights = Series(*table[..., of_sliders])
+            table[..., of_sliders] = position_of(machine, heights, halves[of_sliders])
         shape = (2, ORDERS, 3, len(delays), len(times))
         return Series(*np.einsum("bomkn,k->bomn", table.reshape(shape), self.shaper.amplitudes))
 
@@ -233,24 +255,24 @@ class ShapedTrajectory(Trajectory):
         most, when = np.zeros((3, 3)), np.zeros((3, 3))
         most_cut, cut_at = 0.0, 0.0
         lowest = highest = np.array(self.at(self.duration).heights)
-        # Where a limit is exceeded in the middle of a cell, smaller cells show nothing else.
-        is_exceeded = False
+        together = max(min(CELLS_AT_ONCE, COPIES_AT_ONCE // len(self.shaper.times)), 1)
         for division in range(DIVISIONS + 1):
             settled = np.ones(len(middles), dtype=bool)
-            for first in range(0, len(middles), CELLS_AT_ONCE):
-                some = slice(first, first + CELLS_AT_ONCE)
+            for first in range(0, len(middles), together):
+                some = slice(first, first + together)
                 series = self._height_series(middles[some], half[some])
                 low, high = heights_within(series, half[some])
-                use = largest_of(series, half[some]) / limits.table[..., np.newaxis]
+                table = limits.table[..., np.newaxis]
+                there = np.abs(series.values[1:4]) * _TO_DERIVATIVES / table
+                use = np.maximum(largest_of(series, half[some]) / table, there)
                 cut_there, cut = self._cut(middles[some], half[some])
-                used_there = np.abs(series.values[1:4]) * _TO_DERIVATIVES
-                is_exceeded |= bool((used_there > limits.table[..., np.newaxis]).any())
-                is_exceeded |= bool((cut_there > 1.0).any())
-                if division < DIVISIONS and not is_exceeded:
+                if division < DIVISIONS:
                     settled[some] = (use <= 1.0 + RELATIVE_ROUNDING).all(axis=(0, 1))
                     settled[some] &= cut <= 1.0
                     if region is not None:
                         settled[some] &= _between(low, high, region)
+                    # What is exceeded in the middle already is so in smaller cells, too.
+                    settled[some] |= (there > 1.0 + _COARSE).any(axis=(0, 1)) | (cut_there > 1.0)
                 chosen = settled[some]
                 if chosen.any():
                     lowest = np.minimum(lowest, low[:, chosen].min(axis=1))
@@ -266,8 +288,6 @@ class ShapedTrajectory(Trajectory):
                     most = np.where(more, found, most)
                     when = np.where(more, middles[some][chosen][index[..., 0]], when)
                 yield
-            if is_exceeded:
-                break
             middles, half = quartered(middles[~settled], half[~settled])
         self._extremes = lowest, highest
         segment = self._path.segment(cut_at - self.shaper.delay) if self._path else 0

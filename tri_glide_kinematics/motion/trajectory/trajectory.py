@@ -21,6 +21,7 @@ from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
     from tri_glide_kinematics.workspace import Traced, Workspace
 
 AT_REST: Vector3 = (0.0, 0.0, 0.0)
@@ -119,6 +120,10 @@ class Trajectory(ABC):
             Shape (n, 3) [m].
         """
         return machine.forward_batch(self.sample(self.duration * PARTS).heights)
+
+    def as_cubic(self) -> CubicPlan | None:
+        """Return all of it in pieces of constant jerk of the sliders; None if it has none."""
+        return None
 
     def keeps_limits(self, limits: SliderLimits, since: float = 0.0) -> bool:
         """Return whether ``limits`` hold from the time ``since`` [s] on."""
