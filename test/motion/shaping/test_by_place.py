@@ -7,8 +7,9 @@ import random
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import reproducible
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.motion.shaping import (
@@ -20,9 +21,6 @@ from tri_glide_kinematics.motion.shaping import (
 )
 
 KINDS = list(ShaperKind)
-
-# No test judges the computer by its clock.
-UNTIMED = settings(max_examples=50, deadline=None)
 RANDOM = st.builds(random.Random, st.integers(0, 10**6))
 MIDDLE = (0.0, 0.0, 0.25)
 LEFT, RIGHT = (-0.1, 0.0, 0.25), (0.1, 0.0, 0.25)
@@ -52,7 +50,7 @@ def frequencies(chooser: ShaperByPlace, places) -> np.ndarray:
 
 
 @given(RANDOM, st.integers(1, 12))
-@UNTIMED
+@reproducible
 def test_at_a_known_place_its_own_modes_hold_and_elsewhere_none_beyond_all(rng, count):
     known = [(p, rng.uniform(8.0, 30.0), rng.uniform(30.0, 60.0)) for p in some_places(rng, count)]
     chooser = by_place(*known)
@@ -67,7 +65,7 @@ def test_at_a_known_place_its_own_modes_hold_and_elsewhere_none_beyond_all(rng, 
 
 
 @given(RANDOM)
-@UNTIMED
+@reproducible
 def test_one_place_is_everywhere(rng):
     chooser = by_place((MIDDLE, 15.0))
     assert frequencies(chooser, some_places(rng, 5)) == pytest.approx([15.0] * 5, rel=1e-12)
@@ -84,7 +82,7 @@ def test_between_two_places_a_frequency_changes_evenly_and_not_across():
 
 
 @given(RANDOM, st.integers(8, 14))
-@UNTIMED
+@reproducible
 def test_what_changes_evenly_is_known_between_some_places(rng, count):
     gradient = np.array([rng.uniform(-20.0, 20.0) for _ in range(3)])
     known = some_places(rng, count)
@@ -104,7 +102,7 @@ def test_places_nearly_in_a_plane_say_little_across_it():
 
 
 @given(RANDOM, st.sampled_from(KINDS), st.floats(0.0, 0.3))
-@UNTIMED
+@reproducible
 def test_one_place_has_the_shaper_that_was_asked_for(rng, kind, damping):
     mode = Mode(rng.uniform(2.0, 400.0), damping)
     chooser = ShaperByPlace(kind, (MIDDLE,), ((mode,),))
@@ -115,7 +113,7 @@ def test_one_place_has_the_shaper_that_was_asked_for(rng, kind, damping):
 
 
 @given(RANDOM, st.sampled_from(KINDS), st.floats(0.0, 0.45))
-@UNTIMED
+@reproducible
 def test_at_most_five_percent_are_left_over_the_whole_range(rng, kind, beside):
     middles = rng.uniform(8.0, 20.0), rng.uniform(20.0, 60.0)
     known = [
