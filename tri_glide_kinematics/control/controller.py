@@ -183,6 +183,12 @@ class MotionController:
         return self._engine.path_progress
 
     @property
+    def shaper_duration(self) -> float:
+        """How much longer the shaper in force makes a motion; 0 without one [s]."""
+        shaper = self._engine.shaper
+        return 0.0 if shaper is None else shaper.duration
+
+    @property
     def tracking_distance(self) -> float:
         """How far the setpoint is from a moving target that is followed; NaN without one [m]."""
         return self._engine.tracking_distance

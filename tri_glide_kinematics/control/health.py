@@ -134,6 +134,7 @@ def health_of(
             "unusable measurements in the last second": unusable,
             "tracking error [m]": supervisor.tracking_error,
             "distance from the moving target [m]": controller.tracking_distance,
+            "duration of the shaper [s]": controller.shaper_duration,
         },
     )
 

@@ -154,6 +154,23 @@ def test_limits_may_change_while_it_is_full():
     assert_keeps(driven(moving), lower)
 
 
+@each_kind
+def test_limits_that_are_lowered_after_a_stop_are_in_force_when_the_shaper_is_empty(kind):
+    moving = shaped(kind)
+    moving.move_to(TARGET)
+    heights = [moving.state.heights]
+    heights += [moving.step(DT).heights for _ in range(120)]
+    moving.stop()
+    moving.set_speed_scale(0.05)
+    assert moving.limits_pending
+    rests = moving.time_to_rest
+    rest = driven(moving)
+    assert len(rest) * DT < rests + 0.01
+    assert not moving.limits_pending
+    assert moving.speed_scale == 0.05
+    assert_keeps([*heights, *rest[1:]])
+
+
 def test_limits_that_come_behind_a_stop_are_in_force_at_once():
     moving = shaped()
     moving.move_to(TARGET)

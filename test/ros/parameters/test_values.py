@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperByPlace, ShaperKind
 from tri_glide_kinematics.ros.parameters import (
     IK_NODE,
     SIMULATOR_NODE,
@@ -53,12 +53,64 @@ def test_a_shaper_is_made_of_its_kind_and_the_modes():
     assert two == Shaper.of(ShaperKind.ZV, Mode(20.0, 0.1), Mode(30.0, 0.1))
 
 
+TWO_PLACES = (0.0, 0.0, 0.2, 0.1, 0.0, 0.3)
+
+
+def test_modes_are_told_place_by_place():
+    one = shaper_of(
+        values(
+            shaper="zvd",
+            mode_places=TWO_PLACES,
+            mode_frequencies=(12.0, 18.0),
+            mode_dampings=(0.02, 0.04),
+        )
+    )
+    places = ((0.0, 0.0, 0.2), (0.1, 0.0, 0.3))
+    modes = ((Mode(12.0, 0.02),), (Mode(18.0, 0.04),))
+    assert one == ShaperByPlace(ShaperKind.ZVD, places, modes)
+    two = shaper_of(
+        values(
+            shaper="ei",
+            mode_places=TWO_PLACES,
+            mode_frequencies=(12.0, 30.0, 18.0, 40.0),
+        )
+    )
+    modes = ((Mode(12.0, 0.05), Mode(30.0, 0.05)), (Mode(18.0, 0.05), Mode(40.0, 0.05)))
+    assert two == ShaperByPlace(ShaperKind.EI, places, modes)
+
+
+def test_one_place_stands_for_all():
+    one = shaper_of(values(shaper="zv", mode_places=(0.1, 0.0, 0.3), mode_frequencies=(20.0,)))
+    assert one == Shaper.of(ShaperKind.ZV, Mode(20.0, 0.05))
+
+
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
         (
             {"mode_frequencies": (8.0, 20.0, 30.0)},
-            "mode_frequencies has 3 elements, expected 1 to 2",
+            "mode_frequencies has 3 elements, expected 1 to 2$",
+        ),
+        (
+            {"mode_places": TWO_PLACES},
+            "mode_frequencies has 1 elements, expected 1 to 2 for each of 2 places",
+        ),
+        (
+            {"mode_places": TWO_PLACES, "mode_frequencies": (8.0, 20.0, 30.0)},
+            "mode_frequencies has 3 elements, expected 1 to 2 for each of 2 places",
+        ),
+        (
+            {
+                "mode_places": TWO_PLACES,
+                "mode_frequencies": (8.0, 9.0),
+                "mode_dampings": (0.1,) * 3,
+            },
+            "mode_dampings has 3 elements, expected 1 or 2",
+        ),
+        ({"mode_places": (0.1, 0.2)}, "mode_places has 2 elements, expected three for each place"),
+        (
+            {"mode_places": (0.0,) * 6, "mode_frequencies": (8.0, 9.0)},
+            "distance of place 1 from place 2 = 0 m must be at least 0.001",
         ),
         ({"mode_dampings": (0.1, 0.1)}, "mode_dampings has 2 elements, expected 1"),
     ],

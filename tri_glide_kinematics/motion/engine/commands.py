@@ -98,6 +98,7 @@ class Command(ABC):
         has_end: whether the platform comes to rest of itself.
         has_line: whether the platform moves on a line, on which a stop should stay.
         is_checked_whole: whether all of it is looked at before it begins, which may take long.
+        leads_anywhere: whether nobody knows where its motion leads, as newer ones renew it.
         extends: whether it goes on from the end of the path that is followed.
         position: of the target, where it has one. Shape (3,) [m].
         velocity: of the target, where it has one. Shape (3,) [m/s].
@@ -113,6 +114,7 @@ class Command(ABC):
     has_end: ClassVar[bool] = True
     has_line: ClassVar[bool] = True
     is_checked_whole: ClassVar[bool] = False
+    leads_anywhere: ClassVar[bool] = False
     extends: bool = False
     position: Vector3 | None = None
     velocity: Vector3 | None = None
@@ -285,6 +287,7 @@ class Jog(Command):
 
     kind = TargetKind.VELOCITY
     phase = MotionPhase.JOGGING
+    leads_anywhere = True
     velocity: Vector3
 
     def __init__(
@@ -416,6 +419,7 @@ class Track(Command):
     phase = MotionPhase.TRACKING
     has_end = False
     has_line = False
+    leads_anywhere = True
     position: Vector3
     velocity: Vector3
 
@@ -582,7 +586,7 @@ class NewLimits(Command):
     """What the sliders may do from now on.
 
     Attributes:
-        limits: of the sliders, with the scale; the shaper stays the one that is in force.
+        limits: of the sliders, with the scale; the shaper stays the one that is in force, or next.
     """
 
     def __init__(self, limits: DriveLimits) -> None:
@@ -596,5 +600,5 @@ class NewLimits(Command):
 
     def begin(self, execution: PlanExecution) -> None:
         """Put them in force now, or slow down until that is possible."""
-        shaper = execution.holder.limits.shaper
+        shaper = execution.holder.newest_limits.shaper
         execution.change_limits(replace(self.limits, shaper=shaper))

@@ -32,7 +32,7 @@ from tri_glide_kinematics.motion.engine.held_motion import (
 from tri_glide_kinematics.motion.engine.progress import PathProgress
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
-from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
     NewerGoalError,
     NoPathError,
@@ -311,10 +311,16 @@ class MotionEngine:
         """
         self.set_limits(self._holder.newest_limits.sliders, speed_scale)
 
-    def set_shaper(self, shaper: Shaper | None) -> None:
+    def set_shaper(self, shaper: Shaping | None) -> None:
         """Change the shaper of all motion; None is for none.
 
         It is in force from the next rest on; ``shaper_pending`` tells if that is not yet so.
+
+        Args:
+            shaper: always the same one, or what chooses one for the places that a motion passes: a
+                move and a path for all of their way, jogs and moving targets for wherever they may
+                lead. Where the present one does not do for a command in mid-motion, the platform
+                comes to rest first, and goes on with another one.
         """
         self._execution.set_shaper(shaper)
 
@@ -326,7 +332,7 @@ class MotionEngine:
     @property
     def shaper_pending(self) -> bool:
         """Whether another shaper waits for rest."""
-        return self._execution.next_shaper != self.shaper
+        return self._execution.shaper_pending
 
     @property
     def limits(self) -> SliderLimits:

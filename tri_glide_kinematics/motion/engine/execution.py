@@ -30,7 +30,7 @@ from tri_glide_kinematics.motion.engine.shaped_motion import ShapedMotion
 from tri_glide_kinematics.motion.engine.tracker import Tracker
 from tri_glide_kinematics.motion.moves import MotionKind, inside
 from tri_glide_kinematics.motion.path import DrivenPath
-from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
     ATTEMPTS,
     DrivenPart,
@@ -204,7 +204,7 @@ class PlanExecution:
         holder: of the plan.
         workspace: where the platform may be, and of which machine.
         tracks: whether something is tracked, so that a new velocity or target needs no plan.
-        next_shaper: the newest one that was asked for; it is in force from rest on.
+        next_shaping: the newest one that was asked for; it is in force from rest on.
         preparation: of the next plan; None if there is none.
         replanning: makes what is held next.
         tracker: makes steps of tracking.
@@ -223,7 +223,8 @@ class PlanExecution:
         """
         self.holder = holder
         self.tracks = False
-        self.next_shaper: Shaper | None = None
+        self.next_shaping: Shaping | None = None
+        self._shaping: Shaping | None = None
         self.preparation: Preparation | None = None
         self._in_pieces = in_pieces
         self.workspace = workspace
@@ -373,20 +374,35 @@ class PlanExecution:
         """Whether there is a shaper in force."""
         return self.holder.limits.shaper is not None
 
-    def set_shaper(self, shaper: Shaper | None) -> None:
+    @property
+    def shaper_pending(self) -> bool:
+        """Whether another shaper waits for rest."""
+        holder = self.holder
+        return (
+            self.next_shaping != self._shaping
+            or holder.newest_limits.shaper is not holder.limits.shaper
+        )
+
+    def set_shaper(self, shaping: Shaping | None) -> None:
         """Change the shaper as soon as nothing moves."""
-        self.next_shaper = shaper
+        self.next_shaping = shaping
         self._shape_from_rest()
 
     def _shape_from_rest(self) -> None:
         """Put the newest shaper in force if nothing moves, nor is about to."""
-        held, shaper = self.holder.motion, self.next_shaper
+        held, shaping = self.holder.motion, self.next_shaping
+        if shaping == self._shaping or self.preparation is not None:
+            return
+        if held is not None and held.phase(self.holder.time) is not MotionPhase.IDLE:
+            return
+        self._shaping = shaping
+        # Where the next motion leads is not known yet.
+        shaper = None if shaping is None else shaping.covering(None)
+        limits = replace(self.holder.limits, shaper=shaper, planned=None)
         if held is None:
-            self.holder.first_limits = replace(self.holder.first_limits, shaper=shaper)
-        elif shaper != held.limits.shaper and self.preparation is None:
-            if held.phase(self.holder.time) is MotionPhase.IDLE:
-                limits = replace(held.limits, shaper=shaper, planned=None)
-                self.replace(replace(held, limits=limits))
+            self.holder.first_limits = limits
+        else:
+            self.replace(replace(held, limits=limits))
 
     def prepare_goal(self, goal: Command) -> None:
         """Make a plan that leads to a ``goal``, or let that wait for limits."""
@@ -429,12 +445,13 @@ class PlanExecution:
         pending = held.pending and held.pending.leaving()
         less = replace(held, limits=held.limits.leaving(), pending=pending)
         for _ in range(ATTEMPTS):
-            made = yield from making(less, start)
+            made = yield from self._covered(making, less, start)
             after = made.held
             if after == less:
                 return made._replace(held=held)
             same = after.plan is held.plan and after.limits == held.limits
-            if same or after.limits.shaper is None:
+            rests = after.plan is held.plan and start >= held.rests_at
+            if same or rests or after.limits.shaper is None:
                 break
             yield
             lead = start - self.holder.time
@@ -452,6 +469,49 @@ class PlanExecution:
         else:
             use.check(after.limits.scaled)
         return made
+
+    def _covered(self, making: Making, held: HeldMotion, start: float) -> Interruptible[Replanned]:
+        """Make what is held next, with a shaper for the places that it passes.
+
+        Only at rest another shaper takes the place of the present one. So in mid-motion, where that
+        does not do, the platform comes to rest first, and goes on then.
+
+        Raises:
+            KinematicsError: if there is no plan.
+        """
+        made = yield from making(held, start)
+        after, shaping = made.held, self._shaping
+        leads = after.role is PlanRole.LEADS_TO_GOAL and after.plan is not held.plan
+        if shaping is None or after.goal is None or not leads:
+            return made
+        rests, before = start >= held.rests_at, after.limits.shaper
+        if not rests and after.path is not None and held.path is not None:
+            if after.path.heights is held.path.heights and held.role is PlanRole.LEADS_TO_GOAL:
+                # The whole path was looked at when it began.
+                return made
+        yield
+        places = after.places(self.workspace.machine)
+        shaper = shaping.covering(places, None if rests else before)
+        yield
+        if shaper == before:
+            return made
+        limits = replace(after.limits, shaper=shaper)
+        if rests and after.path is None:
+            return made._replace(held=replace(after, limits=limits))
+        if rests and after.path is not None:
+            # How fast a path is driven depends on the shaper.
+            held = held.with_goal(after.goal, limits=limits, pending=None).on(after.path)
+            planned = self.replanning.planned(held, start, after.goal, limits, or_after=True)
+            return made._replace(held=(yield from planned))
+        waiting = replace(after, pending=limits, role=PlanRole.EARLIER)
+        if start < held.plan.duration:
+            return (yield from self.replanning.tried_again(waiting, 0.0))
+        # The next plan would begin before the shaper is empty.
+        heights = held.plan.at(start).heights
+        resting = replace(waiting, plan=self.replanning.at_rest(heights, limits).plan)
+        if after.path is not None:
+            resting = resting.on(replace(after.path, place=after.place(0.0)))
+        return Replanned(resting.left_to_brake())
 
     def _driven_with(self, held: HeldMotion, lead: float) -> ShapedTrajectory:
         """Return what is driven if something else is held in ``lead`` seconds."""
@@ -602,6 +662,8 @@ class PlanExecution:
         """
         ahead = max(start - self.holder.time, 0.0)
         limits = held.pending or held.limits
+        if limits.shaper is not held.limits.shaper and start < held.rests_at:
+            raise PlanningError("a shaper has to be empty when another one takes its place")
         limits = limits.leaving(Planned(limits.effective.times(1.0, 1.0, JERK_LEFT_TO_STEPS)))
         held = held.with_goal(goal or self.holder.held.goal, limits=limits, pending=None)
         assert limits.shaper is not None

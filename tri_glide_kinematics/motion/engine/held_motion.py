@@ -8,6 +8,7 @@ what happens                  plan                     goal      pending limits
 start at measured heights     no motion                none      none, in force from now on
 a goal                        leads to it              new       none
 a goal while limits wait      as it was                new       as they were
+a goal with another shaper    brakes                   new       new, with that shaper
 stop                          brakes                   none      as they were
 a moving target               as it was, or brakes     new       as they were
 a step of tracking            step, then braking       same      none, the newest in force
@@ -27,7 +28,9 @@ import math
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.errors import OutOfBoundsError
@@ -42,8 +45,11 @@ from tri_glide_kinematics.motion.trajectory import (
     TrackedStep,
     Trajectory,
 )
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.tri_glide import TriGlide
 
 # What a shaper leaves of velocities, accelerations and jerks to plans, as a rule.
 LEFT_TO_PLANS = (1.0, 0.98, 0.95)
@@ -165,7 +171,8 @@ class HeldMotion:
             are pending.
         region: where the plan was checked to stay.
         limits: in force.
-        pending: limits that wait until the motion can keep them; None if there are none.
+        pending: limits that wait until the motion can keep them, or until the shaper is empty and
+            another one can take its place; None if there are none.
         path: that is the goal; None if that is no path, or there is none.
     """
 
@@ -282,6 +289,23 @@ class HeldMotion:
         if not is_known or self.pending is not None:
             return math.inf
         return self.rests_at - time
+
+    def places(self, machine: TriGlide) -> FloatArray | None:
+        """Return places that the platform passes on its way to the goal.
+
+        Args:
+            machine: whose sliders move.
+
+        Returns:
+            Shape (n, 3) [m]; None if it may come anywhere.
+        """
+        if self.goal is not None and self.goal.leads_anywhere:
+            return None
+        places = self.plan.places(machine)
+        if self.path is None:
+            return places
+        of_path = self.path.heights.driven.places()
+        return None if of_path is None else np.concatenate((places, of_path))
 
     def waits(self, time: float) -> bool:
         """Return whether something is to be tried again, ``time`` seconds after the start."""

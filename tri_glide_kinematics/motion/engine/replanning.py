@@ -318,6 +318,11 @@ class Replanning:
         """Put pending limits in force if the motion can go on inside them."""
         limits, goal = held.pending, held.goal
         assert limits is not None
+        if time < held.rests_at:
+            if time >= held.plan.duration or limits.shaper is not held.limits.shaper:
+                # What the shaper still holds back was planned for the earlier limits; and it has
+                # to be empty when another one takes its place.
+                return Replanned(held)
         if held.path is not None and held.path.is_paused:
             goal = None
         resting = time >= held.plan.duration

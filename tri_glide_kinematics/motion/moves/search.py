@@ -22,7 +22,7 @@ from tri_glide_kinematics.motion.moves.line_moves import (
 )
 from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
 from tri_glide_kinematics.motion.moves.stopping import Candidate, Stopping, first_found, inside
-from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     SOUND,
@@ -250,7 +250,7 @@ def plan_move(
     end: Sequence[float],
     *,
     kind: MotionKind = MotionKind.SLIDER,
-    shaper: Shaper | None = None,
+    shaper: Shaping | None = None,
 ) -> Trajectory:
     """Return the motion of the platform from rest at one position to rest at another.
 
@@ -262,7 +262,8 @@ def plan_move(
         start: of the platform. Shape (3,) [m].
         end: of the platform. Shape (3,) [m].
         kind: slider moves bend, linear ones are straight lines.
-        shaper: for the modes of vibration that the motion is to leave alone; lines stay straight.
+        shaper: for the modes of vibration that the motion is to leave alone, or what chooses one
+            for the places that it passes; lines stay straight.
 
     Raises:
         NotAChoiceError: if ``kind`` is no ``MotionKind``, but its name, for example.

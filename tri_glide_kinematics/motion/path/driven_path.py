@@ -9,7 +9,7 @@ shorter in roundings, is the integral of |p'| (``arc_length``).
 from __future__ import annotations
 
 from dataclasses import replace
-from math import dist
+from math import ceil, dist
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -62,6 +62,10 @@ LEAST_ROOM = 1e-6
 # Bends that are less sharp than this are none [1/m].
 STRAIGHT = 1e-6
 
+# It is looked in such steps where a path leads [m]; one that takes more of them may lead anywhere.
+STEP = 0.01
+MOST_STEPS = 1000
+
 
 class DrivenPath(PiecewisePath):
     """The path as driven, over the programmed way s; see ``PiecewisePath``.
@@ -93,6 +97,13 @@ class DrivenPath(PiecewisePath):
         stops = len(self.stops)
         bound = number_text(1e3 * self.deviation_bound, 3)
         return f"<DrivenPath, {len(self.segments)} segments, {stops} stops, within {bound} mm>"
+
+    def places(self) -> FloatArray | None:
+        """Return places on it, near to each other. Shape (n, 3) [m]; None if it is too long."""
+        steps = ceil(self.length / STEP)
+        if steps > MOST_STEPS:
+            return None
+        return np.asarray(self.derivatives(np.linspace(0.0, self.length, steps + 1), 0)[0])
 
     @classmethod
     def of(cls, segments: Segments, part: float = 1.0) -> Interruptible[DrivenPath]:

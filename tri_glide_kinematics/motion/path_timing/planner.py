@@ -12,7 +12,7 @@ from tri_glide_kinematics.motion.moves import hardest_braking
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath, check_place
 from tri_glide_kinematics.motion.path_timing.grid import MOST_PIECES
 from tri_glide_kinematics.motion.path_timing.windows import plan_window
-from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
     SOUND,
     Bends,
@@ -138,7 +138,9 @@ class PathPlanner:
         """Prepare for paths inside ``workspace``."""
         self._workspace = workspace
 
-    def begun(self, path: PlatformPath, shaper: Shaper | None = None) -> Interruptible[PathHeights]:
+    def begun(
+        self, path: PlatformPath, shaper: Shaping | None = None
+    ) -> Interruptible[PathHeights]:
         """Return a ``path`` as driven, seen from the sliders; all of it is inside the workspace.
 
         Args:
@@ -318,7 +320,7 @@ def time_path(
     path: PlatformPath,
     workspace: Workspace,
     limits: SliderLimits,
-    shaper: Shaper | None = None,
+    shaper: Shaping | None = None,
 ) -> Trajectory:
     """Return the motion along a path in nearly the least time, from rest to rest.
 
@@ -329,8 +331,9 @@ def time_path(
         path: of one segment at least.
         workspace: where the platform may be, and of which machine.
         limits: of the sliders.
-        shaper: for the modes of vibration that the motion is to leave alone. It cuts bends; the
-            platform is as slow there as the tolerances ask for.
+        shaper: for the modes of vibration that the motion is to leave alone, or what chooses one
+            for the places of the path. It cuts bends; the platform is as slow there as the
+            tolerances ask for.
 
     Raises:
         KinematicsError: if a place of the path is outside the workspace, if no motion keeps the
@@ -340,12 +343,13 @@ def time_path(
     heights = at_once(planner.begun(path, shaper))
     if shaper is None:
         return at_once(planner.to_the_end(heights, Planned(limits)))
+    chosen = shaper.covering(heights.driven.places())
     motion = at_once(
         planned_shaped(
-            lambda less: planner.to_the_end(heights, less, shaper),
+            lambda less: planner.to_the_end(heights, less, chosen),
             limits,
             workspace.machine,
-            shaper,
+            chosen,
         )
     )
     motion.check_inside(workspace, limits)

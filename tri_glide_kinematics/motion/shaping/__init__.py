@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.shaping.by_place import ShaperByPlace as ShaperByPlace
+    from tri_glide_kinematics.motion.shaping.by_place import Shaping as Shaping
     from tri_glide_kinematics.motion.shaping.shapers import HIGHEST_FREQUENCY as HIGHEST_FREQUENCY
     from tri_glide_kinematics.motion.shaping.shapers import LOWEST_FREQUENCY as LOWEST_FREQUENCY
     from tri_glide_kinematics.motion.shaping.shapers import MOST_DAMPING as MOST_DAMPING

@@ -141,6 +141,10 @@ class Shaper:
         times, amplitudes = zip(*pairs)
         return Shaper(times, amplitudes)
 
+    def covering(self, _places: FloatArray | None, _present: Shaper | None = None) -> Shaper:
+        """Return this shaper: it is the same wherever a motion leads (``ShaperByPlace``)."""
+        return self
+
     @property
     def duration(self) -> float:
         """Time of the last impulse: a motion lasts so much longer [s]."""
@@ -170,10 +174,10 @@ def residual(shaper: Shaper, frequencies: ArrayLike, damping: ArrayLike = 0.0) -
     Args:
         shaper: the impulses.
         frequencies: without damping. Shape (n,) [Hz].
-        damping: as part of the critical one. Shape (n,), or one number.
+        damping: as part of the critical one. Shape (n,), or one number; (m, 1) for all pairs.
 
     Returns:
-        As part of what one impulse at the shaper's end would excite. Shape (n,).
+        As part of what one impulse at the shaper's end would excite. Shape (n,), or (m, n).
     """
     natural = math.tau * np.asarray(frequencies, dtype=np.float64)
     ratio = np.asarray(damping, dtype=np.float64)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory.bends import path_driven
 from tri_glide_kinematics.motion.trajectory.errors import CutBendError, SliderLimitError
 from tri_glide_kinematics.motion.trajectory.knots import ascending
@@ -405,7 +405,7 @@ def planned_shaped(
     plan: Callable[[Planned], Interruptible[Trajectory]],
     limits: SliderLimits,
     machine: TriGlide,
-    shaper: Shaper,
+    shaping: Shaping,
 ) -> Interruptible[ShapedTrajectory]:
     """Return a plan, shaped, that keeps the ``limits``; it begins now.
 
@@ -416,7 +416,7 @@ def planned_shaped(
         plan: returns a plan that keeps what it is given.
         limits: that the shaped plan has to keep.
         machine: whose sliders move.
-        shaper: its impulses.
+        shaping: its impulses, or what chooses them for the places that it passes.
 
     Raises:
         SliderLimitError: if no plan keeps them.
@@ -425,6 +425,7 @@ def planned_shaped(
     planned = Planned(limits)
     for attempt in range(ATTEMPTS):
         unshaped = yield from plan(planned)
+        shaper = shaping.covering(unshaped.places(machine))
         shaped = ShapedTrajectory(machine, shaper, _one_after_the_other(unshaped))
         use = yield from shaped.limit_use(limits)
         if use.keeps_limits or attempt + 1 == ATTEMPTS:

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 AT_REST: Vector3 = (0.0, 0.0, 0.0)
 
+# Parts of its time at which it is looked where a motion leads.
+PARTS = np.linspace(0.0, 1.0, 65)
+
 
 class SliderState(NamedTuple):
     """Setpoint of the sliders at one instant; a tuple, as one is made in each control cycle.
@@ -153,6 +156,17 @@ class Trajectory(ABC):
             times: middles of cells, each between two knots, or outside. Shape (n,) [s].
             half: of the lengths of the cells. Shape (n,) [s].
         """
+
+    def places(self, machine: TriGlide) -> FloatArray:
+        """Return places that the platform passes, the first and the last among them.
+
+        Args:
+            machine: whose sliders move.
+
+        Returns:
+            Shape (n, 3) [m].
+        """
+        return machine.forward_batch(self.sample(self.duration * PARTS).heights)
 
     def as_cubic(self) -> CubicPlan | None:
         """Return all of it in pieces of constant jerk of the sliders; None if it has none."""

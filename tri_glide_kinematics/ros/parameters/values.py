@@ -13,7 +13,9 @@ from tri_glide_kinematics.motion.shaping import (
     MOST_MODES,
     Mode,
     Shaper,
+    ShaperByPlace,
     ShaperKind,
+    Shaping,
 )
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.ros.parameters.table import ParameterError, Values
@@ -61,22 +63,30 @@ def limits_of(values: Values) -> SliderLimits:
     )
 
 
-def shaper_of(values: Values) -> Shaper | None:
-    """Return the shaper; None if there is none.
+def shaper_of(values: Values) -> Shaping | None:
+    """Return the shaper, or what chooses one by place; None if there is none.
 
     Raises:
-        ParameterError: if the numbers of frequencies and dampings do not fit.
+        ParameterError: if the numbers of places, frequencies and dampings do not fit.
+        KinematicsError: if there are too many places, or two of them are the same.
     """
-    frequencies = values["mode_frequencies"]
-    if len(frequencies) > MOST_MODES:
+    places, frequencies = _places("mode_places", values), values["mode_frequencies"]
+    size, rest = divmod(len(frequencies), len(places))
+    if rest or not 1 <= size <= MOST_MODES:
+        for_each = "" if len(places) == 1 else f" for each of {len(places)} places"
         raise ParameterError(
             f"mode_frequencies has {len(frequencies)} elements, expected 1 to {MOST_MODES}"
+            f"{for_each}"
         )
     dampings = _for_each_mode("mode_dampings", values, len(frequencies))
+    modes = [Mode(frequency, damping) for frequency, damping in zip(frequencies, dampings)]
+    of_places = tuple(tuple(modes[i : i + size]) for i in range(0, len(modes), size))
+    # Places are checked without a shaper, too.
+    kind = ShaperKind.ZV if values["shaper"] == NO_SHAPER else ShaperKind(values["shaper"])
+    by_place = ShaperByPlace(kind, places, of_places)
     if values["shaper"] == NO_SHAPER:
         return None
-    modes = (Mode(frequency, damping) for frequency, damping in zip(frequencies, dampings))
-    return Shaper.of(ShaperKind(values["shaper"]), *modes)
+    return by_place if len(places) > 1 else Shaper.of(kind, *modes)
 
 
 def true_travel_of(values: Values) -> tuple[Vector3, Vector3]:
@@ -149,12 +159,7 @@ def swing_of(values: Values) -> SwingModel:
     Raises:
         KinematicsError: if the numbers do not fit together.
     """
-    numbers, coordinates = values["swing_frequencies"], values["swing_points"]
-    if len(coordinates) % 3:
-        raise ParameterError(
-            f"swing_points has {len(coordinates)} elements, expected three for each point"
-        )
-    points = tuple(zip(coordinates[0::3], coordinates[1::3], coordinates[2::3]))
+    numbers, points = values["swing_frequencies"], _places("swing_points", values)
     size, rest = divmod(len(numbers), len(points))
     if rest or size not in MODE_COUNTS:
         raise ParameterError(
@@ -175,6 +180,20 @@ def swing_of(values: Values) -> SwingModel:
                     )
             modes.append(PlatformMode(index % 3, frequencies, dampings[index], shares[index]))
     return SwingModel(tuple(modes), points)
+
+
+def _places(name: str, values: Values) -> tuple[Vector3, ...]:
+    """Return the places that a parameter has the coordinates of, one after the other.
+
+    Raises:
+        ParameterError: if there are not three numbers for each.
+    """
+    coordinates: tuple[float, ...] = values[name]
+    if len(coordinates) % 3:
+        raise ParameterError(
+            f"{name} has {len(coordinates)} elements, expected three for each place"
+        )
+    return tuple(zip(coordinates[0::3], coordinates[1::3], coordinates[2::3]))
 
 
 def _for_each_mode(name: str, values: Values, size: int) -> tuple[float, ...]:
