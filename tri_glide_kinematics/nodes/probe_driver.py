@@ -141,6 +141,11 @@ class ProbeDriver:
         """Whether a probe is under way."""
         return self._probe is not None
 
+    @property
+    def machine(self) -> MachineView:
+        """What ik_node told last of itself."""
+        return self._machine
+
     def begin(self, settings: ProbeSettings, heights: Vector3) -> Future:
         """Begin to move down, and return what will hold the ``ProbeResult``.
 
