@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
@@ -79,6 +80,8 @@ MEASURED = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
 SOURCES = (FindModes.Request.ACCELEROMETER, FindModes.Request.MEASURED_HEIGHTS)
 # A stamp farther than this from the time of sending is by another clock [s].
 LARGEST_STAMP_AGE = 0.1
+# An answer is on its way for this time; the node does not end before [s].
+FAREWELL = 0.2
 
 
 class CalibrationNode(Node):
@@ -119,6 +122,7 @@ class CalibrationNode(Node):
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._swings = SwingDriver(self, lambda: self._probes.machine, self._unusable.add)
         self._searches = 0
+        self._search_ended = -math.inf
         self._is_ending = False
         self.create_timer(1.0, self._unusable.end_of_second)
         self._answers = Answers(self)
@@ -159,7 +163,8 @@ class CalibrationNode(Node):
         """Bring to rest what moves for a search, and return whether all who asked know."""
         self._is_ending = True
         self._swings.end("calibration_node ends")
-        return not self._searches
+        is_answered = time.monotonic() > self._search_ended + FAREWELL
+        return is_answered and not self._searches
 
     def _on_measured(self, data: bytes, info: dict[str, Any]) -> None:
         now = time.monotonic()
@@ -276,6 +281,7 @@ class CalibrationNode(Node):
             await self._search_modes(request, response)
         finally:
             self._searches -= 1
+            self._search_ended = time.monotonic()
 
     async def _search_modes(self, request: Any, response: Any) -> None:
         # Loaded when they are first used, as those of ``_solve`` are.
