@@ -1,4 +1,4 @@
-"""The command ``ringdown``: from the recording of a swing to modes, a picture, a parameter file.
+"""The command ``ringdown``: from recordings of swings to modes, pictures, a parameter file.
 
 Slow modules are imported after the command line has been read, so that a mistake in it is
 told at once and Ctrl-C ends the process while modules are still being loaded.
@@ -39,7 +39,10 @@ def _find(options: argparse.Namespace) -> None:
     # Threads of the linear algebra library would only wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from tri_glide_kinematics.calibration.ringdown import (
+        CombinedModes,
         NoModeError,
+        combine_modes,
+        combined_report,
         find_modes,
         load_recording,
         ringdown_report,
@@ -48,16 +51,25 @@ def _find(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.motion.shaping import ShaperKind
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    recording = load_recording(find_file(options.file), options.unit)
-    found = find_modes(recording.between(options.start, options.end))
-    print(ringdown_report(found))
+    recordings = [load_recording(find_file(file), options.unit) for file in options.files]
+    swings = [find_modes(each.between(options.start, options.end)) for each in recordings]
+    found = combine_modes(swings) if len(swings) > 1 else swings[0]
+    for file, swing in zip(options.files, swings):
+        title = f"{file}\n" if len(swings) > 1 else ""
+        print(f"{title}{ringdown_report(swing)}\n")
+    if isinstance(found, CombinedModes):
+        print(f"All swings together\n{combined_report(found)}\n")
     if options.picture is not None:
         from tri_glide_kinematics.figures.ringdown_picture import ringdown_figure
         from tri_glide_kinematics.picture_commands import save_figure
 
         options.picture.parent.mkdir(parents=True, exist_ok=True)
-        save_figure(ringdown_figure(found), options.picture, 110)
-        print(f"\npicture: {options.picture}")
+        for number, swing in enumerate(swings, 1):
+            picture = options.picture
+            if len(swings) > 1:
+                picture = picture.with_name(f"{picture.stem}_{number}{picture.suffix}")
+            save_figure(ringdown_figure(swing), picture, 110)
+            print(f"picture: {picture}")
     if found.reason is not None:
         raise NoModeError(found.reason)
     if options.write is not None:
@@ -68,15 +80,17 @@ def _find(options: argparse.Namespace) -> None:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="ringdown",
-        description="Find the modes of vibration of a machine from a recording of how it swings "
+        description="Find the modes of vibration of a machine from recordings of how it swings "
         "after a motion: frequency and damping, each with its standard deviation, or why they are "
         "not known.",
     )
     parser.add_argument(
-        "file",
+        "files",
         type=Path,
+        nargs="+",
+        metavar="file",
         help="table of times and one to three axes (CSV), or the name of a file that is installed "
-        "in config/",
+        "in config/; several are swings of one machine",
     )
     parser.add_argument(
         "--unit", help="of axes without one in the head: m, mm, um, m/s2, mm/s2, g or mg"
@@ -97,7 +111,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="S",
         help="time in the file at which the next motion begins [s] (default: the last)",
     )
-    parser.add_argument("--picture", type=Path, metavar="P.png", help="picture to write")
+    parser.add_argument(
+        "--picture",
+        type=Path,
+        metavar="P.png",
+        help="picture to write; of several files, P_1.png, P_2.png and so on",
+    )
     parser.add_argument(
         "--write", type=Path, metavar="MODES.yaml", help="parameter file for ik_node to write"
     )
