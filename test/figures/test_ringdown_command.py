@@ -78,6 +78,26 @@ def test_a_mistake_gets_one_line(capsys, arguments, words):
     assert error.count("\n") == 1
 
 
+def test_a_machine_is_measured_instead_of_a_file(capsys):
+    asked = []
+
+    def measure(by_heights):
+        asked.append(by_heights)
+        return [Path(EXAMPLE)]
+
+    assert main(["--machine", "--heights"], measure) == 0
+    assert asked == [True]
+    assert "Mode 1: frequency" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "arguments", [[], ["--machine"], [EXAMPLE, "--machine"], [EXAMPLE, "--heights"]]
+)
+def test_files_or_a_machine_are_needed(arguments):
+    with pytest.raises(SystemExit):
+        main(arguments)
+
+
 @pytest.mark.parametrize("arguments", [["--from", "soon"], ["--to", "nan"], ["--shaper", "best"]])
 def test_a_wrong_option_is_refused(arguments):
     with pytest.raises(SystemExit):

@@ -8,6 +8,7 @@ import pytest
 import yaml
 from geometry_msgs.msg import Point, Vector3
 from shared_machine import shared_nodes
+from std_srvs.srv import Trigger
 
 from testing.client import Client
 from testing.commands import KINEMATICS, assert_within_limits
@@ -173,6 +174,15 @@ class TestOneMachine:
         assert "did not end there" in answer.message
         assert_nothing_moves_on(started.machine)
 
+    def test_a_stop_between_two_moves_ends_the_search(self, started):
+        asked = started.ask(directions=ALONG_X, duration=5.0)
+        started.machine.wait_for_new_state("idle", lambda: None)
+        stopped = started.client.call(Trigger, "calibration_node/stop", Trigger.Request())
+        assert stopped.message == "the platform comes to rest"
+        answer = started.answer(asked)
+        assert (answer.success, answer.message) == (False, "stop was asked for")
+        assert_nothing_moves_on(started.machine)
+
     def test_somebody_else_who_leads_the_platform_ends_the_search(self, started):
         asked = started.ask(directions=ALONG_X, duration=10.0)
         started.machine.wait_for_new_state("idle", lambda: None)
@@ -181,6 +191,34 @@ class TestOneMachine:
         assert not answer.success
         assert "somebody else leads the platform" in answer.message
         assert_nothing_moves_on(started.machine)
+
+
+def test_the_command_lets_the_machine_swing(searching, machine, nodes):
+    machine.start(None, SWINGING)
+    machine.move(PLACE)
+    machine.wait_for_measured_rest()
+    picture, modes = searching.folder / "swing.png", searching.folder / "modes.yaml"
+    arguments = ["--machine", "--picture", str(picture), "--write", str(modes)]
+    command = nodes.start_module("tri_glide_kinematics.nodes.ringdown", arguments, "ringdown", {})
+    assert command.process.wait(PATIENCE) == 0, command.output
+    assert "All swings together\nMode 1: frequency " in command.output
+    assert (searching.folder / "swing_9.png").exists()
+    values = yaml.safe_load(modes.read_text())["ik_node"]["ros__parameters"]
+    assert sorted(values["mode_frequencies"]) == pytest.approx([15.0, 22.0], rel=FREQUENCY)
+
+
+def test_ctrl_c_of_the_command_stops_the_machine(searching, machine, client, nodes):
+    machine.start(None, SWINGING)
+    command = nodes.start_module(
+        "tri_glide_kinematics.nodes.ringdown", ["--machine"], "ringdown", {}
+    )
+    command.exit_codes = (130,)
+    machine.wait_for_state("moving")
+    command.process.send_signal(signal.SIGINT)
+    assert command.process.wait(PATIENCE) == 130
+    assert "ringdown: interrupted" in command.output
+    assert "Traceback" not in command.output
+    assert_nothing_moves_on(machine)
 
 
 def assert_nothing_moves_on(machine):

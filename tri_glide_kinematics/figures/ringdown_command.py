@@ -11,7 +11,7 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tri_glide_kinematics.picture_commands import exit_code, find_file
@@ -19,23 +19,40 @@ from tri_glide_kinematics.picture_commands import exit_code, find_file
 SHAPERS = ("zv", "mzv", "zvd", "ei", "two_hump_ei", "three_hump_ei")
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+# Lets a machine swing, and returns the recordings; told whether measured heights are recorded.
+Measure = Callable[[bool], Sequence[Path]]
+
+
+def main(arguments: Sequence[str] | None = None, measure: Measure | None = None) -> int:
     """Find modes from the command line.
+
+    Args:
+        arguments: of the command; None for those of the process.
+        measure: what ``--machine`` does; None where there is no ROS.
 
     Returns:
         Exit code: 0 if there is a mode, 1 after an error or if none is known, 130 after Ctrl-C.
     """
-    options = _parser().parse_args(arguments)
-    return exit_code("ringdown", options.picture, lambda: _find(options))
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if options.machine == bool(options.files):
+        parser.error("either files, or --machine")
+    if options.machine and measure is None:
+        parser.error("--machine needs ROS 2: start this command with ros2 run")
+    if options.heights and not options.machine:
+        parser.error("--heights is for --machine")
+    return exit_code("ringdown", options.picture, lambda: _find(options, measure))
 
 
-def _find(options: argparse.Namespace) -> None:
+def _find(options: argparse.Namespace, measure: Measure | None) -> None:
     """Find the modes, tell of them and write all files.
 
     Raises:
         KinematicsError: if there is no recording, or no mode is known.
         OSError: if the picture cannot be written.
     """
+    if measure is not None and options.machine:
+        options.files = measure(options.heights)
     # Threads of the linear algebra library would only wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from tri_glide_kinematics.calibration.ringdown import (
@@ -87,10 +104,20 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "files",
         type=Path,
-        nargs="+",
+        nargs="*",
         metavar="file",
         help="table of times and one to three axes (CSV), or the name of a file that is installed "
         "in config/; several are swings of one machine",
+    )
+    parser.add_argument(
+        "--machine",
+        action="store_true",
+        help="let calibration_node move the machine and record the swings, instead of files",
+    )
+    parser.add_argument(
+        "--heights",
+        action="store_true",
+        help="with --machine: record measured heights, not what an accelerometer tells",
     )
     parser.add_argument(
         "--unit", help="of axes without one in the head: m, mm, um, m/s2, mm/s2, g or mg"

@@ -14,6 +14,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
 
 from tri_glide_interfaces.srv import (
     DropMeasurement,
@@ -76,6 +77,7 @@ Answer = Callable[[Any, Any], Awaitable[None]]
 PERIOD = 0.005  # s, from look to look at what is measured
 # None may be missing between two looks.
 MEASURED = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
+STOP_ASKED = "stop was asked for"
 # Of a search for modes.
 SOURCES = (FindModes.Request.ACCELEROMETER, FindModes.Request.MEASURED_HEIGHTS)
 # A stamp farther than this from the time of sending is by another clock [s].
@@ -150,6 +152,7 @@ class CalibrationNode(Node):
                 kind, f"~/{name}", answered, qos_profile=CALLS, callback_group=group
             )
         self.create_service(ListMeasurements, "~/list", self._list, qos_profile=CALLS)
+        self.create_service(Trigger, "~/stop", self._stop, qos_profile=CALLS)
         inputs = (measured, self._probes.contacts)
         self.cycle = Cycle(inputs, PERIOD, self._step, may_end=self._may_end)
         PatientServices(self)
@@ -241,6 +244,15 @@ class CalibrationNode(Node):
         response.message = f"missing: {missing}" if missing else ""
         return response
 
+    def _stop(self, _: Any, response: Any) -> Any:
+        """End what moves the platform: between two moves, a stop of ik_node would stop nothing."""
+        is_active = self._probes.is_active or self._swings.is_active
+        self._probes.end(STOP_ASKED)
+        self._swings.end(STOP_ASKED)
+        response.success = True
+        response.message = "the platform comes to rest" if is_active else "nothing is under way"
+        return response
+
     async def _drop(self, request: Any, response: Any) -> None:
         response.message = f"dropped {self._session.drop(request.number)}"
 
@@ -320,6 +332,7 @@ class CalibrationNode(Node):
             save_recording(file, recording, f"swing {number} of {count}")
         if search.failure is not None:
             raise SwingingError(search.failure)
+        response.files = list(map(str, files))
         found = combine_modes([find_modes(recording) for recording in search.recordings])
         response.swings = len(found.ringdowns)
         response.frequencies = [mode.frequency for mode in found.modes]

@@ -179,6 +179,11 @@ class ProbeDriver:
             # What has no place is no progress: the probe finds that out by itself.
             return
 
+    def end(self, reason: str) -> None:
+        """Send no more twists, so that ik_node stops."""
+        if self._probe is not None:
+            self._probe.other_command(reason, time.monotonic())
+
     def step(self) -> None:
         """Tell ik_node what it has to do now."""
         probe = self._probe
