@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 import yaml
 
-from tri_glide_kinematics.calibration.ringdown import Recording, find_modes
+from tri_glide_kinematics.calibration.ringdown import (
+    Recording,
+    find_modes,
+    load_recording,
+    save_recording,
+)
 from tri_glide_kinematics.figures import ringdown_figure
 from tri_glide_kinematics.figures.ringdown_command import SHAPERS, main
 from tri_glide_kinematics.motion.shaping import ShaperKind
@@ -24,6 +29,23 @@ def test_a_file_becomes_numbers_a_picture_and_parameters(tmp_path, capsys):
     assert "Mode 2: frequency 23.9" in said
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert yaml.safe_load(modes.read_text())["ik_node"]["ros__parameters"]["shaper"] == "zvd"
+
+
+def test_several_swings_are_combined(tmp_path, capsys):
+    recording = load_recording(EXAMPLE)
+    files = [tmp_path / f"swing_{number}.csv" for number in (1, 2)]
+    for number, file in enumerate(files):
+        save_recording(file, recording.between(12.4 + 0.1 * number, 14.0), "of an example")
+    picture, modes = tmp_path / "swing.png", tmp_path / "modes.yaml"
+    arguments = [*map(str, files), "--picture", str(picture), "--write", str(modes)]
+    assert main(arguments) == 0
+    said = capsys.readouterr().out
+    assert f"{files[0]}\nMeasured: " in said
+    assert "All swings together\nMode 1: " in said
+    assert "seen in 2 of 2 swings" in said
+    assert sorted(tmp_path.glob("*.png")) == [tmp_path / f"swing_{place}.png" for place in (1, 2)]
+    values = yaml.safe_load(modes.read_text())["ik_node"]["ros__parameters"]
+    assert len(values["mode_frequencies"]) == 2
 
 
 def test_where_nothing_is_known_there_is_a_picture_and_no_parameter_file(tmp_path, capsys):
@@ -54,6 +76,26 @@ def test_a_mistake_gets_one_line(capsys, arguments, words):
     assert error.startswith("ringdown: error: ")
     assert words in error
     assert error.count("\n") == 1
+
+
+def test_a_machine_is_measured_instead_of_a_file(capsys):
+    asked = []
+
+    def measure(by_heights):
+        asked.append(by_heights)
+        return [Path(EXAMPLE)]
+
+    assert main(["--machine", "--heights"], measure) == 0
+    assert asked == [True]
+    assert "Mode 1: frequency" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "arguments", [[], ["--machine"], [EXAMPLE, "--machine"], [EXAMPLE, "--heights"]]
+)
+def test_files_or_a_machine_are_needed(arguments):
+    with pytest.raises(SystemExit):
+        main(arguments)
 
 
 @pytest.mark.parametrize("arguments", [["--from", "soon"], ["--to", "nan"], ["--shaper", "best"]])

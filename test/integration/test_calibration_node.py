@@ -8,6 +8,7 @@ import signal
 import pytest
 from geometry_msgs.msg import Point, PoseStamped, TwistStamped
 from shared_machine import shared_nodes
+from std_srvs.srv import Trigger
 
 from testing.commands import assert_within_limits
 from testing.machine import Machine
@@ -242,6 +243,14 @@ def test_what_keeps_a_probe_from_its_plate(calibration, machine, client, tmp_pat
     client.wait_for(asked.done, "the end of the probe")
     assert re.search("it was stopped: .*stop was asked for", asked.result().message)
     assert calibration.lines == []
+    machine.wait_for_state("idle")
+    asked = calibration.ask(ProbePlate, "probe")
+    machine.wait_for_state("jogging")
+    assert calibration.call(Trigger, "stop").message == "the platform comes to rest"
+    client.wait_for(asked.done, "the end of the probe")
+    assert asked.result().message == "stop was asked for"
+    machine.wait_for_state("idle")
+    assert calibration.call(Trigger, "stop").message == "nothing is under way"
 
     # The switch dies with the simulator, and so do the measurements.
     asked = calibration.ask(ProbePlate, "probe")

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import signal
+
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import Imu
 
 from testing.commands import KINEMATICS
+from tri_glide_kinematics.calibration.ringdown import Quantity, Recording, find_modes
 
 PERIOD = 0.002  # s, by default of ik_node
 FREQUENCIES = (15.0, 22.0, 0.0)  # Hz
@@ -81,6 +84,27 @@ def test_an_accelerometer_tells_the_frequencies_and_drives_do_not(machine, clien
     assert np.ptp(swing[:, :2], axis=0).min() > 1e-5
     heights = np.array([machine.heights(message) for message in machine.measured[first:]])
     assert np.ptp(heights, axis=0).max() < 3e-6
+
+
+def test_where_time_passes_by_the_clock_a_stall_leaves_samples_out_and_the_swing_goes_on(
+    machine, client, imus
+):
+    machine.start(None, {**SWINGING, "setpoint_period": 0.0, "accelerometer_noise": 0.01})
+    client.wait_for(lambda: imus, "an accelerometer")
+    machine.move(START)
+    machine.move(TARGET)
+    first = len(imus)
+    client.wait_for(lambda: len(imus) >= first + 100, "a swing")
+    machine.simulator.process.send_signal(signal.SIGSTOP)
+    client.spin_for(0.1)
+    machine.simulator.process.send_signal(signal.SIGCONT)
+    told = imus[first : first + 100] + collected(client, imus, 400)
+    times = 1e-9 * np.array([client.time_of(imu) for imu in told])
+    assert np.diff(times).max() > 0.05
+    found = find_modes(Recording(times, felt(told), Quantity.ACCELERATION))
+    frequencies = sorted(mode.frequency for mode in found.modes)
+    assert frequencies == pytest.approx(FREQUENCIES[:2], rel=1e-3)
+    assert found.unexplained < 1e-3
 
 
 def test_encoders_that_see_the_swing(machine, client, poses):

@@ -5,10 +5,18 @@ from __future__ import annotations
 import math
 
 import pytest
+from geometry_msgs.msg import Point, Vector3
 
-from tri_glide_interfaces.srv import ProbePlate
+from tri_glide_interfaces.srv import FindModes, ProbePlate
+from tri_glide_kinematics.calibration.ringdown import NotKnown
+from tri_glide_kinematics.calibration.session import SwingSettings
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.nodes.calibration_node import probe_settings_of
+from tri_glide_kinematics.motion.shaping import ShaperKind
+from tri_glide_kinematics.nodes.calibration_node import (
+    probe_settings_of,
+    shaper_kind_of,
+    swing_settings_of,
+)
 from tri_glide_kinematics.ros.parameters import CALIBRATION_NODE
 
 VALUES = {entry.name: entry.default for entry in CALIBRATION_NODE}
@@ -34,3 +42,23 @@ def test_zero_stands_for_the_parameter():
 def test_a_request_outside_the_bounds_is_refused(request_, words):
     with pytest.raises(KinematicsError, match=words):
         probe_settings_of(VALUES, ProbePlate.Request(**request_))
+
+
+def test_a_search_for_modes_without_numbers_is_that_by_default():
+    assert swing_settings_of(FindModes.Request()) == SwingSettings()
+    asked = FindModes.Request(
+        directions=[Vector3(z=2.0)], place=[Point(x=0.1)], length=0.05, duration=1.0
+    )
+    assert swing_settings_of(asked) == SwingSettings(((0.0, 0.0, 2.0),), 0.05, 1.0, (0.1, 0.0, 0.0))
+
+
+def test_a_shaper_is_named():
+    assert shaper_kind_of("") is ShaperKind.EI
+    assert shaper_kind_of("zv") is ShaperKind.ZV
+    with pytest.raises(KinematicsError, match="shaper = 'best': it must be one of zv, mzv"):
+        shaper_kind_of("best")
+
+
+def test_each_reason_why_no_mode_is_known_has_a_number_of_its_own():
+    numbers = [getattr(FindModes.Response, reason.name) for reason in NotKnown]
+    assert sorted(numbers) == list(range(1, len(NotKnown) + 1))

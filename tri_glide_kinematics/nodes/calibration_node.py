@@ -1,7 +1,8 @@
-"""Notes measurements of the machine, probes a plate, and fits the geometry to all of it."""
+"""Notes measurements of the machine, probes a plate, fits the geometry, and finds the modes."""
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
@@ -13,9 +14,11 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
 
 from tri_glide_interfaces.srv import (
     DropMeasurement,
+    FindModes,
     ListMeasurements,
     LoadMeasurements,
     ProbePlate,
@@ -40,6 +43,8 @@ from tri_glide_kinematics.calibration.session import (
     ProbingError,
     SavingError,
     Session,
+    SwingingError,
+    SwingSettings,
     keep_measurements,
     new_session_file,
     save_parameters,
@@ -48,12 +53,15 @@ from tri_glide_kinematics.checks import non_negative
 from tri_glide_kinematics.control import TrueMachine
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import file_in
+from tri_glide_kinematics.motion.shaping import ShaperKind
 from tri_glide_kinematics.nodes.probe_driver import ProbeDriver, Resting
+from tri_glide_kinematics.nodes.swing_driver import SwingDriver
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.inputs import SliderMeasurements
 from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.parameters import (
     CALIBRATION_NODE,
+    NO_SHAPER,
     LiveParameters,
     Values,
     check_joint_names,
@@ -62,18 +70,24 @@ from tri_glide_kinematics.ros.parameters import (
 )
 from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
 from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.workspace import Workspace
 
 Answer = Callable[[Any, Any], Awaitable[None]]
 
 PERIOD = 0.005  # s, from look to look at what is measured
 # None may be missing between two looks.
 MEASURED = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
+STOP_ASKED = "stop was asked for"
+# Of a search for modes.
+SOURCES = (FindModes.Request.ACCELEROMETER, FindModes.Request.MEASURED_HEIGHTS)
 # A stamp farther than this from the time of sending is by another clock [s].
 LARGEST_STAMP_AGE = 0.1
+# An answer is on its way for this time; the node does not end before [s].
+FAREWELL = 0.2
 
 
 class CalibrationNode(Node):
-    """Answers to services; while it probes, it leads ik_node by twists.
+    """Answers to services; it leads ik_node by twists to probe, and by goals to find the modes.
 
     Heights are noted as they are reported: the offsets are part of what is to be found out.
     """
@@ -108,6 +122,10 @@ class CalibrationNode(Node):
             values["contact_delay"],
         )
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
+        self._swings = SwingDriver(self, lambda: self._probes.machine, self._unusable.add)
+        self._searches = 0
+        self._search_ended = -math.inf
+        self._is_ending = False
         self.create_timer(1.0, self._unusable.end_of_second)
         self._answers = Answers(self)
         # rclpy's type hints know of no callback that gets to know when a message was sent.
@@ -124,6 +142,7 @@ class CalibrationNode(Node):
             ("save", SaveMeasurements, self._save),
             ("load", LoadMeasurements, self._load),
             ("solve", SolveCalibration, self._solve),
+            ("find_modes", FindModes, self._find_modes),
         )
         # What waits would keep all others of its group from their turns.
         group = ReentrantCallbackGroup()
@@ -133,12 +152,22 @@ class CalibrationNode(Node):
                 kind, f"~/{name}", answered, qos_profile=CALLS, callback_group=group
             )
         self.create_service(ListMeasurements, "~/list", self._list, qos_profile=CALLS)
-        self.cycle = Cycle((measured, self._probes.contacts), PERIOD, self._step)
+        self.create_service(Trigger, "~/stop", self._stop, qos_profile=CALLS)
+        inputs = (measured, self._probes.contacts)
+        self.cycle = Cycle(inputs, PERIOD, self._step, may_end=self._may_end)
         PatientServices(self)
 
     def _step(self) -> None:
         self._resting.step()
         self._probes.step()
+        self._swings.step()
+
+    def _may_end(self) -> bool:
+        """Bring to rest what moves for a search, and return whether all who asked know."""
+        self._is_ending = True
+        self._swings.end("calibration_node ends")
+        is_answered = time.monotonic() > self._search_ended + FAREWELL
+        return is_answered and not self._searches
 
     def _on_measured(self, data: bytes, info: dict[str, Any]) -> None:
         now = time.monotonic()
@@ -151,16 +180,30 @@ class CalibrationNode(Node):
             return
         sent = 1e-9 * info["source_timestamp"]
         is_plausible = abs(sent - reading.stamp) < LARGEST_STAMP_AGE
-        self._record.add(reading.heights, reading.stamp if is_plausible else sent, now)
+        stamp = reading.stamp if is_plausible else sent
+        self._record.add(reading.heights, stamp, now)
         self._probes.measured(reading.heights, now)
+        self._swings.measured(reading.heights, stamp, sent, now)
 
     async def _answered(self, name: str, answer: Answer, request: Any, response: Any) -> Any:
         """Return the response; while it waits for the machine, the node does all else."""
         with self._answers.told_in(response, name):
-            if self._probes.is_active:
-                raise ProbingError("a probe is under way")
+            self._check_free()
             await answer(request, response)
         return response
+
+    def _check_free(self) -> None:
+        """Check that the platform is led for nobody.
+
+        Raises:
+            KinematicsError: if it is, or will not be any more.
+        """
+        if self._probes.is_active:
+            raise ProbingError("a probe is under way")
+        if self._swings.is_active:
+            raise SwingingError("a search for modes is under way")
+        if self._is_ending:
+            raise SwingingError("calibration_node ends")
 
     async def _record_touch(self, request: Any, response: Any) -> None:
         deviation = requested(request, "standard_deviation", "touch_deviation")
@@ -186,6 +229,7 @@ class CalibrationNode(Node):
         deviation = requested(request, "standard_deviation", "touch_deviation")
         settings = probe_settings_of(self._values, request)
         heights = await self._resting.heights()
+        self._check_free()
         result = await self._probes.begin(settings, heights)
         if result.heights is None:
             raise ProbingError(result.text)
@@ -198,6 +242,15 @@ class CalibrationNode(Node):
         response.measurements = self._session.lines()
         missing = self._session.missing
         response.message = f"missing: {missing}" if missing else ""
+        return response
+
+    def _stop(self, _: Any, response: Any) -> Any:
+        """End what moves the platform: between two moves, a stop of ik_node would stop nothing."""
+        is_active = self._probes.is_active or self._swings.is_active
+        self._probes.end(STOP_ASKED)
+        self._swings.end(STOP_ASKED)
+        response.success = True
+        response.message = "the platform comes to rest" if is_active else "nothing is under way"
         return response
 
     async def _drop(self, request: Any, response: Any) -> None:
@@ -233,6 +286,68 @@ class CalibrationNode(Node):
         response.height_offsets = numbers[9:12]
         response.standard_deviations = calibration.standard_deviations.tolist()
         response.message = report(calibration)
+
+    async def _find_modes(self, request: Any, response: Any) -> None:
+        self._searches += 1
+        try:
+            await self._search_modes(request, response)
+        finally:
+            self._searches -= 1
+            self._search_ended = time.monotonic()
+
+    async def _search_modes(self, request: Any, response: Any) -> None:
+        # Loaded when they are first used, as those of ``_solve`` are.
+        from tri_glide_kinematics.calibration.ringdown import (
+            NoModeError,
+            combine_modes,
+            combined_report,
+            find_modes,
+            save_modes,
+            save_recording,
+        )
+        from tri_glide_kinematics.calibration.session import STOPS, swing_moves
+
+        settings = swing_settings_of(request)
+        kind = shaper_kind_of(request.shaper)
+        named = request.parameter_file
+        parameter_file = file_in(self._folder, named) if named else None
+        name, count = request.recordings, len(STOPS) * len(settings.directions)
+        files = [file_in(self._folder, f"{name}_{place + 1}.csv") for place in range(count) if name]
+        values = await self._swings.parameters()
+        shaper = values["shaper"]
+        if shaper != NO_SHAPER:
+            raise SwingingError(
+                f"ik_node has the shaper {shaper}, which takes away the swing that is to be "
+                f"measured: set its parameter shaper to {NO_SHAPER} first"
+            )
+        workspace = Workspace(machine_of(values), workspace_limits_of(values))
+        believed = TrueMachine(workspace.machine, values["height_offsets"])
+        start = believed.position(await self._resting.heights())
+        self._check_free()
+        moves = swing_moves(workspace, start, settings)
+        is_by_heights = request.source == FindModes.Request.MEASURED_HEIGHTS
+        names = self._values["joint_names"] if is_by_heights else None
+        search = await self._swings.begin(moves, settings, names)
+        for number, (file, recording) in enumerate(zip(files, search.recordings), 1):
+            save_recording(file, recording, f"swing {number} of {count}")
+        if search.failure is not None:
+            raise SwingingError(search.failure)
+        response.files = list(map(str, files))
+        found = combine_modes([find_modes(recording) for recording in search.recordings])
+        response.swings = len(found.ringdowns)
+        response.frequencies = [mode.frequency for mode in found.modes]
+        response.dampings = [mode.damping for mode in found.modes]
+        response.frequency_deviations = [mode.frequency_deviation for mode in found.modes]
+        response.damping_deviations = [mode.damping_deviation for mode in found.modes]
+        response.seen = list(found.seen)
+        if found.reason is not None:
+            response.reason = getattr(FindModes.Response, found.reason.name)
+            raise NoModeError(found.reason, combined_report(found))
+        written = [f"recordings: {files[0]} to {files[-1].name}"] if files else []
+        if parameter_file is not None:
+            save_modes(parameter_file, found, kind)
+            written.append(f"parameter file for ik_node: {parameter_file}")
+        response.message = "\n\n".join((combined_report(found), *written))
 
     def _keep(self) -> None:
         """Write the present session to the disk.
@@ -281,6 +396,38 @@ def priors_of(values: Values) -> Priors | None:
     return Priors(
         values["prior_anchors"], values["prior_arm_lengths"], values["prior_height_offsets"]
     )
+
+
+def swing_settings_of(request: FindModes.Request) -> SwingSettings:
+    """Return which moves a ``request`` asks for; what it leaves open is as by default.
+
+    Raises:
+        KinematicsError: if a number is outside its bounds.
+    """
+    default = SwingSettings()
+    if len(request.place) > 1:
+        raise SwingingError(f"{len(request.place)} places: the moves begin at one")
+    if request.source not in SOURCES:
+        raise SwingingError(f"source = {request.source}: it must be one of {SOURCES}")
+    return SwingSettings(
+        tuple((each.x, each.y, each.z) for each in request.directions) or default.directions,
+        request.length or default.length,
+        request.duration or default.duration,
+        next(((each.x, each.y, each.z) for each in request.place), None),
+    )
+
+
+def shaper_kind_of(name: str) -> ShaperKind:
+    """Return the kind of shaper of this name; EI if it is empty.
+
+    Raises:
+        SwingingError: if there is none.
+    """
+    try:
+        return ShaperKind(name) if name else ShaperKind.EI
+    except ValueError:
+        known = ", ".join(kind.value for kind in ShaperKind)
+        raise SwingingError(f"shaper = {name!r}: it must be one of {known}") from None
 
 
 def probe_settings_of(values: Values, request: ProbePlate.Request) -> ProbeSettings:

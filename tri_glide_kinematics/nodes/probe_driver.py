@@ -141,6 +141,11 @@ class ProbeDriver:
         """Whether a probe is under way."""
         return self._probe is not None
 
+    @property
+    def machine(self) -> MachineView:
+        """What ik_node told last of itself."""
+        return self._machine
+
     def begin(self, settings: ProbeSettings, heights: Vector3) -> Future:
         """Begin to move down, and return what will hold the ``ProbeResult``.
 
@@ -173,6 +178,11 @@ class ProbeDriver:
         except KinematicsError:
             # What has no place is no progress: the probe finds that out by itself.
             return
+
+    def end(self, reason: str) -> None:
+        """Send no more twists, so that ik_node stops."""
+        if self._probe is not None:
+            self._probe.other_command(reason, time.monotonic())
 
     def step(self) -> None:
         """Tell ik_node what it has to do now."""

@@ -100,21 +100,33 @@ class TruthOutputs:
         acceleration.x, acceleration.y, acceleration.z = FIRST
         self._imu = StampedTriples(imu, 1)
 
-    def publish(self, state: PlatformState, dt: float, now: int) -> None:
-        """Publish the ``state`` of the platform, which it has ``dt`` [s] after the last one.
+    def catch_up(self, dt: float, now: int) -> float:
+        """Leave out the time by which the next stamps would be behind ``now`` [ns], and return it.
 
-        ``now`` is the time of the clock [ns].
+        A little is not left out, so that stamps are equally spaced as a rule [s].
         """
+        behind = now - self._stamp - round(1e9 * dt)
+        if not self._stamp or behind <= CLOCK_TOLERANCE:
+            return 0.0
+        self._stamp += behind
+        return 1e-9 * behind
+
+    def stamp_after(self, dt: float, now: int) -> int:
+        """Let ``dt`` [s] pass, and return the stamp then; ``now`` is the time of the clock [ns]."""
+        self._stamp += round(1e9 * dt)
+        if abs(self._stamp - now) > CLOCK_TOLERANCE:
+            self._stamp = now
+        return self._stamp
+
+    def publish(self, state: PlatformState, nanoseconds: int) -> None:
+        """Publish the ``state`` that the platform has at a time [ns]."""
         position = state.position
         is_touched = self.plate.is_touched(position)
         self._quiet += 1
         if is_touched != self._contact.data or self._quiet >= self._quiet_cycles:
             self._contact.data, self._quiet = is_touched, 0
             self._contacts.publish(self._contact)
-        self._stamp += round(1e9 * dt)
-        if abs(self._stamp - now) > CLOCK_TOLERANCE:
-            self._stamp = now
-        stamp = divmod(self._stamp, 1_000_000_000)
+        stamp = divmod(nanoseconds, 1_000_000_000)
         self._poses.publish(self._pose.at(*stamp, position))
         if self._imus.get_subscription_count():
             self._imus.publish(self._imu.at(*stamp, self._felt(state.acceleration)))
@@ -192,20 +204,28 @@ class SimulatorNode(Node):
 
     def _cycle(self) -> None:
         states = []
+        now = self._now().nanoseconds
+        if not self._values["setpoint_period"]:
+            # Time passes by the clock: in cycles that did not come, the platform swung on, unseen.
+            missed = self._truth_outputs.catch_up(self._period, now)
+            if missed:
+                self._swung(missed)
         for setpoint, dt in self._drive_time.steps(self._period):
             if setpoint is not None:
                 self._sliders.command(setpoint)
             self._sliders.step(dt)
             self._platform = self._swung(dt)
             if self._platform is not None:
-                states.append((self._platform, dt))
-        measured = self._sliders.measure(self._seen())
-        now = self._now().nanoseconds
+                states.append((self._platform, self._truth_outputs.stamp_after(dt, now)))
+        seen = self._seen()
+        measured = self._sliders.measure(seen)
         if measured is not None:
-            stamp = divmod(now, 1_000_000_000)
+            # Those of a platform that swings have the time of that.
+            nanoseconds = states[-1][1] if seen and states else self._now().nanoseconds
+            stamp = divmod(nanoseconds, 1_000_000_000)
             self._publisher.publish(self._message.at(*stamp, *measured))
-        for state, dt in states:
-            self._truth_outputs.publish(state, dt, now)
+        for state, nanoseconds in states:
+            self._truth_outputs.publish(state, nanoseconds)
 
     def _swung(self, dt: float) -> PlatformState | None:
         """Return the platform after a step of the sliders of ``dt`` [s], if there is a pose."""

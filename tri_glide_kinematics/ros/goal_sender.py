@@ -80,12 +80,15 @@ class GoalSender:
         """Whether there is somebody who offers the actions."""
         return self._move_to.server_is_ready() and self._follow_path.server_is_ready()
 
-    def move_to(self, position: Vector3, frame: str = "", speed: float = 0.0) -> SentGoal:
+    def move_to(
+        self, position: Vector3, frame: str = "", speed: float = 0.0, kind: str = ""
+    ) -> SentGoal:
         """Go to a ``position`` [m]; in the frame of the machine, if none is named.
 
-        With a ``speed`` [m/s], the platform goes there on a straight line, no faster than that.
+        With a ``speed`` [m/s], the platform goes there on a straight line, no faster than that. The
+        ``kind`` is "linear" or "slider"; empty for that of ``ik_node``.
         """
-        goal = MoveTo.Goal(speed=speed)
+        goal = MoveTo.Goal(speed=speed, kind=kind)
         goal.pose.header.frame_id = frame
         point = goal.pose.pose.position
         point.x, point.y, point.z = position

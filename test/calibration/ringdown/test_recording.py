@@ -14,6 +14,7 @@ from tri_glide_kinematics.calibration.ringdown import (
     Recording,
     RecordingFileError,
     load_recording,
+    save_recording,
 )
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, WrongShapeError
 
@@ -117,3 +118,25 @@ def test_a_part_of_a_recording():
     assert whole.between(2.0, 4.0).times.tolist() == [2.0, 3.0, 4.0]
     with pytest.raises(KinematicsError, match="from 20 to 30 s there are 0 samples"):
         whole.between(20.0, 30.0)
+
+
+@pytest.mark.parametrize("quantity", list(Quantity))
+def test_a_recording_that_was_written_is_read_again(tmp_path, quantity):
+    rng = np.random.default_rng(1)
+    # Stamps are seconds since 1970.
+    times = 1.79e9 + np.cumsum(rng.uniform(1e-3, 3e-3, 50))
+    recording = Recording(times, rng.standard_normal((50, 3)), quantity, ("a", "b", "c"))
+    file = tmp_path / "swing.csv"
+    save_recording(file, recording, "of a test")
+    found = load_recording(file)
+    assert found.times == pytest.approx(times - times[0], abs=1e-7)
+    assert found.values == pytest.approx(recording.values, rel=1e-8)
+    assert (found.quantity, found.names) == (quantity, ("a", "b", "c"))
+    assert "# of a test" in file.read_text()
+    # An older one is kept, and what is none of ours stays.
+    save_recording(file, recording, "again")
+    assert (tmp_path / "swing.csv.bak").exists()
+    other = tmp_path / "other.csv"
+    other.write_text("mine")
+    with pytest.raises(RecordingFileError, match="its first line is not"):
+        save_recording(other, recording)

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.calibration.ringdown.combining import CombinedModes as CombinedModes
+    from tri_glide_kinematics.calibration.ringdown.combining import combine_modes as combine_modes
     from tri_glide_kinematics.calibration.ringdown.modes import NotKnown as NotKnown
     from tri_glide_kinematics.calibration.ringdown.modes import Oscillation as Oscillation
     from tri_glide_kinematics.calibration.ringdown.modes import RingDown as RingDown
@@ -17,8 +19,12 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.ringdown.recording import (
         load_recording as load_recording,
     )
+    from tri_glide_kinematics.calibration.ringdown.recording import (
+        save_recording as save_recording,
+    )
     from tri_glide_kinematics.calibration.ringdown.report import ModeFileError as ModeFileError
     from tri_glide_kinematics.calibration.ringdown.report import NoModeError as NoModeError
+    from tri_glide_kinematics.calibration.ringdown.report import combined_report as combined_report
     from tri_glide_kinematics.calibration.ringdown.report import mode_text as mode_text
     from tri_glide_kinematics.calibration.ringdown.report import ringdown_report as ringdown_report
     from tri_glide_kinematics.calibration.ringdown.report import save_modes as save_modes

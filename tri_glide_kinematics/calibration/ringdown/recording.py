@@ -24,6 +24,7 @@ import numpy as np
 
 from tri_glide_kinematics.checks import LARGEST, finite_array, member
 from tri_glide_kinematics.errors import KinematicsError, WrongShapeError
+from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import FileError, shortened
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -148,6 +149,37 @@ def load_recording(file: str | Path, unit: str | None = None) -> Recording:
     except UnicodeDecodeError as error:
         raise RecordingFileError(file, "", f"is no text in UTF-8: {error.reason}") from error
     return _Table(file, text).recording(unit)
+
+
+# The first line of a file that is written here: what begins so may be replaced.
+WRITTEN = "# Swing of a machine behind a motion. The command ringdown reads it."
+
+
+def save_recording(file: Path, recording: Recording, remark: str = "") -> None:
+    """Write a recording, with times from its first sample on; an older file becomes ``NAME.bak``.
+
+    Args:
+        file: where.
+        recording: what was measured.
+        remark: a line about it; empty for none.
+
+    Raises:
+        RecordingFileError: if it cannot be written, or one is there that was not written so.
+    """
+    unit = recording.quantity.value
+    heads = ["time [s]", *(f"{name} [{unit}]" for name in recording.names)]
+    rows = np.column_stack((recording.times - recording.times[0], recording.values))
+    lines = [
+        WRITTEN,
+        *([f"# {remark}"] if remark else []),
+        ", ".join(heads),
+        *(", ".join([f"{row[0]:.7f}", *(f"{value:.9g}" for value in row[1:])]) for row in rows),
+    ]
+    try:
+        replace_file(file, "\n".join(lines) + "\n")
+    except OSError as error:
+        reason = f"cannot be written: {error.strerror or error}"
+        raise RecordingFileError(file, "", reason) from error
 
 
 class _Table:

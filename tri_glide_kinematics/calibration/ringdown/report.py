@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from pathlib import Path
 
+from tri_glide_kinematics.calibration.ringdown.combining import CombinedModes
 from tri_glide_kinematics.calibration.ringdown.modes import NotKnown, Oscillation, RingDown
 from tri_glide_kinematics.calibration.ringdown.recording import Quantity
 from tri_glide_kinematics.errors import KinematicsError
@@ -28,15 +29,16 @@ ik_node: {{ros__parameters: {{
 
 
 class NoModeError(KinematicsError):
-    """A recording does not tell a mode.
+    """A recording does not tell a mode, or several do not.
 
     Attributes:
         reason: why.
     """
 
-    def __init__(self, reason: NotKnown) -> None:
-        """Store the ``reason``."""
-        super().__init__(f"the modes are not known: {reason.value}")
+    def __init__(self, reason: NotKnown, report: str = "") -> None:
+        """Store the ``reason``; the text has the ``report``, too."""
+        text = f"the modes are not known: {reason.value}"
+        super().__init__(f"{text}\n\n{report}" if report else text)
         self.reason = reason
 
 
@@ -56,7 +58,30 @@ def ringdown_report(found: RingDown) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def mode_text(found: RingDown, kind: ShaperKind, name: str) -> str:
+def combined_report(found: CombinedModes) -> str:
+    """Return what several swings say together, and what each of them does."""
+    count = len(found.ringdowns)
+    modes = [
+        f"Mode {place}: {_numbers(mode)}, seen in {seen} of {count} swings"
+        for place, (mode, seen) in enumerate(zip(found.modes, found.seen), 1)
+    ]
+    if found.reason is not None:
+        modes.append(f"NOT KNOWN: {found.reason.value}")
+    left_out = [f"No mode: {_numbers(one)}: {why.value}" for one, why in found.left_out]
+    swings = [f"Swing {place}: {_swing(each)}" for place, each in enumerate(found.ringdowns, 1)]
+    return "\n\n".join("\n".join(part) for part in (modes, left_out, swings) if part)
+
+
+def _swing(found: RingDown) -> str:
+    """Return in a line what one of several swings says."""
+    times = found.recording.times
+    size = f"{len(times)} samples in {number_text(times[-1] - times[0], 4)} s"
+    if found.reason is not None:
+        return f"{size}: not known: {found.reason.value}"
+    return f"{size}: " + "; ".join(_numbers(mode, "") for mode in found.modes)
+
+
+def mode_text(found: RingDown | CombinedModes, kind: ShaperKind, name: str) -> str:
     """Return the text of the parameter file ``name``, for a shaper of a ``kind``.
 
     Raises:
@@ -72,7 +97,9 @@ def mode_text(found: RingDown, kind: ShaperKind, name: str) -> str:
     )
 
 
-def save_modes(file: Path, found: RingDown, kind: ShaperKind = ShaperKind.EI) -> None:
+def save_modes(
+    file: Path, found: RingDown | CombinedModes, kind: ShaperKind = ShaperKind.EI
+) -> None:
     """Write the parameter file; an older one becomes ``NAME.bak``.
 
     Raises:
@@ -114,10 +141,10 @@ def _mode(found: RingDown, place: int, mode: Oscillation) -> str:
     )
 
 
-def _numbers(one: Oscillation) -> str:
+def _numbers(one: Oscillation, remark: str = " (± one standard deviation)") -> str:
     frequency = _with_deviation(one.frequency, one.frequency_deviation)
     damping = _with_deviation(one.damping, one.damping_deviation)
-    return f"frequency {frequency} Hz, damping {damping} (± one standard deviation)"
+    return f"frequency {frequency} Hz, damping {damping}{remark}"
 
 
 def _with_deviation(value: float, deviation: float) -> str:

@@ -45,5 +45,15 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.session import (
         new_session_file as new_session_file,
     )
+    from tri_glide_kinematics.calibration.session.swinging import DURATION as DURATION
+    from tri_glide_kinematics.calibration.session.swinging import LENGTH as LENGTH
+    from tri_glide_kinematics.calibration.session.swinging import STOPS as STOPS
+    from tri_glide_kinematics.calibration.session.swinging import X_Y_Z as X_Y_Z
+    from tri_glide_kinematics.calibration.session.swinging import SwingingError as SwingingError
+    from tri_glide_kinematics.calibration.session.swinging import SwingMove as SwingMove
+    from tri_glide_kinematics.calibration.session.swinging import SwingPhase as SwingPhase
+    from tri_glide_kinematics.calibration.session.swinging import SwingSearch as SwingSearch
+    from tri_glide_kinematics.calibration.session.swinging import SwingSettings as SwingSettings
+    from tri_glide_kinematics.calibration.session.swinging import swing_moves as swing_moves
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

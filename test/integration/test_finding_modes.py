@@ -1,0 +1,282 @@
+"""calibration_node finds the modes of a simulated machine, or says why it does not."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+import yaml
+from geometry_msgs.msg import Point, Vector3
+from shared_machine import shared_nodes
+from std_srvs.srv import Trigger
+
+from testing.client import Client
+from testing.commands import KINEMATICS, assert_within_limits
+from testing.machine import Machine
+from tri_glide_interfaces.srv import FindModes, ListMeasurements, RecordTouch
+from tri_glide_kinematics.calibration.ringdown import find_modes, load_recording
+
+PLACE = (0.0, 0.0, 0.3)
+FREQUENCIES, DAMPINGS = (15.0, 22.0, 22.0), (0.03, 0.02, 0.02)
+# Two modes: those along y and z are one to a shaper.
+SWINGING = {
+    "swing_frequencies": FREQUENCIES,
+    "swing_dampings": DAMPINGS,
+    "accelerometer_noise": 0.02,
+}
+# Promised: of a frequency as a part of it, of a damping.
+FREQUENCY, DAMPING = 0.01, 0.01
+ALONG_X = [Vector3(x=1.0)]
+PATIENCE = 60.0
+
+
+class Searching:
+    """A client of calibration_node beside a machine that swings."""
+
+    def __init__(self, machine: Machine, client: Client, nodes, folder, arguments=()):
+        self.machine, self.client, self.folder = machine, client, folder
+        parameters = {"folder": str(folder)}
+        self.node = nodes.start("calibration_node", parameters, arguments=arguments)
+        self.asking = client.node.create_client(FindModes, "calibration_node/find_modes")
+
+    def ask(self, **fields):
+        """Ask for a search, and return the future of its answer."""
+        self.client.wait_for(self.asking.service_is_ready, "the service")
+        # The node knows this client when it has answered it.
+        self.client.call(ListMeasurements, "calibration_node/list", ListMeasurements.Request())
+        return self.asking.call_async(FindModes.Request(**fields))
+
+    def answer(self, asked):
+        self.client.wait_for(asked.done, "the modes", PATIENCE)
+        return asked.result()
+
+    def find(self, **fields):
+        return self.answer(self.ask(**fields))
+
+    def refused(self, **fields):
+        """Return why a search is refused; nothing may have moved."""
+        self.machine.catch_up()
+        first, heights = len(self.machine.commands), self.machine.heights()
+        answer = self.find(**fields)
+        self.machine.catch_up()
+        assert not answer.success
+        assert {self.machine.heights(each) for each in self.machine.commands[first:]} == {heights}
+        return answer.message
+
+
+@pytest.fixture
+def searching(machine, client, nodes, tmp_path):
+    """Return one whose machine is to be started."""
+    return Searching(machine, client, nodes, tmp_path)
+
+
+@pytest.fixture(scope="class")
+def shared_searching(ros_domain, ros_context, tmp_path_factory):
+    """Start one machine for all tests that leave it as it was."""
+    with shared_nodes(ros_context, tmp_path_factory, "modes") as (client, launcher):
+        folder = tmp_path_factory.mktemp("files")
+        machine = Machine(client, launcher)
+        started = Searching(machine, client, launcher, folder)
+        machine.start(None, SWINGING)
+        yield started
+
+
+class TestOneMachine:
+    """What leaves the machine as it was."""
+
+    @pytest.fixture
+    def started(self, shared_searching):
+        machine = shared_searching.machine
+        machine.wait_for_state("idle")
+        machine.move(PLACE)
+        machine.wait_for_measured_rest()
+        machine.forget()
+        return shared_searching
+
+    def test_the_modes_are_those_of_the_simulated_machine(self, started):
+        first = len(started.machine.commands)
+        answer = started.find(recordings="swing", parameter_file="modes.yaml", shaper="zvd")
+        assert answer.success, answer.message
+        assert answer.reason == FindModes.Response.NONE
+        assert answer.swings == 9
+        for frequency, damping in {*zip(FREQUENCIES, DAMPINGS)}:
+            place = min(range(2), key=lambda i: abs(answer.frequencies[i] - frequency))
+            assert answer.frequencies[place] == pytest.approx(frequency, rel=FREQUENCY)
+            assert answer.dampings[place] == pytest.approx(damping, abs=DAMPING)
+            assert 0.0 < answer.frequency_deviations[place] < FREQUENCY * frequency
+            assert 0.0 < answer.damping_deviations[place] < DAMPING
+            assert answer.seen[place] >= 3
+        # The platform is back, and kept all limits.
+        assert KINEMATICS.forward(started.machine.heights()) == pytest.approx(PLACE, abs=1e-5)
+        assert_within_limits(started.machine, first)
+        # The command ringdown reads what was recorded.
+        found = find_modes(load_recording(started.folder / "swing_2.csv"))
+        assert min(mode.frequency for mode in found.modes) == pytest.approx(15.0, rel=FREQUENCY)
+        assert (started.folder / "swing_9.csv").exists()
+        written = yaml.safe_load((started.folder / "modes.yaml").read_text())
+        values = written["ik_node"]["ros__parameters"]
+        assert values["shaper"] == "zvd"
+        assert values["mode_frequencies"] == pytest.approx(list(answer.frequencies), abs=1e-5)
+
+    def test_what_would_leave_the_limits_is_refused_with_place_and_bound(self, started):
+        far = [Point(x=0.1, y=0.0, z=0.3)]
+        text = started.refused(directions=ALONG_X, place=far, length=0.4)
+        assert "outside the workspace at (0.2031" in text
+        assert "breaks the largest condition number, 6" in text
+        text = started.refused(directions=[Vector3(z=1.0)], length=0.5)
+        assert "upper end of slider travel" in text
+        assert "0.9 m" in text
+
+    def test_requests_without_a_meaning_are_refused(self, started):
+        nan = float("nan")
+        for fields, words in (
+            ({"length": nan}, "length"),
+            ({"length": 1.0}, "length = 1 m must be from 0.001 to 0.5"),
+            ({"duration": -1.0}, "duration = -1 s must be from 0.2 to 60"),
+            ({"directions": [Vector3()]}, "length of directions[0] = 0 must be greater than 0"),
+            ({"directions": ALONG_X * 10}, "number of directions = 10"),
+            ({"place": [Point(x=nan)]}, "place[0]"),
+            ({"place": [Point(), Point()]}, "2 places"),
+            ({"source": 7}, "source = 7"),
+            ({"shaper": "best"}, "shaper = 'best'"),
+            ({"recordings": "../x"}, "is no file in the folder"),
+            ({"parameter_file": "/etc/passwd"}, "is no file in the folder"),
+        ):
+            assert words in started.refused(**fields)
+        assert "internal error" not in started.node.output
+
+    def test_with_a_shaper_there_is_nothing_to_measure(self, started):
+        client = started.client
+        assert client.set_parameters("ik_node", {"shaper": "ei"}).successful
+        try:
+            assert "ik_node has the shaper ei" in started.refused()
+        finally:
+            assert client.set_parameters("ik_node", {"shaper": "none"}).successful
+
+    def test_heights_of_motors_that_stand_still_say_so(self, started):
+        source = FindModes.Request.MEASURED_HEIGHTS
+        answer = started.find(directions=ALONG_X, duration=0.5, source=source)
+        assert (answer.success, answer.swings) == (False, 3), answer.message
+        assert answer.reason != FindModes.Response.NONE
+        assert answer.message.startswith("the modes are not known: ")
+        assert not answer.frequencies
+
+    def test_a_stop_ends_the_search(self, started):
+        asked = started.ask(duration=1.0)
+        started.machine.wait_for_state("moving")
+        busy = started.client.call(
+            RecordTouch, "calibration_node/record_touch", RecordTouch.Request()
+        )
+        assert (busy.success, busy.message) == (False, "a search for modes is under way")
+        started.client.stop()
+        answer = started.answer(asked)
+        assert not answer.success
+        assert "did not end there" in answer.message
+        assert_nothing_moves_on(started.machine)
+
+    def test_a_stop_between_two_moves_ends_the_search(self, started):
+        asked = started.ask(directions=ALONG_X, duration=5.0)
+        started.machine.wait_for_new_state("idle", lambda: None)
+        stopped = started.client.call(Trigger, "calibration_node/stop", Trigger.Request())
+        assert stopped.message == "the platform comes to rest"
+        answer = started.answer(asked)
+        assert (answer.success, answer.message) == (False, "stop was asked for")
+        assert_nothing_moves_on(started.machine)
+
+    def test_somebody_else_who_leads_the_platform_ends_the_search(self, started):
+        asked = started.ask(directions=ALONG_X, duration=10.0)
+        started.machine.wait_for_new_state("idle", lambda: None)
+        started.machine.move((0.0, 0.02, 0.3))
+        answer = started.answer(asked)
+        assert not answer.success
+        assert "somebody else leads the platform" in answer.message
+        assert_nothing_moves_on(started.machine)
+
+
+def test_the_command_lets_the_machine_swing(searching, machine, nodes):
+    machine.start(None, SWINGING)
+    machine.move(PLACE)
+    machine.wait_for_measured_rest()
+    picture, modes = searching.folder / "swing.png", searching.folder / "modes.yaml"
+    arguments = ["--machine", "--picture", str(picture), "--write", str(modes)]
+    command = nodes.start_module("tri_glide_kinematics.nodes.ringdown", arguments, "ringdown", {})
+    assert command.process.wait(PATIENCE) == 0, command.output
+    assert "All swings together\nMode 1: frequency " in command.output
+    assert (searching.folder / "swing_9.png").exists()
+    values = yaml.safe_load(modes.read_text())["ik_node"]["ros__parameters"]
+    assert sorted(values["mode_frequencies"]) == pytest.approx([15.0, 22.0], rel=FREQUENCY)
+
+
+def test_ctrl_c_of_the_command_stops_the_machine(searching, machine, client, nodes):
+    machine.start(None, SWINGING)
+    command = nodes.start_module(
+        "tri_glide_kinematics.nodes.ringdown", ["--machine"], "ringdown", {}
+    )
+    command.exit_codes = (130,)
+    machine.wait_for_state("moving")
+    command.process.send_signal(signal.SIGINT)
+    assert command.process.wait(PATIENCE) == 130
+    assert "ringdown: interrupted" in command.output
+    assert "Traceback" not in command.output
+    assert_nothing_moves_on(machine)
+
+
+def assert_nothing_moves_on(machine):
+    """Assert that the setpoints rest, for longer than the time between two moves."""
+    machine.wait_for_state("idle")
+    machine.catch_up()
+    first = len(machine.commands)
+    machine.client.wait_for(lambda: len(machine.commands) > first + 1000, "setpoints")
+    assert len({machine.heights(message) for message in machine.commands[first:]}) == 1
+
+
+def test_encoders_that_see_the_swing(searching, machine):
+    machine.start(None, {**SWINGING, "encoders_see_swing": True})
+    machine.move(PLACE)
+    machine.wait_for_measured_rest()
+    answer = searching.find(directions=ALONG_X, source=FindModes.Request.MEASURED_HEIGHTS)
+    assert answer.success, answer.message
+    assert answer.frequencies[0] == pytest.approx(FREQUENCIES[0], rel=FREQUENCY)
+    assert answer.dampings[0] == pytest.approx(DAMPINGS[0], abs=DAMPING)
+
+
+def test_what_is_missing_is_told(searching, machine, client, nodes):
+    machine.start_simulator(SWINGING)
+    assert "there is no " in searching.find().message
+    machine.start_ik({"start_disabled": True})
+    client.wait_for(lambda: "ik_node is disabled" in searching.find().message, "a disabled ik_node")
+
+
+def test_without_an_accelerometer_nothing_moves(client, machine, nodes, tmp_path):
+    # Nobody publishes there.
+    remapped = ("-r", "imu/data_raw:=nowhere")
+    searching = Searching(machine, client, nodes, tmp_path, remapped)
+    machine.start()
+    machine.move(PLACE)
+    machine.wait_for_measured_rest()
+    assert "0 samples with ascending stamps have come on" in searching.refused()
+
+
+def test_ctrl_c_ends_the_search_and_the_motion(searching, machine, client):
+    machine.start(None, SWINGING)
+    machine.move(PLACE)
+    machine.wait_for_measured_rest()
+    asked = searching.ask(duration=1.0)
+    machine.wait_for_state("moving")
+    searching.node.process.send_signal(signal.SIGINT)
+    answer = searching.answer(asked)
+    assert (answer.success, answer.message) == (False, "calibration_node ends")
+    assert searching.node.process.wait(PATIENCE) == 0
+    assert_nothing_moves_on(machine)
+
+
+def test_a_killed_ik_node_is_told(searching, machine):
+    machine.start(None, SWINGING)
+    machine.move(PLACE)
+    machine.wait_for_measured_rest()
+    asked = searching.ask(duration=1.0)
+    machine.wait_for_state("moving")
+    machine.ik.signal(signal.SIGKILL)
+    answer = searching.answer(asked)
+    assert not answer.success
+    assert "ik_node has told nothing on motion_state" in answer.message

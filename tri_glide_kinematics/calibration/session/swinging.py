@@ -1,0 +1,314 @@
+"""Decides how a search for modes goes on: a move, the swing behind it, the next. Reads no clock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from tri_glide_kinematics.calibration.ringdown import Quantity, Recording
+from tri_glide_kinematics.calibration.session.probing import MachineView
+from tri_glide_kinematics.checks import finite, finite_vector, positive
+from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.wording import number_text, vector_text
+from tri_glide_kinematics.workspace import Workspace
+
+
+class SwingingError(KinematicsError):
+    """The machine cannot be made to swing now, or was kept from it."""
+
+
+X_Y_Z: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+MOST_DIRECTIONS = 9
+LENGTHS, LENGTH = (0.001, 0.5), 0.02  # m
+DURATIONS, DURATION = (0.2, 60.0), 2.0  # s
+
+# Where the platform stops in each direction, as parts of the length. A move excites no mode whose
+# period fits its ramps; the three lengths have different ramps.
+STOPS = (1.0, 0.4, 0.0)
+
+# Setpoints rest at a target if they are so near to it, and so slow [m], [m/s].
+AT_TARGET, AT_REST = 1e-6, 1e-6
+# Farther from it, somebody else has moved them [m].
+LARGEST_DEVIATION = 1e-5
+# The sliders lag behind their setpoints. So a recording begins this long after the last one [s].
+SETTLING = 0.02
+# Before anything moves, so many samples have to come in this time [s].
+FEWEST_SAMPLES = 10
+LONGEST_WAIT = 3.0
+# Who is silent for longer is gone; after a longer gap of our own nobody knows what happened [s].
+LONGEST_SILENCE = 1.0
+# A slow machine takes long, and a target that is not reached is waited for [s].
+LONGEST_MOVE = 120.0
+
+
+@dataclass(frozen=True)
+class SwingSettings:
+    """Which moves are made, and for how long the swing behind each of them is recorded.
+
+    Attributes:
+        directions: of the moves, of any length. Shape (n, 3).
+        length: of a move [m].
+        duration: of each recording [s].
+        place: where the moves begin. Shape (3,) [m]; None for where the platform is.
+    """
+
+    directions: tuple[Vector3, ...] = X_Y_Z
+    length: float = LENGTH
+    duration: float = DURATION
+    place: Vector3 | None = None
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            KinematicsError: if one is outside its bounds, or a direction is none.
+        """
+        count = len(self.directions)
+        if not 1 <= count <= MOST_DIRECTIONS:
+            raise OutOfBoundsError("number of directions", count, f"1 to {MOST_DIRECTIONS}")
+        for index, direction in enumerate(self.directions):
+            name = f"directions[{index}]"
+            positive(f"length of {name}", math.hypot(*finite_vector(name, direction, 3)))
+        for name, value, (least, most), unit in (
+            ("length", self.length, LENGTHS, "m"),
+            ("duration", self.duration, DURATIONS, "s"),
+        ):
+            if not least <= finite(name, value) <= most:
+                raise OutOfBoundsError(name, value, f"from {least:g} to {most:g}", unit)
+        if self.place is not None:
+            finite_vector("place", self.place, 3)
+
+
+@dataclass(frozen=True)
+class SwingMove:
+    """A straight move.
+
+    Attributes:
+        target: of the platform. Shape (3,) [m].
+        heights: true ones of the sliders there. Shape (3,) [m].
+        is_recorded: whether the swing behind it counts.
+    """
+
+    target: Vector3
+    heights: Vector3
+    is_recorded: bool = True
+
+
+def swing_moves(
+    workspace: Workspace, start: Vector3, settings: SwingSettings
+) -> tuple[SwingMove, ...]:
+    """Return the moves, all of which stay inside the workspace.
+
+    Args:
+        workspace: of the machine.
+        start: where the platform is. Shape (3,) [m].
+        settings: what is asked for.
+
+    Raises:
+        KinematicsError: if a way leaves the workspace; the text has the place and the bound.
+    """
+    place = settings.place or start
+    moves = [] if settings.place is None else [_checked_move(workspace, start, place, False)]
+    for direction in settings.directions:
+        size = settings.length / math.hypot(*direction)
+        before = place
+        for part in STOPS:
+            target = _along(place, direction, part * size)
+            moves.append(_checked_move(workspace, before, target, True))
+            before = target
+    return tuple(moves)
+
+
+def _checked_move(
+    workspace: Workspace, start: Vector3, target: Vector3, is_recorded: bool
+) -> SwingMove:
+    workspace.check_segment(start, target)
+    return SwingMove(target, workspace.machine.inverse(target), is_recorded)
+
+
+def _along(place: Vector3, direction: Vector3, way: float) -> Vector3:
+    x, y, z = (start + way * part for start, part in zip(place, direction))
+    return x, y, z
+
+
+class SwingPhase(Enum):
+    """The phase of a search."""
+
+    LISTENING = "waits for the sensor and for setpoints"
+    MOVING = "moves"
+    RECORDING = "records the swing"
+    ENDED = "has ended"
+
+
+class SwingSearch:
+    """All moves, one after the other, each with the recording of the swing behind it.
+
+    Attributes:
+        phase: what it does.
+        recordings: so far.
+        failure: what went wrong, in words; None if nothing did.
+    """
+
+    def __init__(
+        self,
+        moves: Sequence[SwingMove],
+        duration: float,
+        sensor: tuple[str, Quantity, tuple[str, ...]],
+        now: float,
+    ) -> None:
+        """Begin at rest.
+
+        Args:
+            moves: to be made.
+            duration: of each recording [s].
+            sensor: topic, quantity, and names of the axes.
+            now: time of a steady clock, as in all that follows [s].
+        """
+        self.phase = SwingPhase.LISTENING
+        self.recordings: list[Recording] = []
+        self.failure: str | None = None
+        self._moves = list(moves)
+        self._duration = duration
+        self._topic, self._quantity, self._names = sensor
+        self._changed = self._stepped = self._heard = self._told = now
+        self._has_setpoints = False
+        self._count = 0
+        self._stamp = -math.inf
+        self._begin = math.inf
+        self._is_recorded_whole = self._is_goal_ended = False
+        self._samples: list[tuple[float, Vector3]] = []
+
+    def setpoints(
+        self, heights: Vector3 | None, velocities: Vector3 | None, sent: float, now: float
+    ) -> None:
+        """Take in where ``ik_node`` commands the sliders to be; None if it does not lead them.
+
+        Args:
+            heights: true ones. Shape (3,) [m].
+            velocities: Shape (3,) [m/s].
+            sent: when that was told, by the clock of the computer [s].
+            now: when it came in [s].
+        """
+        self._told = now
+        if heights is None or velocities is None:
+            if self.phase is not SwingPhase.LISTENING:
+                self.end("ik_node leads the machine no more")
+            return
+        self._has_setpoints = True
+        if self.phase is SwingPhase.MOVING:
+            speed = max(map(abs, velocities))
+            if self._distance(heights) <= AT_TARGET and speed <= AT_REST:
+                self._begin = sent + SETTLING
+                self._samples.clear()
+                self._go_to(SwingPhase.RECORDING, now)
+        elif self.phase is SwingPhase.RECORDING:
+            away = self._distance(heights)
+            if away > LARGEST_DEVIATION:
+                self.end(
+                    f"the setpoints are {number_text(1e3 * away, 3)} mm away from the end of the "
+                    "move: somebody else leads the platform"
+                )
+
+    def _distance(self, heights: Vector3) -> float:
+        return max(abs(one - other) for one, other in zip(heights, self._moves[0].heights))
+
+    def sample(self, values: Vector3, stamp: float, sent: float, now: float) -> None:
+        """Take in a sample; one that is not finite, or not later than the one before, is missing.
+
+        Args:
+            values: of the axes. Shape (3,) [m or m/s^2].
+            stamp: when it was measured [s].
+            sent: when it was sent, by the clock of the computer [s].
+            now: when it came in [s].
+        """
+        if not stamp > self._stamp or not all(map(math.isfinite, values)):
+            return
+        self._stamp, self._heard = stamp, now
+        self._count += 1
+        if self.phase is SwingPhase.RECORDING and sent >= self._begin:
+            if sent <= self._begin + self._duration:
+                self._samples.append((stamp, values))
+            else:
+                self._is_recorded_whole = True
+
+    def goal_ended(self, has_arrived: bool, text: str) -> None:
+        """Take in how the goal of the present move ended."""
+        self._is_goal_ended = True
+        if not has_arrived and self.phase is not SwingPhase.ENDED:
+            target = vector_text(self._moves[0].target)
+            self.end(f"the move to {target} m did not end there: {text}")
+
+    def end(self, failure: str) -> None:
+        """Make no further move."""
+        if self.phase is not SwingPhase.ENDED:
+            self.failure = failure
+            self.phase = SwingPhase.ENDED
+
+    def step(self, machine: MachineView, now: float) -> SwingMove | None:
+        """Return the move to begin now; None for nothing.
+
+        The ``machine`` is what ``ik_node`` told last of itself.
+        """
+        gap, self._stepped = now - self._stepped, now
+        if self.phase is SwingPhase.ENDED:
+            return None
+        passed = now - self._changed
+        if gap > LONGEST_SILENCE:
+            self.end(f"this node was held up for {number_text(gap, 3)} s")
+        elif self.phase is SwingPhase.LISTENING:
+            return self._listen(machine, passed, now)
+        elif now - self._told > LONGEST_SILENCE:
+            self.end(
+                f"ik_node has told nothing on motion_state for {LONGEST_SILENCE:g} s: does it run?"
+            )
+        elif now - self._heard > LONGEST_SILENCE:
+            self.end(f"no sample has come on {self._topic} for {LONGEST_SILENCE:g} s")
+        elif passed > LONGEST_MOVE + self._duration:
+            self.end(f"the move has not ended after {number_text(passed, 3)} s: {machine}")
+        elif self.phase is SwingPhase.RECORDING and self._is_recorded_whole and self._is_goal_ended:
+            return self._next(now)
+        return None
+
+    def _listen(self, machine: MachineView, passed: float, now: float) -> SwingMove | None:
+        if self._has_setpoints and self._count >= FEWEST_SAMPLES:
+            return self._begin_move(now)
+        if passed > LONGEST_WAIT:
+            bound = f"in {LONGEST_WAIT:g} s"
+            self.end(
+                f"{self._count} samples with ascending stamps have come on {self._topic} {bound}, "
+                f"at least {FEWEST_SAMPLES} are needed"
+                if self._has_setpoints
+                else f"ik_node has told of no setpoints on motion_state {bound}: {machine}"
+            )
+        return None
+
+    def _next(self, now: float) -> SwingMove | None:
+        """Keep the recording, and begin the next move if there is one."""
+        if self._moves.pop(0).is_recorded:
+            if len(self._samples) < FEWEST_SAMPLES:
+                self.end(
+                    f"{len(self._samples)} samples have come on {self._topic} in "
+                    f"{self._duration:g} s, at least {FEWEST_SAMPLES} are needed"
+                )
+                return None
+            times = np.array([stamp for stamp, _ in self._samples])
+            values = np.array([values for _, values in self._samples])
+            self.recordings.append(Recording(times, values, self._quantity, self._names))
+        if not self._moves:
+            self._go_to(SwingPhase.ENDED, now)
+            return None
+        return self._begin_move(now)
+
+    def _begin_move(self, now: float) -> SwingMove:
+        self._is_recorded_whole = self._is_goal_ended = False
+        self._go_to(SwingPhase.MOVING, now)
+        return self._moves[0]
+
+    def _go_to(self, phase: SwingPhase, now: float) -> None:
+        self.phase = phase
+        self._changed = now
