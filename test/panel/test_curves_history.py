@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.panel.slider_curves import (
+from tri_glide_kinematics.panel.curves import (
     ACCELERATIONS,
     BIN,
     HEIGHTS,

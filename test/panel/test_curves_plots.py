@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.panel.slider_curves import CurveLimits, Curves
+from tri_glide_kinematics.panel.curves import CurveLimits, Curves
 
 viser = pytest.importorskip("viser")
 
