@@ -28,6 +28,7 @@ from tri_glide_kinematics.control import (
 )
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind, MotionPhase
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 
 SOMEBODY_ELSE = Reason(Cause.OTHER_PUBLISHER, "somebody else leads")
 
@@ -374,6 +375,15 @@ def test_a_storm_of_limits_is_not_planned_one_by_one(rig):
     assert rig.engine.plan_number - before <= 40 * PERIOD / 0.005 + 1
     rig.cycle_until(IDLE)
     assert rig.engine.speed_scale == pytest.approx(0.9394)
+
+
+def test_a_shaper_that_waits_for_rest_is_told(rig):
+    rig.controller.move_to(TARGET)
+    rig.cycle(10)
+    rig.engine.set_shaper(Shaper.of(ShaperKind.ZV, Mode(15.0, 0.03)))
+    assert rig.controller.status.shaper_waits
+    rig.cycle_until(IDLE)
+    assert not rig.controller.status.shaper_waits
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-8, 9e-8])

@@ -171,7 +171,7 @@ class SwingHistory:
         for axis in range(AXES):
             is_known = np.isfinite(lowest[axis])
             if is_known.any():
-                constant = np.median(0.5 * (lowest[axis] + highest[axis])[is_known])
+                constant = np.median((0.5 * lowest[axis] + 0.5 * highest[axis])[is_known])
                 lowest[axis] -= constant
                 highest[axis] -= constant
         return np.where(np.abs(lowest) > np.abs(highest), lowest, highest)
@@ -215,14 +215,18 @@ def _add_plot(
     columns: tuple[FloatArray, ...],
     series: Iterable[Series],
     scale: tuple[float, float],
+    span: float,
     order: float | None = None,
 ) -> GuiUplotHandle:
-    """Add a plot of ``columns``, of which the first has ages [s], to the open container."""
+    """Add a plot of ``columns``, of which the first has ages [s], to the open container.
+
+    The ``scale`` is the range of all others, the ``span`` that of the ages [s].
+    """
     return gui.add_uplot(
         columns,
         (Series(label="s"), *series),
         title=title,
-        scales=_scales(scale),
+        scales=_scales(scale, span),
         axes=(Axis(size=AXIS_HEIGHT), Axis(size=AXIS_WIDTH)),
         legend={"show": False},
         height=PLOT_HEIGHT,
@@ -232,8 +236,8 @@ def _add_plot(
     )
 
 
-def _scales(scale: tuple[float, float]) -> dict[str, Scale]:
-    return {"x": {"time": False}, "y": {"range": scale}}
+def _scales(scale: tuple[float, float], span: float) -> dict[str, Scale]:
+    return {"x": {"time": False, "range": (-span, 0.0)}, "y": {"range": scale}}
 
 
 def _is_due(drawn_at: float | None, time: float) -> bool:
@@ -318,12 +322,14 @@ class Curves:
         # The range is fixed: how near a curve is to its limits is seen at a glance.
         scale = (limits[0] - margin, limits[-1] + margin)
         columns = self._columns(plot)
-        return _add_plot(self._gui, plot.title, columns, (*curves, *lines), scale, order)
+        return _add_plot(self._gui, plot.title, columns, (*curves, *lines), scale, SPAN, order)
 
 
 AXIS_NAMES = ("x", "y", "z")
 # The range of the plot of a swing, above and below zero, is at least and at most so large [m/s^2].
 LEAST_RANGE, MOST_RANGE = 0.5, 1e6
+# Between more than so many bins the curve is interrupted: a sensor has 50 Hz at least.
+SILENT_BINS = 5
 
 
 class SwingCurves:
@@ -341,14 +347,13 @@ class SwingCurves:
         self._drawn_at: float | None = None
         self._range = math.nan
         self._legend = gui.add_html(_legend(AXIS_NAMES, COLOURS), visible=False)
-        # A sensor may tell less often than there are bins.
         curves = (
-            Series(label=name, stroke=colour, width=1.0, spanGaps=True)
+            Series(label=name, stroke=colour, width=1.0)
             for name, colour in zip(AXIS_NAMES, COLOURS)
         )
         title = f"Acceleration [m/s²], last {SWING_SPAN:g} s"
-        columns = self._columns()
-        self.plot = _add_plot(gui, title, columns, curves, (-LEAST_RANGE, LEAST_RANGE))
+        columns, scale = self._columns(), (-LEAST_RANGE, LEAST_RANGE)
+        self.plot = _add_plot(gui, title, columns, curves, scale, span=SWING_SPAN)
         self.plot.visible = False
 
     def add(self, times: FloatArray, accelerations: FloatArray) -> None:
@@ -361,16 +366,24 @@ class SwingCurves:
             self._drawn_at = time
             self._history.advance(time)
             columns = self._columns()
-            sizes = np.abs(columns[1:])
-            is_told = bool(np.isfinite(sizes).any())
+            is_told = len(columns[0]) > 0
             if is_told:
-                self._fit(float(np.nanmax(sizes)))
+                self._fit(float(np.nanmax(np.abs(columns[1:]))))
                 self.plot.data = columns
             self._legend.visible = self.plot.visible = is_told
         return self.plot.visible
 
     def _columns(self) -> tuple[FloatArray, ...]:
-        return self._history.ages, *self._history.values()
+        """Return ages and accelerations as columns of equal length.
+
+        A sensor may tell less often than there are bins: what is empty is left out, but for one
+        bin of each longer silence, where the curve is interrupted.
+        """
+        values = self._history.values()
+        told = np.flatnonzero(np.isfinite(values[0]))
+        silences = told[:-1][np.diff(told) > SILENT_BINS] + 1
+        shown = np.sort(np.concatenate((told, silences)))
+        return self._history.ages[shown], *values[:, shown]
 
     def _fit(self, largest: float) -> None:
         """Choose the range: a power of two, so that it changes seldom."""
@@ -378,4 +391,4 @@ class SwingCurves:
         needed = math.ldexp(1.0, exponent)
         if needed != self._range:
             self._range = needed
-            self.plot.scales = _scales((-needed, needed))
+            self.plot.scales = _scales((-needed, needed), SWING_SPAN)

@@ -325,8 +325,9 @@ class MotionEngine:
 
     @property
     def shaper_pending(self) -> bool:
-        """Whether another shaper waits for rest."""
-        return self._execution.next_shaper != self.shaper
+        """Whether another shaper waits for rest; at rest, what begins next has it."""
+        is_other = self._execution.next_shaper != self.shaper
+        return is_other and self.phase is not MotionPhase.IDLE
 
     @property
     def limits(self) -> SliderLimits:

@@ -10,10 +10,10 @@ import viser
 from tri_glide_kinematics.panel.curves import SwingCurves
 from tri_glide_kinematics.panel.feeds import SteadyTimes, SwingFeed
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
-from tri_glide_kinematics.panel.machine_link import TABLE, MachineLink
+from tri_glide_kinematics.panel.machine_link import TABLE
 from tri_glide_kinematics.panel.markup import note
 from tri_glide_kinematics.panel.tabs.operator_requests import OperatorRequests, OperatorsInput
-from tri_glide_kinematics.ros.parameters import NO_SHAPER
+from tri_glide_kinematics.ros.parameters import NO_SHAPER, Values
 from tri_glide_kinematics.wording import number_text
 
 SHAPERS = TABLE["shaper"].choices
@@ -46,16 +46,14 @@ class Shaping(NamedTuple):
         modes = ((each, _rounded(100.0 * damping)) for each, damping in zip(frequencies, dampings))
         return cls(str(facts.values["shaper"]), tuple(modes))
 
-    def send(self, link: MachineLink) -> None:
-        """Have ``ik_node`` set all of it or nothing."""
-        link.set_parameters(
-            "shaper",
-            {
-                "shaper": self.shaper,
-                "mode_frequencies": [frequency for frequency, _ in self.modes],
-                "mode_dampings": [_rounded(0.01 * damping) for _, damping in self.modes],
-            },
-        )
+    @property
+    def values(self) -> Values:
+        """The values of the parameters of ``ik_node``."""
+        return {
+            "shaper": self.shaper,
+            "mode_frequencies": [frequency for frequency, _ in self.modes],
+            "mode_dampings": [_rounded(0.01 * damping) for _, damping in self.modes],
+        }
 
     def text(self, *, waits: bool) -> str:
         """Return it in words; ``waits`` is whether it waits for the next rest."""
@@ -72,6 +70,7 @@ class SwingTab:
 
     def __init__(self, gui: viser.GuiApi, requests: OperatorRequests) -> None:
         """Add all to the open container of ``gui``."""
+        self._requests = requests
         self._times = SteadyTimes()
         self._shown: Shaping | None = None
         self._silence = gui.add_html(note(NOT_HEARD))
@@ -86,7 +85,7 @@ class SwingTab:
                 )
             ]
             button = gui.add_button("Set", color="blue", icon=viser.Icon.WAVE_SINE)
-            button.on_click(requests.on(lambda _: self._wanted().send(requests.link)))
+            button.on_click(requests.on(lambda _: self._set()))
             self._words = gui.add_html("")
 
     def show(self, facts: MachineFacts | None, *, waits: bool) -> None:
@@ -115,9 +114,11 @@ class SwingTab:
             self.curves.add(stamps + self._times.offset(float(stamps[-1]), now), samples[:, 1:])
         self._silence.visible = not self.curves.draw(now)
 
-    def _wanted(self) -> Shaping:
+    def _set(self) -> None:
+        """Ask for the shaper and all of its modes at once."""
         first, second = (mode.value for mode in self._modes)
-        return Shaping(self._shaper.value, (first, second) if second[0] else (first,))
+        wanted = Shaping(self._shaper.value, (first, second) if second[0] else (first,))
+        self._requests.link.set_parameters("shaper", wanted.values)
 
 
 def _rounded(value: float) -> float:
