@@ -119,12 +119,10 @@ def test_the_range_holds_the_largest_acceleration(swing, size, largest):
     assert swing.plot.scales["y"]["range"] == (-largest, largest)
 
 
-def test_a_slow_sensor_makes_one_curve_and_a_silence_interrupts_it(swing):
-    times = np.concatenate((10.0 + np.arange(50) / 60.0, 11.5 + np.arange(30) / 60.0))
+def test_a_slow_sensor_makes_one_curve(swing):
+    times = 10.0 + np.arange(100) / 60.0
     swing.add(times, shaken(times))
     swing.draw(12.0)
     ages, x, *_ = swing.plot.data
-    assert np.all(np.diff(ages) > 0.0)
-    (silence,) = np.flatnonzero(np.isnan(x))
-    assert len(x) == len(times) + 1
-    assert silence == 50
+    assert ages == pytest.approx(times - 12.0, abs=0.01)
+    assert np.isfinite(x).all()

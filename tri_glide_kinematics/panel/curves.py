@@ -328,8 +328,6 @@ class Curves:
 AXIS_NAMES = ("x", "y", "z")
 # The range of the plot of a swing, above and below zero, is at least and at most so large [m/s^2].
 LEAST_RANGE, MOST_RANGE = 0.5, 1e6
-# Between more than so many bins the curve is interrupted: a sensor has 50 Hz at least.
-SILENT_BINS = 5
 
 
 class SwingCurves:
@@ -368,22 +366,19 @@ class SwingCurves:
             columns = self._columns()
             is_told = len(columns[0]) > 0
             if is_told:
-                self._fit(float(np.nanmax(np.abs(columns[1:]))))
+                self._fit(float(np.abs(columns[1:]).max()))
                 self.plot.data = columns
             self._legend.visible = self.plot.visible = is_told
         return self.plot.visible
 
     def _columns(self) -> tuple[FloatArray, ...]:
-        """Return ages and accelerations as columns of equal length.
+        """Return ages and accelerations as columns of equal length, without empty bins.
 
-        A sensor may tell less often than there are bins: what is empty is left out, but for one
-        bin of each longer silence, where the curve is interrupted.
+        A sensor may tell less often than there are bins.
         """
         values = self._history.values()
-        told = np.flatnonzero(np.isfinite(values[0]))
-        silences = told[:-1][np.diff(told) > SILENT_BINS] + 1
-        shown = np.sort(np.concatenate((told, silences)))
-        return self._history.ages[shown], *values[:, shown]
+        told = np.isfinite(values[0])
+        return self._history.ages[told], *values[:, told]
 
     def _fit(self, largest: float) -> None:
         """Choose the range: a power of two, so that it changes seldom."""
