@@ -270,13 +270,18 @@ def test_speed_scale(panel: Panel, page: Page) -> None:
     page.wait_for(f"{field('Speed [%]', 0)}.value === '100'", "the scale that another has set")
 
 
-def choose(page: Page, label: str, choice: str) -> None:
+def choose(panel: Panel, page: Page, label: str, choice: str) -> None:
     """Choose something of a list."""
-    page.click(field(label))
-    option = (
-        f"[...document.querySelectorAll('[role=option]')].find((e) => e.innerText === '{choice}')"
+    options = "[...document.querySelectorAll('[role=option]')].filter((e) => e.offsetParent)"
+    option = f"{options}.find((e) => e.textContent === {json.dumps(choice)})"
+    # A list may close when the page draws anew.
+    panel.click_until(
+        page,
+        field(label),
+        lambda seconds: page.wait_for(f"{option} !== undefined", choice, seconds, panel.spin),
     )
-    page.click(option)
+    page.evaluate(f"{option}.click()")
+    page.wait_for(f"{field(label)}.value === {json.dumps(choice)}", choice, spin=panel.spin)
 
 
 def test_a_shaper_is_switched_and_a_refusal_tells_number_and_bound(
@@ -287,7 +292,7 @@ def test_a_shaper_is_switched_and_a_refusal_tells_number_and_bound(
     panel.client.set_parameters("ik_node", {"speed_scale": 0.02})
     panel.client.send_pose((0.0, 0.0, 0.3))
     panel.wait_for_motion()
-    choose(page, "Kind", "zvd")
+    choose(panel, page, "Kind", "zvd")
     for number, text in enumerate(("18.5", "4")):
         page.type(field("Mode [Hz, %]", number), text)
     page.click(button("Set"))
@@ -301,7 +306,7 @@ def test_a_shaper_is_switched_and_a_refusal_tells_number_and_bound(
     page.wait_for(f"document.body.innerText.includes('in force: {told}')", "it", spin=panel.spin)
     assert not panel.machine.states[-1].shaper_waits
     # All of it or nothing.
-    choose(page, "Kind", "none")
+    choose(panel, page, "Kind", "none")
     page.type(field("Mode [Hz, %]"), "900")
     page.click(button("Set"))
     panel.wait_for_words(page, "900 Hz must be at most 500 Hz", "refusal")
