@@ -83,3 +83,16 @@ class Measuring:
         phase = rng.uniform(-math.pi, math.pi)
         angle = math.tau * times / mode.period + phase
         return np.multiply.outer(amplitude * np.exp(-mode.decay * times) * np.cos(angle), direction)
+
+
+def strongest_frequency(times: FloatArray, values: FloatArray) -> float:
+    """Return the frequency of the highest peak of a spectrum [Hz].
+
+    Args:
+        times: of the samples, evenly spaced or not. Shape (n,) [s].
+        values: NaN where there is no sample. Shape (n,).
+    """
+    known = np.isfinite(values)
+    frequencies = np.arange(1.0, 100.0, 0.05)
+    waves = np.exp(-1j * math.tau * np.outer(frequencies, times[known]))
+    return float(frequencies[np.abs(waves @ values[known]).argmax()])

@@ -381,6 +381,15 @@ def test_a_storm_of_limits_is_not_planned_one_by_one(rig):
     assert rig.engine.speed_scale == pytest.approx(0.9394)
 
 
+def test_a_shaper_that_waits_for_rest_is_told(rig):
+    rig.controller.move_to(TARGET)
+    rig.cycle(10)
+    rig.engine.set_shaper(Shaper.of(ShaperKind.ZV, Mode(15.0, 0.03)))
+    assert rig.controller.status.shaper_waits
+    rig.cycle_until(IDLE)
+    assert not rig.controller.status.shaper_waits
+
+
 @pytest.mark.parametrize("size", [0.0, 1e-8, 9e-8])
 def test_what_counts_as_no_velocity_ends_a_jog_and_leaves_a_move_alone(rig, size):
     rig.controller.move_to(TARGET)

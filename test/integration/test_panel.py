@@ -270,6 +270,74 @@ def test_speed_scale(panel: Panel, page: Page) -> None:
     page.wait_for(f"{field('Speed [%]', 0)}.value === '100'", "the scale that another has set")
 
 
+def choose(panel: Panel, page: Page, label: str, choice: str) -> None:
+    """Choose something of a list."""
+    options = "[...document.querySelectorAll('[role=option]')].filter((e) => e.offsetParent)"
+    option = f"{options}.find((e) => e.textContent === {json.dumps(choice)})"
+    # A list may close when the page draws anew.
+    panel.click_until(
+        page,
+        field(label),
+        lambda seconds: page.wait_for(f"{option} !== undefined", choice, seconds, panel.spin),
+    )
+    page.evaluate(f"{option}.click()")
+    page.wait_for(f"{field(label)}.value === {json.dumps(choice)}", choice, spin=panel.spin)
+
+
+def test_a_shaper_is_switched_and_a_refusal_tells_number_and_bound(
+    panel: Panel, page: Page
+) -> None:
+    show_swing(panel, page)
+    page.wait_for("document.body.innerText.includes('in force: no shaper')", "no shaper")
+    told = "zvd for 18.5 Hz, 4 %"
+    # It goes on for as long as a busy browser takes.
+    panel.client.set_parameters("ik_node", {"speed_scale": 0.003})
+    try:
+        panel.client.send_pose((0.0, 0.0, 0.4))
+        panel.wait_for_motion()
+        choose(panel, page, "Kind", "zvd")
+        for number, text in enumerate(("18.5", "4")):
+            page.type(field("Mode [Hz, %]", number), text)
+        page.click(button("Set"))
+        waits = f"document.body.innerText.includes('from the next rest on: {told}')"
+        page.wait_for(waits, "a shaper that waits", spin=panel.spin)
+        assert panel.machine.states[-1].shaper_waits
+        for change in ("shaper: none -> zvd", "[15] Hz -> [18.5] Hz", "[0.05] -> [0.04]"):
+            assert change in panel.machine.ik.output
+    finally:
+        panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
+    page.wait_for(f"document.body.innerText.includes('in force: {told}')", "it", spin=panel.spin)
+    assert not panel.machine.states[-1].shaper_waits
+    # All of it or nothing.
+    choose(panel, page, "Kind", "none")
+    page.type(field("Mode [Hz, %]"), "900")
+    page.click(button("Set"))
+    panel.wait_for_words(page, "900 Hz must be at most 500 Hz", "refusal")
+    assert page.evaluate(f"document.body.innerText.includes('in force: {told}')")
+    # What another has set.
+    panel.client.set_parameters("ik_node", {"shaper": "none", "mode_frequencies": [15.0]})
+    page.wait_for(f"{field('Kind')}.value === 'none'", "the shaper that another has set")
+    page.wait_for(f"{field('Mode [Hz, %]')}.value === '15'", "and the frequency")
+
+
+def test_the_swing_is_drawn_while_an_accelerometer_tells_it(panel: Panel, page: Page) -> None:
+    show_swing(panel, page)
+    plot = "[...document.querySelectorAll('.uplot')].filter((e) => e.offsetParent)"
+    page.wait_for(f"{plot}.length === 1", "the curve", spin=panel.spin)
+    assert page.evaluate("!document.body.innerText.includes('no accelerometer')")
+    panel.client.set_parameters("simulator_node", {"swing_frequencies": [15.0, 15.0, 30.0]})
+    (box,) = page.evaluate(BOXES.replace("ELEMENTS", plot))
+    x, y = slice(round(box[1]), round(box[3])), slice(round(box[0]), round(box[2]))
+    calm = page.pixels()[x, y]
+    panel.client.send_pose((0.06, 0.0, 0.25))
+    panel.wait_until_at((0.06, 0.0, 0.25))
+    end = time.monotonic() + 10.0
+    while difference(calm, page.pixels()[x, y]) < 5:
+        assert time.monotonic() < end, "no swing is drawn"
+        panel.spin()
+    panel.client.set_parameters("simulator_node", {"swing_frequencies": [0.0, 0.0, 0.0]})
+
+
 def test_points_are_taught_driven_paused_and_saved(panel: Panel, page: Page) -> None:
     page.click(tab("Points"))
     places = [(0.03, 0.0, 0.25), (0.03, 0.03, 0.27)]
@@ -346,6 +414,20 @@ def test_nothing_is_asked_of_other_hosts(panel: Panel, page: Page) -> None:
     assert not others
 
 
+BOXES = """ELEMENTS.map((each) => {
+  const place = each.getBoundingClientRect();
+  return [place.left, place.top, place.right, place.bottom];
+})"""
+
+
+def show_swing(panel: Panel, page: Page) -> None:
+    """Show the tab of the swing; a page that has just changed its size does not hear each click."""
+    shown = f"{field('2nd [Hz, %]')} !== undefined"
+    panel.click_until(
+        page, tab("Swing"), lambda seconds: page.wait_for(shown, "the swing", seconds, panel.spin)
+    )
+
+
 @pytest.fixture
 def narrow(page: Page) -> Iterator[Page]:
     """Return the operator's page as it is on a phone."""
@@ -360,6 +442,25 @@ def test_a_narrow_page_has_state_stop_and_controls_in_sight(panel: Panel, narrow
         x, y = narrow.middle_of(element)
         assert 0 <= x <= PHONE[0]
         assert 0 <= y <= PHONE[1]
+
+
+# The smallest phones and windows, too.
+SIZES = [(360, 640), PHONE, (640, 480), SMALL, DESKTOP]
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_stop_and_the_controls_lie_apart(panel: Panel, narrow: Page, size: tuple[int, int]) -> None:
+    narrow.resize(size)
+    narrow.wait_for(f"innerWidth === {size[0]}", "the page in its new size")
+    show_swing(panel, narrow)
+    # Each can be pressed, if need be after it was scrolled into sight.
+    for element in (STOP, button("take"), tab("Drive"), field("Mode [Hz, %]"), button("Set")):
+        x, y = narrow.middle_of(element)
+        assert 0 <= x <= size[0] and 0 <= y <= size[1]
+    stop, *controls = narrow.evaluate(
+        BOXES.replace("ELEMENTS", f"[{STOP}, {tab('Swing')}, {button('take')}]")
+    )
+    assert all(lie_apart(stop, box) for box in controls)
 
 
 LONG_WORDS = "slider_2 is measured 12.345678 mm away from where it is commanded to be; " * 6
@@ -395,7 +496,7 @@ def area(box: Box) -> float:
     return (box[2] - box[0]) * (box[3] - box[1])
 
 
-@pytest.mark.parametrize("size", [PHONE, SMALL, DESKTOP])
+@pytest.mark.parametrize("size", SIZES)
 def test_long_words_hide_neither_stop_nor_their_own_end(
     page: Page, narrow: Page, size: tuple[int, int]
 ) -> None:
@@ -486,6 +587,20 @@ def test_a_killed_browser_ends_its_jog_and_loses_the_controls(
     assert panel.twists_until_rest() <= ON_THEIR_WAY
     panel.wait_for_words(page, "nobody has the controls", "pages")
     take(page)
+
+
+def test_an_ik_node_that_was_started_anew_has_the_shaper_that_it_has(
+    panel: Panel, page: Page
+) -> None:
+    show_swing(panel, page)
+    panel.client.set_parameters("ik_node", {"shaper": "ei", "mode_frequencies": [22.0]})
+    page.wait_for(f"{field('Kind')}.value === 'ei'", "the shaper", spin=panel.spin)
+    panel.machine.ik.signal(signal.SIGKILL)
+    panel.wait_for_state(page, "no machine")
+    panel.machine.start_ik()
+    panel.wait_for_state(page, "idle")
+    page.wait_for(f"{field('Kind')}.value === 'none'", "what it has now", spin=panel.spin)
+    page.wait_for(f"{field('Mode [Hz, %]')}.value === '15'", "its frequency", spin=panel.spin)
 
 
 def test_a_killed_panel_ends_its_jog_and_nothing_else(panel: Panel, page: Page) -> None:

@@ -1,4 +1,4 @@
-"""History: bins of the last ten seconds."""
+"""Histories: bins of the last seconds."""
 
 from __future__ import annotations
 
@@ -7,13 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.panel.slider_curves import (
+from testing.swings import strongest_frequency
+from tri_glide_kinematics.panel.curves import (
     ACCELERATIONS,
     BIN,
     HEIGHTS,
     SPAN,
+    SWING_BIN,
+    SWING_SPAN,
     VELOCITIES,
     History,
+    SwingHistory,
 )
 
 AT_REST = (0.0, 0.0, 0.0)
@@ -91,3 +95,59 @@ def test_nothing_is_shown_before_the_first_sample():
     for quantity in (HEIGHTS, VELOCITIES, ACCELERATIONS):
         assert np.isnan(History().values(quantity)).all()
     assert math.isclose(History().ages[1] - History().ages[0], BIN)
+
+
+GRAVITY = (0.1, -0.2, 9.81)  # m/s^2, with the errors of a sensor
+
+
+def swung(times, frequency, amplitude=3.0):
+    """Return what an accelerometer tells of a swing along x. Shape (n, 3) [m/s^2]."""
+    told = np.tile(GRAVITY, (len(times), 1))
+    told[:, 0] += amplitude * np.sin(math.tau * frequency * times)
+    return told
+
+
+@pytest.mark.parametrize("rate", [200.0, 500.0, 2000.0])
+@pytest.mark.parametrize("frequency", [8.0, 15.0, 60.0])
+def test_a_swing_keeps_its_frequency_and_size_at_any_rate(rate, frequency):
+    history = SwingHistory()
+    times = 987.6543 + np.arange(round(6.0 * rate)) / rate
+    for part in np.array_split(times, 200):
+        history.add(part, swung(part, frequency))
+    x, y, z = history.values()
+    assert history.ages.shape == x.shape == (round(SWING_SPAN / SWING_BIN),)
+    # A bin stands for a moment anywhere in it.
+    assert strongest_frequency(history.ages, x) == pytest.approx(frequency, rel=0.01)
+    assert np.nanmax(np.abs(x)) == pytest.approx(3.0, rel=0.06)
+    # Gravity and the errors of the sensor are gone.
+    assert np.nanmax(np.abs([y, z])) < 1e-9
+
+
+def test_no_peak_of_a_swing_is_lost():
+    history = SwingHistory()
+    times = 50.0 + np.arange(10_000) / 5000.0
+    told = np.tile(GRAVITY, (len(times), 1))
+    told[7777] += (0.0, -40.0, 0.0)
+    told[8888] += (0.0, 0.0, 30.0)
+    history.add(times, told)
+    _, y, z = history.values()
+    assert np.nanmin(y) == pytest.approx(-40.0)
+    assert np.nanmax(z) == pytest.approx(30.0)
+
+
+def test_samples_without_a_meaning_are_left_out():
+    history = SwingHistory()
+    times = np.array([10.0, 20.0, 20.001, 20.5, 99.0])
+    told = np.ones((5, 3))
+    told[2, 1], told[4] = math.nan, math.inf
+    history.add(times, told)
+    values = history.values()
+    # The newest that is finite is at 20.5 s, and that of 10 s is too old.
+    assert np.flatnonzero(np.isfinite(values[0])).size == 2
+    assert np.isfinite(values[:, -1]).all()
+    history.advance(40.0)
+    assert np.isnan(history.values()).all()
+
+
+def test_a_silent_sensor_has_no_swing():
+    assert np.isnan(SwingHistory().values()).all()

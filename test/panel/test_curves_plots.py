@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.panel.slider_curves import CurveLimits, Curves
+from tri_glide_kinematics.panel.curves import SWING_SPAN, CurveLimits, Curves, SwingCurves
 
 viser = pytest.importorskip("viser")
 
@@ -79,3 +79,50 @@ def test_many_samples_cost_no_more_than_a_few(curves):
                 last = plot.data
                 sent[rate] += sum(map(len, last))
     assert 0 < sent[500] <= 1.5 * sent[10]
+
+
+@pytest.fixture
+def swing(server):
+    with server.gui.add_folder("swing"):
+        return SwingCurves(server.gui)
+
+
+def shaken(times, size=3.0):
+    """Return accelerations along x, beside gravity. Shape (n, 3) [m/s^2]."""
+    return np.column_stack((size * np.sin(94.0 * times), 0.0 * times, 9.81 + 0.0 * times))
+
+
+def test_a_swing_is_seen_as_long_as_it_is_told(swing):
+    assert not swing.draw(10.0)
+    assert not swing.plot.visible
+    times = 10.0 + np.arange(500) / 500.0
+    swing.add(times, shaken(times))
+    assert swing.draw(11.0)
+    assert swing.plot.visible
+    ages, x, y, z = swing.plot.data
+    assert ages[-1] == pytest.approx(0.0, abs=0.01)
+    assert np.abs(x).max() == pytest.approx(3.0, rel=0.05)
+    assert np.abs([y, z]).max() < 1e-9
+    # An accelerometer that has ended leaves no plot behind.
+    assert swing.draw(10.9 + SWING_SPAN)
+    assert not swing.draw(12.0 + SWING_SPAN)
+    assert not swing.plot.visible
+
+
+@pytest.mark.parametrize(
+    ("size", "largest"), [(0.0, 1.0), (0.9, 1.0), (1.1, 2.0), (30.0, 32.0), (1e300, 2.0**20)]
+)
+def test_the_range_holds_the_largest_acceleration(swing, size, largest):
+    times = 10.0 + np.arange(1000) / 500.0
+    swing.add(times, shaken(times, size))
+    swing.draw(12.0)
+    assert swing.plot.scales["y"]["range"] == (-largest, largest)
+
+
+def test_a_slow_sensor_makes_one_curve(swing):
+    times = 10.0 + np.arange(100) / 60.0
+    swing.add(times, shaken(times))
+    swing.draw(12.0)
+    ages, x, *_ = swing.plot.data
+    assert ages == pytest.approx(times - 12.0, abs=0.01)
+    assert np.isfinite(x).all()

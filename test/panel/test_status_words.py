@@ -35,9 +35,11 @@ def test_a_remark_stands_behind_the_reason() -> None:
         remark="two of them",
         refused=3,
         refusal_text="no",
+        shaper_waits=True,
     )
     status = MachineStatus.of(message)
-    assert status == MachineStatus(PAUSED, Cause.PAUSE_ASKED, "rests; two of them", 3, "no")
+    reason = "rests; two of them"
+    assert status == MachineStatus(PAUSED, Cause.PAUSE_ASKED, reason, 3, "no", shaper_waits=True)
     assert status.word == "paused"
 
 

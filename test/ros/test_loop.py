@@ -19,7 +19,7 @@ from std_msgs.msg import Int32
 from std_srvs.srv import Trigger
 
 from testing.domain import own_context
-from tri_glide_kinematics.ros.loop import Cycle, CycleLoop
+from tri_glide_kinematics.ros.loop import Cycle, CycleLoop, UrgentInputs
 
 pytestmark = pytest.mark.nodes
 
@@ -300,6 +300,28 @@ def test_many_that_are_not_urgent_do_not_wait_20_ms_each(run, node, numbers):
     run(lambda: len(in_cycle) == DEPTH, step=steps)
     took = max(in_cycle.values()) - min(in_cycle.values())
     assert took < DEPTH * 0.5 * 0.02 / PERIOD
+
+
+def test_what_a_node_takes_by_itself_is_left_to_it(run, node, numbers):
+    subscription, publish = numbers
+    own, steps = set(), Steps()
+    left, handled = [], []
+
+    def step():
+        steps()
+        if len(steps.times) == 5:
+            # Made in a cycle, and nobody else's from then on.
+            own.add(subscription(left.append))
+            subscription(handled.append)
+        if len(steps.times) >= 5:
+            publish(len(steps.times))
+
+    assert not run(lambda: len(handled) >= 50, step=step, own=own)
+    assert not left
+    inputs = UrgentInputs(own, node.context, lambda error: None)
+    inputs.handle(time.monotonic() + BOUND)
+    inputs.close()
+    assert left
 
 
 def test_a_clock_that_is_set_changes_nothing(run, node):

@@ -133,6 +133,7 @@ class MotionController:
             None if command is None else command.velocity,
             self.leads,
             self._engine.speed_scale,
+            self._engine.shaper_pending,
         )
 
     @property

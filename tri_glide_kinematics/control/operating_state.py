@@ -120,6 +120,7 @@ class ControllerStatus:
         target_velocity: Shape (3,) [m/s]; None if it has none.
         leads: whether there is a setpoint in each cycle.
         speed_scale: by how much velocities are reduced.
+        shaper_waits: whether a new shaper waits for the next rest to be in force.
     """
 
     state: OperatingState
@@ -134,6 +135,7 @@ class ControllerStatus:
     target_velocity: Vector3 | None = None
     leads: bool = False
     speed_scale: float = 1.0
+    shaper_waits: bool = False
 
 
 class CommandRefusedError(KinematicsError):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import struct
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,11 +14,15 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import Imu
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tri_glide_interfaces.msg import MachineState, MotionState
 from tri_glide_kinematics.control import Cause, OperatingState
 from tri_glide_kinematics.motion.trajectory import SliderState
+from tri_glide_kinematics.ros.cdr import STAMP_END, STAMP_OFFSET, byte_order
+from tri_glide_kinematics.ros.loop import UrgentInputs
 from tri_glide_kinematics.ros.outputs import (
     DRIVEN,
     LATCHED,
@@ -54,6 +60,7 @@ class MachineStatus:
         reason: of the state in words, with a remark if there is one.
         refused: number of commands that were refused.
         last_refusal: what was refused last, and why, in words.
+        shaper_waits: whether a new shaper waits for the next rest to be in force.
     """
 
     state: OperatingState | None = None
@@ -61,6 +68,7 @@ class MachineStatus:
     reason: str = ""
     refused: int = 0
     last_refusal: str = ""
+    shaper_waits: bool = False
 
     @classmethod
     def of(cls, message: MachineState) -> MachineStatus:
@@ -71,6 +79,7 @@ class MachineStatus:
             "; ".join(filter(None, (message.reason, message.remark))),
             message.refused,
             message.refusal_text,
+            message.shaper_waits,
         )
 
     @property
@@ -89,6 +98,8 @@ SOME = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 # What is older than this is no longer where the machine is [s].
 SILENCE = 0.5
+# What is told later than this is of another clock [s].
+LARGEST_LAG = 1.0
 
 LATE = "late cycles in the last second"
 LATE_SINCE_START = "late cycles"
@@ -134,6 +145,101 @@ class MotionFeed:
         self.unseen.append(self._newest)
 
 
+# What comes in three frames of a sensor with 1 kHz.
+SWING_QUEUE = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+# Of a frame, what may be spent on taking messages [s].
+TAKING = 0.008
+
+# By the order of bytes: the stamp with the size of the frame's name, and the acceleration, which
+# stands behind an orientation and an angular velocity with their covariances.
+IMU_HEADS = {order: struct.Struct(f"{order}iII") for order in "<>"}
+IMU_ACCELERATIONS = {order: struct.Struct(f"{order}200x3d") for order in "<>"}
+
+
+def read_acceleration(data: bytes) -> tuple[float, float, float, float]:
+    """Return stamp [s] and acceleration [m/s^2] of a ``sensor_msgs/Imu`` by its bytes.
+
+    Raises:
+        struct.error: if they end before that.
+    """
+    order = byte_order(data)
+    seconds, nanoseconds, name = IMU_HEADS[order].unpack_from(data, STAMP_OFFSET)
+    end_of_name = STAMP_END + 4 + name
+    begin = end_of_name + (STAMP_OFFSET - end_of_name) % 8
+    x, y, z = IMU_ACCELERATIONS[order].unpack_from(data, begin)
+    return seconds + 1e-9 * nanoseconds, x, y, z
+
+
+class SwingFeed:
+    """What an accelerometer on the platform tells, which is listened to while a page is there.
+
+    Attributes:
+        own: the subscription, if there is one: its messages are taken here and by nobody else.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Be ready to listen as a part of ``node``."""
+        self.own: set[Subscription] = set()
+        self._node = node
+        self._inputs: UrgentInputs | None = None
+        self._samples: list[tuple[float, float, float, float]] = []
+
+    def listen(self) -> None:
+        """Listen from now on."""
+        if self._inputs is None:
+            subscription = self._node.create_subscription(
+                Imu, "imu/data_raw", self._take, SWING_QUEUE, raw=True
+            )
+            self.own.add(subscription)
+            self._inputs = UrgentInputs((subscription,), self._node.context, _raise)
+
+    def close(self) -> None:
+        """Listen no more: so nothing is sent, and an accelerometer may be silent."""
+        if self._inputs is not None:
+            self._inputs.close()
+            self._inputs = None
+            self._node.destroy_subscription(self.own.pop())
+
+    def take(self) -> FloatArray:
+        """Return what has come in: stamps [s] and accelerations [m/s^2]. Shape (n, 4)."""
+        if self._inputs is not None:
+            self._inputs.handle(time.monotonic() + TAKING)
+        samples, self._samples = self._samples, []
+        return np.array(samples).reshape(-1, 4)
+
+    def _take(self, data: bytes) -> None:
+        # Bytes that are no such message tell nothing.
+        with suppress(struct.error):
+            self._samples.append(read_acceleration(data))
+
+
+def _raise(error: Exception) -> None:
+    raise error
+
+
+class SteadyTimes:
+    """Places what another clock has stamped on the steady clock of this computer.
+
+    What is late by itself makes no step, as its stamp counts.
+    """
+
+    def __init__(self) -> None:
+        """Know nothing of the other clock."""
+        self._offset = 0.0
+
+    def offset(self, stamp: float, now: float) -> float:
+        """Return what is to be added to stamps [s].
+
+        Args:
+            stamp: the newest one [s].
+            now: time.monotonic() [s].
+        """
+        # A clock that is set begins anew.
+        if not -LARGEST_LAG <= stamp + self._offset - now <= 0.0:
+            self._offset = now - stamp
+        return self._offset
+
+
 class Feeds:
     """All topics that the panel listens to.
 
@@ -142,6 +248,7 @@ class Feeds:
         status: what ``ik_node`` says about itself.
         target: where the machine goes, None for nowhere [m].
         late: what ``ik_node`` says about its cycles.
+        swing: what an accelerometer tells.
     """
 
     def __init__(
@@ -155,6 +262,7 @@ class Feeds:
         self.status = MachineStatus()
         self.target: Vector3 | None = None
         self.late = "not known"
+        self.swing = SwingFeed(node)
         self._server = server[1:]
         self._on_lines = on_lines
         node.create_subscription(MachineState, "ik_node/machine_state", self._on_state, LATCHED)

@@ -20,7 +20,7 @@ from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
-from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.ros.parameters import IK_NODE, Values
 from tri_glide_kinematics.vectors import Vector3
 
 # A twist that is lost is renewed by the next one.
@@ -116,6 +116,27 @@ class MachineLink:
         if not self._is_setting:
             self._send_scale()
 
+    def set_parameters(
+        self, what: str, values: Values, then: Callable[[], None] = lambda: None
+    ) -> bool:
+        """Ask ``ik_node`` to set all of these parameters or none; return whether it is there.
+
+        A refusal calls them ``what``. Once there is an answer, ``then`` is called.
+        """
+        if not self._parameters.services_are_ready():
+            self._on_refusal(f"{what}: nobody answers as {self.server}")
+            return False
+
+        def take(future: Any) -> None:
+            result = future.result().result
+            if not result.successful:
+                self._on_refusal(f"{what}: {result.reason}")
+            then()
+
+        parameters = [Parameter(name, value=value) for name, value in values.items()]
+        self._parameters.set_parameters_atomically(parameters).add_done_callback(take)
+        return True
+
     def ask_for_facts(self, on_answer: Callable[[MachineFacts], None]) -> None:
         """Ask ``ik_node`` for its parameters."""
 
@@ -164,16 +185,6 @@ class MachineLink:
 
     def _send_scale(self) -> None:
         scale, self._wanted_scale = self._wanted_scale, None
-        if scale is None or not self._parameters.services_are_ready():
-            self._is_setting = False
-            return
-        self._is_setting = True
-
-        def take(future: Any) -> None:
-            result = future.result().result
-            if not result.successful:
-                self._on_refusal(f"speed scale: {result.reason}")
-            self._send_scale()
-
-        parameter = Parameter("speed_scale", value=scale)
-        self._parameters.set_parameters_atomically([parameter]).add_done_callback(take)
+        self._is_setting = scale is not None and self.set_parameters(
+            "speed scale", {"speed_scale": scale}, self._send_scale
+        )

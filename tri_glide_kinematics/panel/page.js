@@ -84,7 +84,7 @@ const show = (told) => {
 const look = setInterval(() => {
   // The canvas ends where viser's own panel begins.
   const canvas = document.querySelector("canvas");
-  if (canvas) strip.style.setProperty("--strip-width", canvas.clientWidth + "px");
+  if (canvas) document.documentElement.style.setProperty("--strip-width", canvas.clientWidth + "px");
   if (document.hidden || performance.now() - heard < settings.silence) return;
   document.body.classList.add("tri-glide-lost");
   strip.dataset.color = "fault";

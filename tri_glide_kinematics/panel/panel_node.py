@@ -27,6 +27,7 @@ from tri_glide_kinematics.panel.tabs import (
     OperatorRequests,
     PagesBar,
     PointsTab,
+    SwingTab,
     pages_text,
     pose_of,
 )
@@ -82,7 +83,13 @@ class PanelNode(Node):
         self._build(Path(values["points_file"] or POINTS_FILE))
         self.create_subscription(ParameterEvent, "/parameter_events", self._on_parameters, 100)
         self.create_timer(LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        self.cycle = Cycle(self._feeds.urgent, 1.0 / FRAMES, self._frame, end=self._server.stop)
+        self.cycle = Cycle(
+            self._feeds.urgent,
+            1.0 / FRAMES,
+            self._frame,
+            end=self._server.stop,
+            own=self._feeds.swing.own,
+        )
         PatientServices(self)
         # Not by the log, which goes to files and to all who listen to /rosout.
         print(f"the page: {self._page.address}", flush=True)
@@ -103,6 +110,8 @@ class PanelNode(Node):
         with tabs.add_tab("Points"):
             PointsTab(gui, requests, points_file, self._measured_position, self._follow)
         self._view = LiveView(server, tabs, requests, self._move_to)
+        with tabs.add_tab("Swing"):
+            self._swing = SwingTab(gui, requests)
         with tabs.add_tab("Mechanisms"):
             # Its files lie beside the parameters.
             folder = default_parameter_file().parent
@@ -177,9 +186,13 @@ class PanelNode(Node):
         self._look_for_ends()
         clients = self._server.get_clients()
         if not clients:
+            self._feeds.swing.close()
             return
+        self._feeds.swing.listen()
         self._mechanisms.step(time.monotonic())
         self._tell(clients)
+        self._swing.show(self._facts, waits=self._feeds.status.shaper_waits)
+        self._swing.draw(self._feeds.swing)
         if self._facts is not None:
             self._drive.show(self._facts, self._commanded_position())
             self._view.draw(self._facts, self._feeds)

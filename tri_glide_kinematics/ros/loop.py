@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable
+from collections.abc import Callable, Collection, Container, Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -46,6 +46,7 @@ class Cycle:
         may_end: is asked before each further cycle once the loop is to stop, and returns whether it
             may: what moves has to come to rest before.
         end: is done once, after the last cycle, unless nothing can be sent any more.
+        own: what ``step`` takes by itself, and nobody else; the node may change it at any time.
     """
 
     urgent: tuple[Input, ...]
@@ -55,6 +56,7 @@ class Cycle:
     early: tuple[Input, ...] = ()
     may_end: Callable[[], bool] = lambda: True
     end: Callable[[], None] = lambda: None
+    own: Collection[Input] = ()
 
 
 class CycleLoop:
@@ -79,7 +81,7 @@ class CycleLoop:
         self._survive = survive
         self._inputs = UrgentInputs(cycle.urgent, node.context, survive)
         self._early = UrgentInputs(cycle.early, node.context, survive) if cycle.early else None
-        self._others = OtherTurns(node, cycle.urgent)
+        self._others = OtherTurns(node, cycle.urgent, cycle.own)
         self._next = monotonic()
 
     def spin(self) -> None:
@@ -366,11 +368,12 @@ class OtherTurns(SingleThreadedExecutor):
         due: time.monotonic() of the next turn [s].
     """
 
-    def __init__(self, node: Node, urgent: Iterable[Any]) -> None:
-        """Look at all of ``node`` but the subscriptions and services that are ``urgent``."""
+    def __init__(self, node: Node, urgent: Iterable[Any], own: Collection[Any] = ()) -> None:
+        """Look at all of ``node`` but what is ``urgent``, and what it takes on its ``own``."""
         self.due = 0.0
         self._node = node
         self._urgent = frozenset(urgent)
+        self._own = own
         self._attentive_until = 0.0
         # Of the last look of the executor there may be callbacks left; and it may have tasks.
         self._has_more = False
@@ -381,7 +384,8 @@ class OtherTurns(SingleThreadedExecutor):
 
     def can_execute(self, entity: Any) -> bool:
         """Tell whether to look at ``entity``."""
-        return entity not in self._urgent and super().can_execute(entity)
+        is_left_out = entity in self._urgent or entity in self._own
+        return not is_left_out and super().can_execute(entity)
 
     def wake(self) -> None:
         """Look at other things than before, as the node has made or destroyed some."""
@@ -415,7 +419,7 @@ class OtherTurns(SingleThreadedExecutor):
 
     def _is_any_ready(self) -> bool:
         if self._look is None:
-            self._look = ReadyLook(self._node, self._urgent)
+            self._look = ReadyLook(self._node, self._urgent.union(self._own))
         return self._look.is_any_ready()
 
     def _next_ready(self) -> tuple[Any, Any] | None:

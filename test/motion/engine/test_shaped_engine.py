@@ -134,6 +134,7 @@ def test_a_change_of_shaper_waits_for_rest():
     assert moving.shaper_pending
     driven(moving)
     assert MACHINE.forward(moving.state.heights) == pytest.approx(TARGET, abs=1e-9)
+    assert not moving.shaper_pending
     moving.move_to(OTHER)
     assert moving.shaper is SHAPER
     assert not moving.shaper_pending

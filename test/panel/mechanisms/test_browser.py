@@ -11,9 +11,9 @@ from joined_domain import joined_domain
 from mechanisms_rig import Rig, mechanism_nodes, page_server
 
 from testing.browser import DESKTOP, PHONE, browser, find_browser
+from tri_glide_kinematics.panel.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.machine_scene import light_plainly
 from tri_glide_kinematics.panel.mechanisms import BLUE, GREEN, ORANGE, PALE
-from tri_glide_kinematics.panel.slider_curves import CurveLimits, Curves
 
 pytestmark = [
     pytest.mark.nodes,

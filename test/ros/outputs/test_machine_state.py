@@ -85,6 +85,7 @@ def test_all_that_is_known_is_told():
         target_position=(0.1, 0.2, 0.3),
         leads=True,
         speed_scale=0.5,
+        shaper_waits=True,
     )
     message = told(status, refused, "two senders")
     assert (message.state, message.cause) == (
@@ -100,7 +101,7 @@ def test_all_that_is_known_is_told():
     assert (message.target.x, message.target.y, message.target.z) == (0.1, 0.2, 0.3)
     assert math.isnan(message.target_velocity.x)
     assert message.sends_setpoints and not message.target_reached
-    assert message.speed_scale == 0.5
+    assert message.speed_scale == 0.5 and message.shaper_waits
     assert (message.refused, message.refusal) == (1, MachineState.REFUSAL_NOT_FINITE)
     assert message.refusal_text == "refused a target pose: nan"
     assert message.header.frame_id == "base" and message.header.stamp.sec > 0

@@ -331,8 +331,8 @@ class MotionEngine:
 
     @property
     def shaper_pending(self) -> bool:
-        """Whether another shaper waits for rest."""
-        return self._execution.shaper_pending
+        """Whether another shaper waits for rest; at rest, what begins next has it."""
+        return self._execution.shaper_pending and self.phase is not MotionPhase.IDLE
 
     @property
     def limits(self) -> SliderLimits:

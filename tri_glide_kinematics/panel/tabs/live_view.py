@@ -14,13 +14,12 @@ import viser
 
 from tri_glide_kinematics.control import IDLE
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.feeds import Feeds, MotionFeed
+from tri_glide_kinematics.panel.curves import CurveLimits, Curves
+from tri_glide_kinematics.panel.feeds import LARGEST_LAG, Feeds, MotionFeed, SteadyTimes
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
 from tri_glide_kinematics.panel.markup import bar, note, table
-from tri_glide_kinematics.panel.slider_curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.tabs.operator_requests import OperatorRequests
-from tri_glide_kinematics.ros.outputs import Motion
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import edge_rings
 
@@ -208,9 +207,6 @@ TRACE_PERIOD = 0.2  # s
 # Of a frame, what may be spent on the shape of the workspace [s].
 PIECE = 0.004
 
-# What is told later than this is of another clock [s].
-LARGEST_LAG = 1.0
-
 # The trace: its points, and how far the platform moves from one to the next [m].
 TRACE_POINTS = 1500
 TRACE_STEP = 0.001
@@ -238,7 +234,7 @@ class LiveView:
         self._handle: GoToHandle | None = None
         self._curves: Curves | None = None
         self._shaping: Any = None
-        self._clock_offset = 0.0
+        self._times = SteadyTimes()
         self._curves_at = 0.0
         self._trace: deque[Vector3] = deque(maxlen=TRACE_POINTS)
         self._is_traced = True
@@ -302,7 +298,7 @@ class LiveView:
             return
         now = time.monotonic()
         for motion in feed.unseen:
-            moment = self._moment_of(motion, now)
+            moment = motion.stamp + self._times.offset(motion.stamp, now)
             if motion.commanded is not None and moment > self._curves_at:
                 self._curves_at = moment
                 self._curves.add(moment, *motion.commanded)
@@ -311,13 +307,6 @@ class LiveView:
         if now - self._curves_at > LARGEST_LAG:
             self._curves_at = now
         self._curves.draw(self._curves_at)
-
-    def _moment_of(self, motion: Motion, now: float) -> float:
-        """Return when that was, by its own stamp: what is late by itself makes no step."""
-        # A clock that is set begins anew.
-        if not -LARGEST_LAG <= motion.stamp + self._clock_offset - now <= 0.0:
-            self._clock_offset = now - motion.stamp
-        return motion.stamp + self._clock_offset
 
     def _draw_trace(self, scene: Scene, position: Vector3) -> None:
         if not self._trace or math.dist(self._trace[-1], position) > TRACE_STEP:

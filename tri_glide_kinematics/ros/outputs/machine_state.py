@@ -55,6 +55,7 @@ def machine_state(
         target_distance=math.nan if distance is None else distance,
         target_text=status.newest_target,
         speed_scale=status.speed_scale,
+        shaper_waits=status.shaper_waits,
         refused=refused.total,
         refusal=int(refused.refusal),
         refusal_text=refused.last,

@@ -1,0 +1,389 @@
+"""Plots of the last seconds, redrawn a few times a second: the sliders' motion, and a swing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from viser import GuiApi, GuiUplotHandle
+from viser.uplot import Axis, Scale, Series
+
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+
+class CurveLimits(NamedTuple):
+    """Limits of the three sliders: heights [m], velocities [m/s] and accelerations [m/s^2]."""
+
+    lower_heights: Vector3
+    upper_heights: Vector3
+    velocities: Vector3
+    accelerations: Vector3
+
+
+LATEST = 1.0  # s that a sample may come after newer ones
+
+
+class Ring:
+    """Numbers of the last seconds in bins of equal width; a bin without a sample holds NaN.
+
+    Attributes:
+        bins: whose order is known to the ring alone. Shape (..., n).
+        ages: of the bins, oldest first. Shape (n,) [s].
+    """
+
+    def __init__(self, shape: tuple[int, ...], span: float, width: float) -> None:
+        """Start without samples.
+
+        Args:
+            shape: of what a bin holds.
+            span: of all bins [s].
+            width: of each [s].
+        """
+        self._count, self._width = round(span / width), width
+        self._newest: int | None = None
+        self.bins = np.full((*shape, self._count), math.nan)
+        self.ages = (np.arange(self._count) - (self._count - 1)) * width
+
+    def place(self, time: float) -> int:
+        """Return the index of the bin of a ``time`` [s] that is none of the future."""
+        return math.floor(time / self._width) % self._count
+
+    def places(self, times: FloatArray) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
+        """Tell which ``times`` have a bin, and return the indices of these. Shape (m,) [s]."""
+        numbers = np.floor(times / self._width).astype(np.intp)
+        newest = 0 if self._newest is None else self._newest
+        have = (newest - self._count < numbers) & (numbers <= newest)
+        return have, numbers[have] % self._count
+
+    def advance(self, time: float) -> None:
+        """Let the bins up to ``time`` [s] be the newest ones, empty if nothing came in them.
+
+        A clock that goes back starts all of them anew.
+        """
+        bin_now = math.floor(time / self._width)
+        if self._newest is None or bin_now < self._newest - LATEST / self._width:
+            self.bins[:] = math.nan
+        elif bin_now < self._newest:
+            return
+        else:
+            passed = min(bin_now - self._newest, self._count)
+            self.bins[..., (bin_now - np.arange(passed)) % self._count] = math.nan
+        self._newest = bin_now
+
+    def values(self) -> FloatArray:
+        """Return all bins, oldest first. Shape (..., n)."""
+        first = 0 if self._newest is None else self._newest + 1
+        return np.roll(self.bins, -first, axis=-1)
+
+
+SPAN = 10.0  # s
+BIN = 0.05  # s
+SLIDERS = 3
+HEIGHTS, VELOCITIES, ACCELERATIONS = QUANTITIES = range(3)
+
+
+class History:
+    """The motion of the sliders in the last seconds.
+
+    A bin holds the newest height, and of velocities and accelerations that which is farthest from
+    zero: what comes near a limit for a moment is never lost.
+    """
+
+    def __init__(self) -> None:
+        """Start without samples."""
+        self._ring = Ring((len(QUANTITIES), SLIDERS), SPAN, BIN)
+        self.advance, self.ages = self._ring.advance, self._ring.ages
+
+    def add(
+        self,
+        time: float,
+        heights: Sequence[float],
+        velocities: Sequence[float],
+        accelerations: Sequence[float],
+    ) -> None:
+        """Take in a sample, a little late at most; a clock that goes back starts the history anew.
+
+        Args:
+            time: of a steady clock [s].
+            heights: Shape (3,) [m].
+            velocities: Shape (3,) [m/s].
+            accelerations: Shape (3,) [m/s^2].
+        """
+        self.advance(time)
+        bins = self._ring.bins[..., self._ring.place(time)]
+        bins[HEIGHTS] = heights
+        for quantity, new in ((VELOCITIES, velocities), (ACCELERATIONS, accelerations)):
+            # A bin without a sample, which is NaN, keeps nothing.
+            keep = np.abs(bins[quantity]) >= np.abs(new)
+            bins[quantity] = np.where(keep, bins[quantity], new)
+
+    def values(self, quantity: int) -> FloatArray:
+        """Return one quantity of all sliders, oldest first. Shape (3, n)."""
+        values: FloatArray = self._ring.values()[quantity]
+        return values
+
+
+SWING_SPAN = 4.0  # s
+# A swing of 60 Hz, which is a fast one, has four of them in a period [s].
+SWING_BIN = 0.004
+AXES = 3
+
+
+class SwingHistory:
+    """What an accelerometer has told in the last seconds, without its constant part.
+
+    A bin holds the lowest and the highest acceleration: of more samples than bins no peak is lost.
+    """
+
+    def __init__(self) -> None:
+        """Start without samples."""
+        self._ring = Ring((2, AXES), SWING_SPAN, SWING_BIN)
+        self.advance, self.ages = self._ring.advance, self._ring.ages
+
+    def add(self, times: FloatArray, accelerations: FloatArray) -> None:
+        """Take in samples; those that are not finite, or older than the history, are left out.
+
+        Args:
+            times: of a steady clock. Shape (m,) [s].
+            accelerations: Shape (m, 3) [m/s^2].
+        """
+        finite = np.isfinite(accelerations).all(axis=1)
+        times, accelerations = times[finite], accelerations[finite]
+        if not times.size:
+            return
+        self.advance(float(times.max()))
+        have, places = self._ring.places(times)
+        for extremes, farther in zip(self._ring.bins, (np.fmin, np.fmax)):
+            for extreme, told in zip(extremes, accelerations[have].T):
+                farther.at(extreme, places, told)
+
+    def values(self) -> FloatArray:
+        """Return the accelerations, oldest first. Shape (3, n) [m/s^2].
+
+        The constant part of an axis, which is gravity and the error of the sensor, is the median:
+        that of a machine that rests for half of the time is what it feels at rest.
+        """
+        lowest, highest = self._ring.values()
+        for axis in range(AXES):
+            is_known = np.isfinite(lowest[axis])
+            if is_known.any():
+                constant = np.median((0.5 * lowest[axis] + 0.5 * highest[axis])[is_known])
+                lowest[axis] -= constant
+                highest[axis] -= constant
+        return np.where(np.abs(lowest) > np.abs(highest), lowest, highest)
+
+
+REDRAWN_AFTER = 0.25  # s
+# Of a plot without its title, and of the numbers beside and below it [pixels].
+PLOT_HEIGHT = 120
+AXIS_WIDTH, AXIS_HEIGHT = 56, 26
+MARGIN = 0.06  # of the range between the limits, beyond them
+COLOURS = ("#0072b2", "#e69f00", "#009e73")
+LIMIT_COLOUR = "#a00000"
+
+
+@dataclass(frozen=True)
+class _Plot:
+    """One plot: which quantity, its unit, and how many of this unit make one SI unit."""
+
+    quantity: int
+    title: str
+    scale: float
+
+
+_PLOTS = (
+    _Plot(HEIGHTS, "Heights [mm], last 10 s", 1000.0),
+    _Plot(VELOCITIES, "Velocities [mm/s]", 1000.0),
+    _Plot(ACCELERATIONS, "Accelerations [m/s²]", 1.0),
+)
+
+
+def _legend(names: Sequence[str], colours: Sequence[str]) -> str:
+    return "".join(
+        f'<span style="color:{colour};padding-left:1em;white-space:nowrap">\u25a0 {name}</span>'
+        for name, colour in zip(names, colours)
+    )
+
+
+def _add_plot(
+    gui: GuiApi,
+    title: str,
+    columns: tuple[FloatArray, ...],
+    series: Iterable[Series],
+    scale: tuple[float, float],
+    span: float,
+    order: float | None = None,
+) -> GuiUplotHandle:
+    """Add a plot of ``columns``, of which the first has ages [s], to the open container.
+
+    The ``scale`` is the range of all others, the ``span`` that of the ages [s].
+    """
+    return gui.add_uplot(
+        columns,
+        (Series(label="s"), *series),
+        title=title,
+        scales=_scales(scale, span),
+        axes=(Axis(size=AXIS_HEIGHT), Axis(size=AXIS_WIDTH)),
+        legend={"show": False},
+        height=PLOT_HEIGHT,
+        # Room for the uppermost and the last number.
+        padding=(8, 24, 0, 0),
+        order=order,
+    )
+
+
+def _scales(scale: tuple[float, float], span: float) -> dict[str, Scale]:
+    return {"x": {"time": False, "range": (-span, 0.0)}, "y": {"range": scale}}
+
+
+def _is_due(drawn_at: float | None, time: float) -> bool:
+    return drawn_at is None or not 0.0 <= time - drawn_at < REDRAWN_AFTER
+
+
+SLIDER_NAMES = tuple(f"slider {number}" for number in range(1, SLIDERS + 1))
+
+
+class Curves:
+    """Heights, velocities and accelerations of the last 10 s.
+
+    All calls come from one thread.
+
+    Attributes:
+        plots: of heights, velocities and accelerations.
+    """
+
+    def __init__(self, gui: GuiApi, limits: CurveLimits) -> None:
+        """Add the plots to the container of ``gui`` that is open."""
+        self._gui = gui
+        self._history = History()
+        self._limits = limits
+        self._drawn_at: float | None = None
+        gui.add_html(_legend((*SLIDER_NAMES, "limit"), (*COLOURS, LIMIT_COLOUR)))
+        self.plots = [self._add(plot) for plot in _PLOTS]
+
+    def set_limits(self, limits: CurveLimits) -> None:
+        """Draw other limits from now on; called where the container is open again."""
+        if limits == self._limits:
+            return
+        self._limits = limits
+        for index, plot in enumerate(_PLOTS):
+            order = self.plots[index].order
+            self.plots[index].remove()
+            self.plots[index] = self._add(plot, order)
+
+    def add(
+        self,
+        time: float,
+        heights: Sequence[float],
+        velocities: Sequence[float],
+        accelerations: Sequence[float],
+    ) -> None:
+        """Take in a sample, at any rate; arguments as for ``History.add``."""
+        self._history.add(time, heights, velocities, accelerations)
+
+    def draw(self, time: float) -> None:
+        """Draw if it is time to, and let the curves go on to ``time`` [s] if no samples come."""
+        if not _is_due(self._drawn_at, time):
+            return
+        self._drawn_at = time
+        self._history.advance(time)
+        for plot, handle in zip(_PLOTS, self.plots):
+            handle.data = self._columns(plot)
+
+    def _columns(self, plot: _Plot) -> tuple[FloatArray, ...]:
+        """Return ages, curves and limits as columns of equal length."""
+        ages = self._history.ages
+        curves = self._history.values(plot.quantity) * plot.scale
+        limits = (np.full(ages.size, limit) for limit in self._limits_of(plot))
+        return ages, *curves, *limits
+
+    def _limits_of(self, plot: _Plot) -> list[float]:
+        """Return the limits in the unit of a plot, each once, ascending."""
+        limits = self._limits
+        if plot.quantity == HEIGHTS:
+            ends = {*limits.lower_heights, *limits.upper_heights}
+        else:
+            largest = limits.velocities if plot.quantity == VELOCITIES else limits.accelerations
+            ends = {*(-limit for limit in largest), *largest}
+        return sorted(end * plot.scale for end in ends)
+
+    def _add(self, plot: _Plot, order: float | None = None) -> GuiUplotHandle:
+        limits = self._limits_of(plot)
+        margin = MARGIN * (limits[-1] - limits[0])
+        curves = (
+            Series(label=name, stroke=colour, width=1.5)
+            for name, colour in zip(SLIDER_NAMES, COLOURS)
+        )
+        lines = (Series(label="limit", stroke=LIMIT_COLOUR, dash=(6, 4)) for _ in limits)
+        # The range is fixed: how near a curve is to its limits is seen at a glance.
+        scale = (limits[0] - margin, limits[-1] + margin)
+        columns = self._columns(plot)
+        return _add_plot(self._gui, plot.title, columns, (*curves, *lines), scale, SPAN, order)
+
+
+AXIS_NAMES = ("x", "y", "z")
+# The range of the plot of a swing, above and below zero, is at least and at most so large [m/s^2].
+LEAST_RANGE, MOST_RANGE = 0.5, 1e6
+
+
+class SwingCurves:
+    """Accelerations of the platform in the last 4 s along three axes, hidden while none is told.
+
+    All calls come from one thread.
+
+    Attributes:
+        plot: of them.
+    """
+
+    def __init__(self, gui: GuiApi) -> None:
+        """Add the plot to the open container of ``gui``."""
+        self._history = SwingHistory()
+        self._drawn_at: float | None = None
+        self._range = math.nan
+        self._legend = gui.add_html(_legend(AXIS_NAMES, COLOURS), visible=False)
+        curves = (
+            Series(label=name, stroke=colour, width=1.0)
+            for name, colour in zip(AXIS_NAMES, COLOURS)
+        )
+        title = f"Acceleration [m/s²], last {SWING_SPAN:g} s"
+        columns, scale = self._columns(), (-LEAST_RANGE, LEAST_RANGE)
+        self.plot = _add_plot(gui, title, columns, curves, scale, span=SWING_SPAN)
+        self.plot.visible = False
+
+    def add(self, times: FloatArray, accelerations: FloatArray) -> None:
+        """Take in samples, at any rate; arguments as for ``SwingHistory.add``."""
+        self._history.add(times, accelerations)
+
+    def draw(self, time: float) -> bool:
+        """Draw if it is time to; return whether there is something to see."""
+        if _is_due(self._drawn_at, time):
+            self._drawn_at = time
+            self._history.advance(time)
+            columns = self._columns()
+            is_told = len(columns[0]) > 0
+            if is_told:
+                self._fit(float(np.abs(columns[1:]).max()))
+                self.plot.data = columns
+            self._legend.visible = self.plot.visible = is_told
+        return self.plot.visible
+
+    def _columns(self) -> tuple[FloatArray, ...]:
+        """Return ages and accelerations as columns of equal length, without empty bins.
+
+        A sensor may tell less often than there are bins.
+        """
+        values = self._history.values()
+        told = np.isfinite(values[0])
+        return self._history.ages[told], *values[:, told]
+
+    def _fit(self, largest: float) -> None:
+        """Choose the range: a power of two, so that it changes seldom."""
+        _, exponent = math.frexp(min(max(largest, LEAST_RANGE), MOST_RANGE))
+        needed = math.ldexp(1.0, exponent)
+        if needed != self._range:
+            self._range = needed
+            self.plot.scales = _scales((-needed, needed), SWING_SPAN)
