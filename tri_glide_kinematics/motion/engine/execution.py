@@ -489,10 +489,13 @@ class PlanExecution:
             if after.path.heights is held.path.heights and held.role is PlanRole.LEADS_TO_GOAL:
                 # The whole path was looked at when it began.
                 return made
-        yield
-        places = after.places(self.workspace.machine)
-        shaper = shaping.covering(places, None if rests else before)
-        yield
+        if after.goal.leads_anywhere:
+            shaper = shaping.covering(None, None if rests else before)
+        else:
+            yield
+            places = after.places(self.workspace.machine)
+            shaper = shaping.covering(places, None if rests else before)
+            yield
         if shaper == before:
             return made
         limits = replace(after.limits, shaper=shaper)

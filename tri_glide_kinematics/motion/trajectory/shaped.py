@@ -36,6 +36,7 @@ from tri_glide_kinematics.motion.trajectory.series import (
     position_of,
 )
 from tri_glide_kinematics.motion.trajectory.trajectory import (
+    AT_REST,
     SampledPlan,
     SliderState,
     Trajectory,
@@ -213,7 +214,8 @@ class ShapedTrajectory(Trajectory):
             az += amplitude * bz
         state = slider_state(self._arms, (x, y, z, vx, vy, vz, ax, ay, az))
         if time == self.duration:
-            self._final = state
+            # Times are sums here, and the last copy may not be at its end yet but for rounding.
+            self._final = state = SliderState(state.heights, AT_REST, AT_REST)
         return state
 
     def sample(self, times: FloatArray) -> SampledPlan:
