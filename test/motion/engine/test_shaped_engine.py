@@ -11,6 +11,7 @@ from motion_machine import (
     DT,
     HOME,
     KINDS,
+    LIMITS,
     MACHINE,
     OTHER,
     SHAPER,
@@ -23,11 +24,14 @@ from motion_machine import (
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
+    CommandStream,
+    LimitUse,
     MotionEngine,
     MotionKind,
     MotionPhase,
     SliderLimits,
 )
+from tri_glide_kinematics.motion.engine import held_motion
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 
 SHAPERS = (None, SHAPER, Shaper.of(ShaperKind.ZVD, Mode(30.0, 0.05)))
@@ -207,3 +211,36 @@ def test_a_jog_in_another_direction_is_calm(kind):
         assert moving.phase is MotionPhase.JOGGING
     moving.stop()
     assert_keeps([*heights, *driven(moving)[1:]])
+
+
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [
+        ((0.16, 0.08, 0.4), (-0.01, -0.03, 0.31)),
+        ((0.14, 0.07, 0.33), (-0.1, -0.04, 0.27)),
+    ],
+)
+def test_a_plan_from_rest_is_proved_from_its_start_however_long_that_takes(start, end, monkeypatch):
+    # Nothing is left to the shaper, so that the first plan exceeds limits.
+    monkeypatch.setattr(held_motion, "LEFT_TO_PLANS", (1.0, 1.0, 1.0))
+    moving = engine(heights=MACHINE.inverse(start), in_pieces=True)
+    moving.set_shaper(SHAPER)
+    moving.move_to(end)
+    while True:
+        moving.work(lambda: False)
+        if not moving.preparing:
+            break
+        moving.step(0.05)
+    heights = [moving.state.heights]
+    while moving.phase is not MotionPhase.IDLE:
+        heights.append(moving.step(DT).heights)
+    assert MACHINE.forward(heights[-1]) == pytest.approx(end, abs=1e-9)
+    assert LimitUse.of(CommandStream.from_heights(heights, DT), LIMITS).is_within
+
+
+def test_new_limits_at_rest_are_in_force_at_once():
+    moving = engine(in_pieces=True)
+    moving.set_shaper(SHAPER)
+    moving.set_limits(SliderLimits.uniform(0.3, 4.0, 80.0))
+    assert moving.phase is MotionPhase.IDLE
+    assert not moving.limits_pending

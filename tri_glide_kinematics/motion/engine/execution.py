@@ -454,9 +454,10 @@ class PlanExecution:
             if same or rests or after.limits.shaper is None:
                 break
             yield
-            lead = start - self.holder.time
+            # What begins at rest begins when it is ready, however late that is.
+            lead = max(start - self.holder.time, 0.0)
             motion = self._driven_with(after, lead)
-            use = yield from motion.limit_use(after.limits.scaled, max(lead, 0.0), after.region)
+            use = yield from motion.limit_use(after.limits.scaled, lead, after.region)
             if use.keeps_limits:
                 yield from inside(motion, after.region, after.limits.scaled)
                 break
