@@ -22,7 +22,7 @@ def test_no_sequence_of_commands_breaks_a_limit(scenario):
     assert findings.steps == STEPS
     # The soak is worth its name: commands of each kind, mostly in motion, and limits used in full.
     assert len(findings.commands) >= 9
-    assert findings.still < 0.6 * STEPS
+    assert findings.still < 0.7 * STEPS
     assert findings.peaks.max() == pytest.approx(1.0, abs=0.01)
 
 
