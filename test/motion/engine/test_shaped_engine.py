@@ -20,6 +20,7 @@ from motion_machine import (
     driven,
     each_kind,
     engine,
+    run,
 )
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -187,6 +188,22 @@ def test_limits_that_come_behind_a_stop_are_in_force_at_once():
     moving.set_speed_scale(0.1)
     assert not moving.limits_pending
     assert moving.phase is MotionPhase.IDLE
+
+
+def test_slow_motion_is_proved_in_few_pieces():
+    moving = shaped(in_pieces=True)
+    moving.jog((0.001, 0.0, 0.0))
+    pieces = 0
+    while moving.preparing:
+        left = iter(range(0))
+        moving.work(lambda left=left: next(left, None) is not None)
+        pieces += 1
+        assert pieces < 300
+    heights = run(moving, 0.5)
+    assert moving.phase is MotionPhase.JOGGING
+    assert_keeps(heights)
+    places = MACHINE.forward_batch(heights)
+    assert np.diff(places[-2:, 0])[0] / DT == pytest.approx(0.001, rel=1e-6)
 
 
 def test_a_new_start_forgets_what_was_driven():

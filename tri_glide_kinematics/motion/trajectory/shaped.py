@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
+from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan
 from tri_glide_kinematics.motion.trajectory.bends import path_driven
 from tri_glide_kinematics.motion.trajectory.errors import CutBendError, SliderLimitError
 from tri_glide_kinematics.motion.trajectory.knots import ascending
@@ -47,9 +48,11 @@ from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Traced, Workspace
 
-# Cells are at most so long, and so often divided by four where no limit is proved [s].
-LONGEST_CELL = 0.008
-DIVISIONS = 3
+# Cells are so long at first, unless they would be more than so many between two knots, as in slow
+# motion. Where no limit is proved they are divided by four, until they are short [s].
+FIRST_CELL = 0.008
+MOST_BETWEEN = 16
+SHORTEST_CELL = FIRST_CELL / 64.0
 
 # So many cells are looked at together at most, and so many copies of the motion in cells.
 CELLS_AT_ONCE = 64
@@ -282,8 +285,8 @@ class ShapedTrajectory(Trajectory):
         most_cut, cut_at = 0.0, 0.0
         lowest = highest = np.array(self.at(self.duration).heights)
         together = max(min(CELLS_AT_ONCE, COPIES_AT_ONCE // len(self.shaper.times)), 1)
-        for division in range(DIVISIONS + 1):
-            settled = np.ones(len(middles), dtype=bool)
+        while len(middles):
+            settled = half <= 0.5 * SHORTEST_CELL
             for first in range(0, len(middles), together):
                 some = slice(first, first + together)
                 series = self._height_series(middles[some], half[some])
@@ -292,13 +295,13 @@ class ShapedTrajectory(Trajectory):
                 there = np.abs(series.values[1:4]) * _TO_DERIVATIVES / table
                 use = np.maximum(largest_of(series, half[some]) / table, there)
                 cut_there, cut = self._cut(middles[some], half[some])
-                if division < DIVISIONS:
-                    settled[some] = (use <= 1.0 + RELATIVE_ROUNDING).all(axis=(0, 1))
-                    settled[some] &= cut <= 1.0
-                    if region is not None:
-                        settled[some] &= _between(low, high, region)
-                    # What is exceeded in the middle already is so in smaller cells, too.
-                    settled[some] |= (there > 1.0 + _COARSE).any(axis=(0, 1)) | (cut_there > 1.0)
+                proved = (use <= 1.0 + RELATIVE_ROUNDING).all(axis=(0, 1)) & (cut <= 1.0)
+                if region is not None:
+                    proved &= _between(low, high, region)
+                # What is exceeded in the middle already is so in smaller cells, too.
+                exceeded = (there > 1.0 + _COARSE).any(axis=(0, 1)) | (cut_there > 1.0)
+                use = np.where(exceeded, np.fmax(use, there), use)
+                settled[some] |= proved | exceeded
                 chosen = settled[some]
                 if chosen.any():
                     lowest = np.minimum(lowest, low[:, chosen].min(axis=1))
@@ -335,12 +338,20 @@ class ShapedTrajectory(Trajectory):
         at_once(self.limit_use(limits, since)).check(limits)
 
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Check travel, and return the check of all of the way."""
+        """Check travel, and return the check of the way; of a line, until it is left no more."""
         if self._extremes is None or not _between(*self._extremes, region):
             at_once(self.limit_use(limits, 0.0, region))
         assert self._extremes is not None
         self.check_travel(*self._extremes, region)
-        return (region.path_check(self.at, self.duration, hypot(*limits.acceleration)),)
+        begin, plan, skipped = self.driven[-1]
+        until = self.duration
+        if isinstance(plan, LinePlan):
+            # From then on the mean is a place of that line, which was checked with its plan.
+            blend = 0.0 if plan.blend is None else plan.blend.duration
+            until = min(until, begin + max(blend - skipped, 0.0) + self.shaper.duration)
+        if until <= 0.0:
+            return ()
+        return (region.path_check(self.at, until, hypot(*limits.acceleration)),)
 
 
 def _between(lowest: FloatArray, highest: FloatArray, region: Workspace) -> NDArray[np.bool_]:
@@ -351,9 +362,9 @@ def _between(lowest: FloatArray, highest: FloatArray, region: Workspace) -> NDAr
 
 
 def divided(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return middles and halves of cells between ``edges``, none longer than ``LONGEST_CELL``."""
+    """Return middles and halves of cells between ``edges``, as long as they are at first."""
     lengths = np.diff(edges)
-    counts = np.maximum(np.ceil(lengths / LONGEST_CELL), 1.0).astype(int)
+    counts = np.clip(np.ceil(lengths / FIRST_CELL), 1.0, MOST_BETWEEN).astype(int)
     half = np.repeat(0.5 * lengths / counts, counts)
     number = np.arange(len(half)) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.repeat(edges[:-1], counts) + (2.0 * number + 1.0) * half, half
