@@ -107,18 +107,17 @@ def distances(places: FloatArray, piece: Piece) -> FloatArray:
 
 def distances_from_helix(places: FloatArray, piece: Piece) -> FloatArray:
     """Return the distances from a helix: the nearest of many points, moved by Newton's method."""
-    assert piece.centre is not None
-    assert piece.axis is not None
-    out = piece.start - piece.centre
-    out = out - (out @ piece.axis) * piece.axis
-    across = np.cross(piece.axis, out)
+    centre, axis = np.array(piece.centre), np.array(piece.axis)
+    out = piece.start - centre
+    out = out - (out @ axis) * axis
+    across, along = np.cross(axis, out), piece.rise * axis
 
     def derivatives(parts: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         turned = piece.angle * parts[:, np.newaxis]
-        ahead, inwards = np.cos(turned) * out + np.sin(turned) * across, piece.angle**2
-        along = piece.rise * piece.axis
+        outwards = np.cos(turned) * out + np.sin(turned) * across
         slope = piece.angle * (np.cos(turned) * across - np.sin(turned) * out) + along
-        return piece.start - out + ahead + parts[:, np.newaxis] * along, slope, -inwards * ahead
+        points = piece.start - out + outwards + parts[:, np.newaxis] * along
+        return points, slope, -(piece.angle**2) * outwards
 
     samples = np.linspace(0.0, 1.0, 400)
     apart = places[:, np.newaxis] - derivatives(samples)[0]
