@@ -41,7 +41,7 @@ CHECKSUM = re.compile(rb"\*[ \t]*(\d{1,3})[ \t]*$", re.MULTILINE)
 # The same, for a line that is read word by word.
 GAP = re.compile(r"(?:[ \t]|\([^()]*\)|;.*)*")
 NAME = re.compile(r"[A-Za-z_]{2,}")
-WORD = re.compile(r"([A-Za-z])[ \t]*(?:([-+]?(?:\d+\.?\d*|\.\d+))(?![\d.+-])|(\"[^\"]*\"))?")
+WORD = re.compile(r"([A-Za-z])(?:[ \t]*([-+]?(?:\d+\.?\d*|\.\d+))(?![\d.+-])|(\"[^\"]*\"))?")
 LINE_CHECKSUM = re.compile(r"\*[ \t]*(\d+)[ \t]*(?:;.*)?$")
 STRAY = re.compile(r"[^\s;(]+")
 
@@ -209,7 +209,8 @@ class WordReader:
         stray = STRAY.match(text, place)
         written = stray[0] if stray else text[place]
         if not found:
-            raise ProgramError(self._file, line, place + 1, written, _why_no_word(written))
+            reason = _why_no_word(text[place:])
+            raise ProgramError(self._file, line, place + 1, written, reason)
         letter, number, quoted = found.groups()
         behind = text[found.end() : found.end() + 1]
         if number is None and quoted is None and behind not in ("", " ", "\t", ";", "(", "*"):
@@ -219,12 +220,14 @@ class WordReader:
         return Word(letter.upper(), value, place + 1, found[0].rstrip())
 
 
-def _why_no_word(written: str) -> str:
-    if written.startswith("("):
+def _why_no_word(rest: str) -> str:
+    if rest.startswith("("):
+        if ")" in rest:
+            return "a comment within a comment is not understood: leave the inner ( out"
         return "the comment has no end: ) is missing on its line"
-    if written[0] in "#[":
+    if rest[0] in "#[":
         return "parameters and expressions are not understood: write numbers instead"
-    if KINDS[ord(written[0]) % 256] == NUMBER:
+    if KINDS[ord(rest[0]) % 256] == NUMBER:
         return "no letter stands before it"
     return "this is no word: a letter and a number"
 
