@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -136,7 +136,7 @@ class _Writer:
     def _chance(self, part: float) -> bool:
         return bool(self._rng.random() < part)
 
-    def _choice(self, *choices):
+    def _choice(self, *choices: Any) -> Any:
         return choices[self._rng.integers(len(choices))]
 
     def _place(self) -> FloatArray:

@@ -61,7 +61,7 @@ def _timed(
     planner = PathPlanner(workspace)
     heights = yield from planner.begun(path)
     motion = yield from planner.to_the_end(heights, limits)
-    return motion.duration, heights.driven.length
+    return motion.duration, heights.driven.arc_length.total
 
 
 def _at_its_line(program: Program, run: PathRun, error: KinematicsError) -> ProgramError:

@@ -164,7 +164,8 @@ class _Interpreter:
         self._file = file
         self._settings = settings
         self._customs = settings.customs
-        self._reader = WordReader(file, data, TEXTS, settings.block_delete)
+        skips, extrudes = settings.block_delete, self._customs.extrudes
+        self._reader = WordReader(file, data, TEXTS, skips, extrudes)
         self._line = 0
         self._ended = False
         self._told: dict[str, Told] = {}

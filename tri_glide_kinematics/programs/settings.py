@@ -41,6 +41,7 @@ class Customs(NamedTuple):
         turns_given: turns of an arc that P counts besides the last, not whole one: P less this.
             None if P has no meaning there.
         restores_at_61: whether G61 goes back to a stored place, which is not understood.
+        extrudes: whether an E right behind a number is a word.
         told: commands that do not concern the motion.
         told_letters: letters beside G0 to G3 that do not, either.
         names: commands of several letters that do not, either, by their begins.
@@ -54,6 +55,7 @@ class Customs(NamedTuple):
     resets_without_axes: bool
     turns_given: int | None
     restores_at_61: bool
+    extrudes: bool
     told: frozenset[str]
     told_letters: str = "E"
     names: tuple[str, ...] = ()
@@ -82,19 +84,32 @@ _EXTENDED = (
 
 CUSTOMS: Mapping[Dialect, Customs] = MappingProxyType(
     {
-        Dialect.NIST: Customs(1.0, MINUTE, 0.0, False, False, False, 1, False, frozenset()),
+        Dialect.NIST: Customs(
+            *(1.0, MINUTE, 0.0, False, False, False, 1, False, False, frozenset())
+        ),
         Dialect.MARLIN: Customs(
-            *(MILLIMETRE, MINUTE, 25.0 * MILLIMETRE, True, True, False, 0, True, _PRINTING)
+            *(MILLIMETRE, MINUTE, 25.0 * MILLIMETRE, True, True, False, 0, True, True, _PRINTING)
         ),
         Dialect.REPRAP: Customs(
-            *(MILLIMETRE, MINUTE, 50.0 * MILLIMETRE, True, True, True, None, False, _PRINTING)
+            *(MILLIMETRE, MINUTE, 50.0 * MILLIMETRE, True, True, True, None, False, True, _PRINTING)
         ),
         Dialect.KLIPPER: Customs(
-            *(MILLIMETRE, MINUTE, 25.0 * MILLIMETRE, True, True, True, None, False, _PRINTING),
+            *(
+                MILLIMETRE,
+                MINUTE,
+                25.0 * MILLIMETRE,
+                True,
+                True,
+                True,
+                None,
+                False,
+                True,
+                _PRINTING,
+            ),
             names=_EXTENDED,
         ),
         Dialect.DELTA_X: Customs(
-            *(MILLIMETRE, 1.0, 0.0, True, True, False, None, False),
+            *(MILLIMETRE, 1.0, 0.0, True, True, False, None, False, False),
             _codes("M", 17, 18, 84, 203, 204, 205, 210, 211),
             told_letters="AESJ",
         ),

@@ -43,6 +43,7 @@ GAP = re.compile(r"(?:[ \t]|\([^()]*\)|;.*)*")
 NAME = re.compile(r"[A-Za-z_]{2,}")
 WORD = re.compile(r"([A-Za-z])(?:[ \t]*([-+]?(?:\d+\.?\d*|\.\d+))(?![\d.+-])|(\"[^\"]*\"))?")
 LINE_CHECKSUM = re.compile(r"\*[ \t]*(\d+)[ \t]*(?:;.*)?$")
+EXPONENT = re.compile(r"[Ee][-+]?\d")
 STRAY = re.compile(r"[^\s;(]+")
 
 # Letters of words that are none: a name of several letters, and the sign at both ends of a program.
@@ -105,7 +106,9 @@ class Block(NamedTuple):
 class WordReader:
     """Reads the words of one program."""
 
-    def __init__(self, file: str | Path, data: bytes, texts: frozenset[str], skips: bool) -> None:
+    def __init__(
+        self, file: str | Path, data: bytes, texts: frozenset[str], skips: bool, extrudes: bool
+    ) -> None:
         """Prepare to read ``data``.
 
         Args:
@@ -113,6 +116,8 @@ class WordReader:
             data: the program.
             texts: commands, as ``M117``, behind which the line is a text.
             skips: whether a line that begins with a slash is left out.
+            extrudes: whether an E right behind a number is a word of its own; else the number has
+                an exponent, which is not understood.
         """
         self._file = file
         data = data.removeprefix(b"\xef\xbb\xbf")
@@ -121,6 +126,7 @@ class WordReader:
         self._data = data
         self._texts = texts
         self._skips = skips
+        self._extrudes = extrudes
 
     @property
     def ends_in_a_line(self) -> bool:
@@ -133,7 +139,8 @@ class WordReader:
         while begin < len(self._data):
             end = self._data.find(b"\n", min(begin + BLOCK, len(self._data))) + 1
             part = self._data[begin : end or len(self._data)]
-            block = _block(part if part.endswith(b"\n") else part + b"\n", line)
+            whole = part if part.endswith(b"\n") else part + b"\n"
+            block = _block(whole, line, self._extrudes)
             yield block
             begin += len(part)
             line += len(block.ends)
@@ -216,6 +223,9 @@ class WordReader:
         if number is None and quoted is None and behind not in ("", " ", "\t", ";", "(", "*"):
             reason = f"{letter} has no number: {_why_no_number(text[found.end() :])}"
             raise ProgramError(self._file, line, place + 1, written, reason)
+        if number is not None and not self._extrudes and EXPONENT.match(text, found.end()):
+            reason = f"{letter} has a number with an exponent: write it without"
+            raise ProgramError(self._file, line, place + 1, written, reason)
         value = None if number is None else float(number)
         return Word(letter.upper(), value, place + 1, found[0].rstrip())
 
@@ -238,7 +248,7 @@ def _why_no_number(behind: str) -> str:
     return f"{behind.split()[0]!r} is none"
 
 
-def _block(data: bytes, first: int) -> Block:
+def _block(data: bytes, first: int, extrudes: bool) -> Block:
     """Return the words of some whole lines, of which the ``first`` one has this number."""
     text = data.upper()
     if b";" in text or b"(" in text:
@@ -246,7 +256,7 @@ def _block(data: bytes, first: int) -> Block:
     line_ends = np.flatnonzero(np.frombuffer(text, np.uint8) == ord("\n"))
     if b"*" in text:
         text = _without_checksums(data, text, line_ends)
-    unusual = _unusual_lines(text, line_ends)
+    unusual = _unusual_lines(text, line_ends, extrudes)
     while True:
         if len(unusual):
             text = _without_lines(text, line_ends, unusual)
@@ -281,9 +291,13 @@ def _without_checksums(data: bytes, text: bytes, line_ends: NDArray[np.intp]) ->
     return bytes(made)
 
 
-def _unusual_lines(text: bytes, line_ends: NDArray[np.intp]) -> NDArray[np.intp]:
+def _unusual_lines(text: bytes, line_ends: NDArray[np.intp], extrudes: bool) -> NDArray[np.intp]:
     """Return the indices of the lines that are no row of letters with a number each."""
-    kinds = KINDS[np.frombuffer(text, np.uint8)]
+    codes = np.frombuffer(text, np.uint8)
+    kinds = KINDS[codes]
+    if not extrudes:
+        # What may be an exponent is no letter.
+        kinds[1:][(codes[1:] == ord("E")) & (kinds[:-1] == NUMBER)] = OTHER
     places = np.flatnonzero(kinds != SPACE)
     solid = kinds[places]
     is_letter, is_number = solid == LETTER, solid == NUMBER
