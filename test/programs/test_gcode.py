@@ -204,6 +204,7 @@ ARCS = {
     "helix of turns": ("G3 Z280 I5 P4", (5, 0), 1440, -20),
     "incremental": ("G91 G2 X10 Y10 I10", (10, 0), -90, 0),
     "centre absolute": ("G90.1 G2 X10 Y10 I10 J0", (10, 0), -90, 0),
+    "all three": ("G2 X10 Y10 I10 J0 K0.000", (10, 0), -90, 0),
     "rounded centre": ("G3 X7.071 Y2.929 I0 J10", (0, 10), 45, 0),
     "rounded radius": ("G3 X20 R9.9999", (10, 0), 180, 0),
 }
@@ -283,7 +284,7 @@ WRONG = {
     "axis": (NIST, "G0 X1 A5", 1, 7, "A5", "no axis A"),
     "without meaning": (NIST, "G0 X1 Q5", 1, 7, "Q5", "Q has no meaning"),
     "centre of a line": (NIST, "G1 X1 I5 F5", 1, 7, "I5", "I has no meaning"),
-    "centre of another plane": (NIST, "G2 X1 I.5 K1 F5", 1, 11, "K1", "K has no meaning"),
+    "centre of another plane": (NIST, "G2 X1 I.5 K1 F5", 1, 11, "K1", "in this plane"),
     "large exponent": (NIST, "G0 X1\nx1.E5", 2, 1, "x1.E5", "with an exponent"),
     "farther": (NIST, "G0 X1\nX123456789", 2, 0, "", "farther than 100 m"),
     "farthest": (NIST, "G0 X" + "9" * 400, 1, 0, "", "farther than 100 m"),

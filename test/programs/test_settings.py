@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 import yaml
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.programs import Dialect, ProgramSettings, SettingsError, load_settings
+
+EXAMPLE = Path(__file__).parents[2] / "config" / "program_settings.yaml"
 
 WHOLE = {
     "unit": "mm",
@@ -46,6 +50,12 @@ def test_a_whole_file(load):
     assert not settings.block_delete
     assert not settings.optional_stop
     assert settings.ignored == {"M104", "START_PRINT"}
+
+
+def test_the_example_is_read():
+    settings = load_settings(EXAMPLE)
+    assert settings.home == (0.0, 0.0, 0.3)
+    assert settings.offsets["G54"] == (0.0, 0.0, 0.25)
 
 
 def test_what_is_not_named_is_as_without_a_file(load):

@@ -63,7 +63,8 @@ OFFSETS = "IJK"
 # nothing here: they ask for what is always so.
 _G_GROUPS: Mapping[int, str] = MappingProxyType(
     {
-        **dict.fromkeys((0, 10, 20, 30, 800), "motion"),
+        **dict.fromkeys((0, 10, 20, 30), "motion"),
+        800: "cycle",
         **dict.fromkeys((40, 100, 280, 920, 921, 922, 923), "once"),
         **dict.fromkeys((170, 180, 190), "plane"),
         **dict.fromkeys((200, 210), "units"),
@@ -164,8 +165,9 @@ class _Interpreter:
         self._file = file
         self._settings = settings
         self._customs = settings.customs
+        texts = TEXTS | self._customs.told | settings.ignored
         skips, extrudes = settings.block_delete, self._customs.extrudes
-        self._reader = WordReader(file, data, TEXTS, skips, extrudes)
+        self._reader = WordReader(file, data, texts, skips, extrudes)
         self._line = 0
         self._ended = False
         self._told: dict[str, Told] = {}
@@ -433,9 +435,7 @@ class _Interpreter:
         names = {f"G{code / 10:g}": index for code, index in line.g.items()}
         names |= {f"M{code / 10:g}": index for code, index in line.m.items()}
         for name, index in names.items():
-            whole = name.split(".")[0]
-            is_told = name in self._customs.told or (name[0] == "M" and whole in self._customs.told)
-            if not is_told and name not in self._settings.ignored:
+            if name not in self._customs.told and name not in self._settings.ignored:
                 continue
             if len(names) > 1:
                 self._fail(index, "write it on a line of its own: it does not concern the motion")
@@ -681,6 +681,10 @@ class _Interpreter:
         p, q, along = self._plane
         index = max(line.index(letter) for letter in (OFFSETS[p], OFFSETS[q], "R"))
         centre_words = [line.take(OFFSETS[axis]) for axis in (p, q)]
+        # Some CAM programs write all three; of the third only a zero is understood.
+        spare = line.index(OFFSETS[along])
+        if line.take(OFFSETS[along]):
+            self._fail(spare, f"{OFFSETS[along]} has no meaning in this plane (G17 to G19)")
         radius, start = line.take("R"), tuple(self._here)
         self._take_target(line, self._shift)
         end = tuple(self._here)

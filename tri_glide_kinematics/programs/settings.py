@@ -66,6 +66,10 @@ def _codes(letter: str, *numbers: int | range) -> frozenset[str]:
     return frozenset(f"{letter}{number}" for some in each for number in some)
 
 
+def _parts(command: str, most: int) -> frozenset[str]:
+    return frozenset(f"{command}.{part}" for part in range(1, most + 1))
+
+
 # Temperatures, filament, motors on and off, files, messages; limits that the machine has itself.
 _PRINTING = (
     _codes("M", 17, 18, range(20, 25), 26, 27, 31, 73, range(75, 79), range(80, 86), 104, 105)
@@ -74,6 +78,7 @@ _PRINTING = (
     | _codes("M", *(221, 300, 301, 302, 303, 304, range(400, 408), 412, 413, 420, 486, 500, 501))
     | _codes("M", *(502, 503, 504, 555, range(566, 569), 572, 593, 702, 703, 862, 900, 906, 907))
     | _codes("M", *(910, 911, 912, 913, 914, 915))
+    | _parts("M862", 6)
     | _codes("G", 10, 11, 29)
 )
 _EXTENDED = (
@@ -116,8 +121,8 @@ CUSTOMS: Mapping[Dialect, Customs] = MappingProxyType(
     }
 )
 
-# Commands whose line is a text.
-TEXTS = _codes("M", 23, 28, 32, 36, 98, 117, 118, 486, 862) | {"M16"}
+# Commands whose line is a text, even if they are not understood.
+TEXTS = _codes("M", 16, 23, 28, 32, 36, 98, 117, 118, 486)
 
 WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 NOWHERE: Vector3 = (0.0, 0.0, 0.0)

@@ -41,7 +41,7 @@ CHECKSUM = re.compile(rb"\*[ \t]*(\d{1,3})[ \t]*$", re.MULTILINE)
 # The same, for a line that is read word by word.
 GAP = re.compile(r"(?:[ \t]|\([^()]*\)|;.*)*")
 NAME = re.compile(r"[A-Za-z_]{2,}")
-WORD = re.compile(r"([A-Za-z])(?:[ \t]*([-+]?(?:\d+\.?\d*|\.\d+))(?![\d.+-])|(\"[^\"]*\"))?")
+WORD = re.compile(r"([A-Za-z])(?:[ \t]*([-+]?(?:\d+\.?\d*|\.\d+))(?![\d.+-])|[ \t]*(\"[^\"]*\"))?")
 LINE_CHECKSUM = re.compile(r"\*[ \t]*(\d+)[ \t]*(?:;.*)?$")
 EXPONENT = re.compile(r"[Ee][-+]?\d")
 STRAY = re.compile(r"[^\s;(]+")
@@ -114,7 +114,8 @@ class WordReader:
         Args:
             file: where they are from, for the texts of errors.
             data: the program.
-            texts: commands, as ``M117``, behind which the line is a text.
+            texts: commands, as ``M117``, behind which nothing of a line is read that is not
+                ordinary.
             skips: whether a line that begins with a slash is left out.
             extrudes: whether an E right behind a number is a word of its own; else the number has
                 an exponent, which is not understood.
