@@ -60,8 +60,8 @@ def _timed(
     path = yield from run.segments.path_from(run.start)
     planner = PathPlanner(workspace)
     heights = yield from planner.begun(path)
-    motion = yield from planner.to_the_end(heights, limits)
-    return motion.duration, heights.driven.arc_length.total
+    duration = yield from planner.duration(heights, limits)
+    return duration, heights.driven.arc_length.total
 
 
 def _at_its_line(program: Program, run: PathRun, error: KinematicsError) -> ProgramError:

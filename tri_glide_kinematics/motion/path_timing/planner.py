@@ -9,7 +9,12 @@ import numpy as np
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.moves import hardest_braking
-from tri_glide_kinematics.motion.path import PlatformPath, check_place
+from tri_glide_kinematics.motion.path import PlatformPath, check_place, distinct
+from tri_glide_kinematics.motion.path_timing.speed_estimate import (
+    SHORTEST_CELL,
+    estimated,
+    samples,
+)
 from tri_glide_kinematics.motion.path_timing.windows import plan_window
 from tri_glide_kinematics.motion.trajectory import (
     SOUND,
@@ -33,6 +38,14 @@ from tri_glide_kinematics.workspace import Workspace
 # Where a hard braking begins at the speed that the path asks for, its few pieces bound the speed no
 # better than to this part.
 _ABOVE_SPEED = 0.01
+
+# What moves at this part of the speed that the path asks for, or faster, moves as asked.
+_AS_ASKED = 0.99
+
+# So many breaks of the path are looked at together for what is driven steadily; and it has to be so
+# many times as long as a window, as one is planned behind it.
+_BREAKS_AHEAD = 30_000
+_STEADY_WINDOWS = 2.0
 
 # A braking leads so much farther, one after another, than one that only the slopes limit.
 _BRAKING_WAYS = (1.15, 1.6, 2.5, 4.0)
@@ -195,6 +208,27 @@ class PathPlanner:
             parts.append(part)
         return SequencePlan((*parts, plan))
 
+    def duration(self, heights: PathHeights, limits: SliderLimits) -> Interruptible[float]:
+        """Return how long the motion ``to_the_end`` takes, within some thousandths [s].
+
+        Where the platform moves steadily at the speed that the path asks for, no motion is planned.
+
+        Raises:
+            PathTimingError: if no motion is found.
+        """
+        yield from heights.driven.measured()
+        ahead = _SteadyAhead(heights, limits)
+        total = 0.0
+        plan = yield from self.from_rest(heights, 0.0, limits)
+        while not plan.ends_path:
+            passed, following = yield from ahead.passed_by(plan)
+            if following is None:
+                part, following = yield from self._part_and_next(plan, limits)
+                passed = part.duration
+            total += passed
+            plan = following
+        return total + plan.duration
+
     def _part_and_next(
         self, plan: PathPlan, limits: SliderLimits
     ) -> Interruptible[tuple[PathPlan, PathPlan]]:
@@ -239,6 +273,71 @@ class PathPlanner:
         braking = brake(plan.heights, start, limits)
         with SOUND:
             return PathPlan(plan.heights, (yield from braking))
+
+
+class _SteadyAhead:
+    """Where a path is driven steadily at the speed that it asks for, found part by part."""
+
+    def __init__(self, heights: PathHeights, limits: SliderLimits) -> None:
+        self._heights = heights
+        self._limits = limits
+        self._places = np.zeros(1)
+        self._ends = np.zeros(1, dtype=bool)
+
+    def passed_by(self, plan: PathPlan) -> Interruptible[tuple[float, PathPlan | None]]:
+        """Return when the platform leaves what is driven steadily, and the plan from there on.
+
+        Args:
+            plan: of where it is; the time counts from its begin.
+
+        Returns:
+            The time [s], and no plan if little is driven steadily from here, or if none is found.
+        """
+        time = plan.continue_at
+        if not time < plan.duration:
+            return 0.0, None
+        start = plan.on_curve(time)
+        # Before that, the window that is planned from there looks at what comes.
+        window = float(plan.scaling.ways[-1]) - start.place
+        if start.place + window > self._places[-1]:
+            yield from self._look_ahead(start)
+        first = int(np.searchsorted(self._places, start.place))
+        place = float(self._places[first + self._ends[first:].argmax()]) - window
+        if not place - start.place > _STEADY_WINDOWS * window:
+            return 0.0, None
+        places = np.array((start.place, place))
+        asked, rates = self._heights.speed_limits(places), self._heights.derivatives(places).rates
+        part = start.speed * float(rates[0] / asked[0])
+        if not part > _AS_ASKED:
+            return 0.0, None
+        there = PathStart(place, part * float(asked[1] / rates[1]), 0.0)
+        try:
+            found = yield from plan_window(self._heights, there, self._limits)
+        except MotionError:
+            return 0.0, None
+        way = float(np.diff(self._heights.driven.ways(places))[0])
+        with SOUND:
+            return time + way / (part * float(asked[0])), PathPlan(self._heights, found)
+
+    def _look_ahead(self, start: PathStart) -> Interruptible[None]:
+        """Find out up to where the next part of the path is driven steadily."""
+        breaks = self._heights.breaks
+        first = int(np.searchsorted(breaks, start.place, "right"))
+        end = float(breaks[min(first + _BREAKS_AHEAD, len(breaks) - 1)])
+        end = min(end, _next_stop(self._heights, start.place))
+        inner = breaks[first : int(np.searchsorted(breaks, end))]
+        places = samples(start.place, end, inner)
+        places = distinct(places, 0.5 * (places[1:] + places[:-1]))
+        yield
+        seen = self._heights.derivatives(places)
+        yield
+        estimate = estimated(self._heights, places, seen, start.speed, self._limits, SHORTEST_CELL)
+        asked = self._heights.speed_limits(places)
+        self._places = places
+        self._ends = ~estimate.is_asked
+        self._ends[1:] |= asked[1:] != asked[:-1]
+        self._ends[-1] = True
+        yield
 
 
 def time_path(path: PlatformPath, workspace: Workspace, limits: SliderLimits) -> Trajectory:
