@@ -49,7 +49,7 @@ _STEADY_WINDOWS = 2.0
 
 # So many windows of a path are planned in any case; then only so many one after the other, and what
 # takes so many times as long is left out. It goes on at such a part of the speed there.
-_ALWAYS_PLANNED = 300
+_ALWAYS_PLANNED = 100
 _PLANNED_TOGETHER = 6
 _LEFT_OUT = 20.0
 _PARTS_OF_SPEED = (0.95, 0.7)
@@ -216,7 +216,7 @@ class PathPlanner:
         return SequencePlan((*parts, plan))
 
     def duration(self, heights: PathHeights, limits: SliderLimits) -> Interruptible[float]:
-        """Return how long the motion ``to_the_end`` takes, within some thousandths [s].
+        """Return how long the motion ``to_the_end`` takes, within a hundredth [s].
 
         Where the platform moves steadily at the speed that the path asks for, no motion is planned.
         Behind the first minutes of a long path, a part of some seconds is planned now and then; by
