@@ -18,7 +18,7 @@ ROUNDING = 1e-9
 
 
 class Piece(NamedTuple):
-    """A line or an arc as it was asked for; a line has no ``centre``."""
+    """A line, an arc or a helix as it was asked for; a line has no ``centre``."""
 
     start: FloatArray
     end: FloatArray
@@ -26,6 +26,7 @@ class Piece(NamedTuple):
     centre: FloatArray | None = None
     axis: FloatArray | None = None
     angle: float = 0.0
+    rise: float = 0.0
 
 
 def random_path(
@@ -35,8 +36,12 @@ def random_path(
     stops: float = 0.1,
     centre: tuple[float, float, float] = (0.0, 0.0, 0.3),
     size: float = 0.1,
+    helices: float = 0.0,
 ) -> tuple[PlatformPath, list[Piece]]:
-    """Lines and arcs in all planes, 2 to 40, with tolerances of 0.05 to 10 mm or stops."""
+    """Lines and arcs in all planes, 2 to 40, with tolerances of 0.05 to 10 mm or stops.
+
+    So many arcs of one are ``helices``.
+    """
     count = count or int(rng.integers(2, 41))
     here = np.array(centre) + rng.uniform(-size, size, 3)
     path = PlatformPath.start(here)
@@ -58,9 +63,11 @@ def random_path(
                 out = np.cross(ahead, axis)
             middle = here - radius * out
             angle = rng.choice((-1.0, 1.0)) * rng.uniform(0.05, 7.0)
-            after = path.arc_about(middle, axis, angle, tolerance)
+            is_helix = helices > 0.0 and rng.random() < helices
+            rise = size * rng.uniform(-1.0, 1.0) if is_helix else 0.0
+            after = path.arc_about(middle, axis, angle, tolerance, rise=rise)
             end = np.array(after.end)
-            pieces.append(Piece(here, end, tolerance, middle, axis, angle))
+            pieces.append(Piece(here, end, tolerance, middle, axis, angle, rise))
         else:
             direction = unit(rng)
             if pieces and rng.random() < 0.2:
@@ -79,11 +86,13 @@ def unit(rng: np.random.Generator) -> FloatArray:
 
 
 def distances(places: FloatArray, piece: Piece) -> FloatArray:
-    """Return the distances of places, shape (n, 3), from a line or an arc. Shape (n,) [m]."""
+    """Return the distances of places, shape (n, 3), from a piece. Shape (n,) [m]."""
     if piece.centre is None or piece.axis is None:
         step = piece.end - piece.start
         part = np.clip((places - piece.start) @ step / (step @ step), 0.0, 1.0)
         return np.linalg.norm(places - piece.start - part[:, np.newaxis] * step, axis=1)
+    if piece.rise:
+        return distances_from_helix(places, piece)
     out = piece.start - piece.centre
     radius = np.linalg.norm(out)
     across = np.cross(piece.axis, out)
@@ -112,6 +121,31 @@ def largest_part(path: PlatformPath, pieces: list[Piece], places: FloatArray) ->
     allowed = np.maximum(np.maximum(tolerances[following - 1], tolerances[following]), ROUNDING)
     away = [distances(places, piece) / most for piece, most in zip(pieces, allowed.tolist())]
     return float(np.min(away, axis=0).max())
+
+
+def distances_from_helix(places: FloatArray, piece: Piece) -> FloatArray:
+    """Return the distances from a helix: the nearest of many points, moved by Newton's method."""
+    centre, axis = np.array(piece.centre), np.array(piece.axis)
+    out = piece.start - centre
+    out = out - (out @ axis) * axis
+    across, along = np.cross(axis, out), piece.rise * axis
+
+    def derivatives(parts: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        turned = piece.angle * parts[:, np.newaxis]
+        outwards = np.cos(turned) * out + np.sin(turned) * across
+        slope = piece.angle * (np.cos(turned) * across - np.sin(turned) * out) + along
+        points = piece.start - out + outwards + parts[:, np.newaxis] * along
+        return points, slope, -(piece.angle**2) * outwards
+
+    samples = np.linspace(0.0, 1.0, 400)
+    apart = places[:, np.newaxis] - derivatives(samples)[0]
+    parts = samples[np.linalg.norm(apart, axis=2).argmin(axis=1)]
+    for _ in range(8):
+        points, slope, bend = derivatives(parts)
+        excess = np.einsum("ij,ij->i", points - places, slope)
+        rate = np.einsum("ij,ij->i", slope, slope) + np.einsum("ij,ij->i", points - places, bend)
+        parts = np.clip(parts - np.where(rate > 0.0, excess / rate, 0.0), 0.0, 1.0)
+    return np.linalg.norm(places - derivatives(parts)[0], axis=1)
 
 
 def sides_of_breaks(driven: DrivenPath) -> tuple[FloatArray, FloatArray, float]:

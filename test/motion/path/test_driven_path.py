@@ -12,7 +12,11 @@ from testing.path_samples import agree_until, distances, random_path, sides_of_b
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
 from tri_glide_kinematics.motion.path.corners import FARTHEST_SWING, SWING_REACH
 
-PATHS = [random_path(np.random.default_rng(seed)) for seed in range(120)]
+# The last of ten have helices.
+PATHS = [
+    random_path(np.random.default_rng(seed), helices=0.5 if seed % 10 > 7 else 0.0)
+    for seed in range(120)
+]
 
 
 def dense_ways(driven, count=3000):

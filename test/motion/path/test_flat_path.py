@@ -14,7 +14,7 @@ from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, SegmentKind, polyline_from
 
 START = (0.0, 0.0, 0.25)
-LINE, ARC_THROUGH, ARC_ABOUT = SegmentKind
+LINE, ARC_THROUGH, ARC_ABOUT, HELIX_ABOUT = SegmentKind
 
 
 def flat(kinds, numbers, tolerances=(), speeds=(), default=0.001):
@@ -54,10 +54,11 @@ def test_it_is_the_path_of_the_same_calls(lines):
             numbers += (via := point()) + (end := point())
             path = path.arc_to(via, end, *bounds)
         else:
-            kinds.append(ARC_ABOUT)
             centre, axis, angle = point(), point(), source.uniform(0.1, 7.0)
-            numbers += [*centre, *axis, angle]
-            path = path.arc_about(centre, axis, angle, *bounds)
+            rise = source.choice((0.0, 0.03))
+            kinds.append(HELIX_ABOUT if rise else ARC_ABOUT)
+            numbers += [*centre, *axis, angle, rise] if rise else [*centre, *axis, angle]
+            path = path.arc_about(centre, axis, angle, *bounds, rise)
     assert_same(path_of(kinds, numbers, tolerances, speeds), path)
 
 
@@ -73,7 +74,7 @@ def test_one_tolerance_and_speed_stand_for_all_and_none_for_the_default():
 NAN, INF = math.nan, math.inf
 BAD = {
     "empty": ([], [], (), (), "the path has 0 segments, at least 1"),
-    "unknown": ([0, 7], [0.0] * 6, (), (), "segment 2 has kind 7, at most 2"),
+    "unknown": ([0, 7], [0.0] * 6, (), (), "segment 2 has kind 7, at most 3"),
     "too few": ([0, 1], [0.0] * 8, (), (), r"numbers has shape \(8,\).*\(9,\) for the kinds"),
     "too many": ([0], [0.0] * 4, (), (), r"numbers has shape \(4,\)"),
     "nan": ([0, 0], [0.0, 0.1, 0.2, 0.0, NAN, 0.0], (), (), "number 2 of segment 2 = nan"),

@@ -67,6 +67,34 @@ def test_an_arc_about_an_axis_turns_right_handed(turns):
     assert arc.end == pytest.approx(tuple(along(arc, (1.0, 0.0, 5.0), arc.length)), abs=1e-12)
 
 
+@pytest.mark.parametrize("turns", [0.25, -0.25, 1.0, -3.0, 12.5])
+@pytest.mark.parametrize("rise", [0.01, -0.02, 3.0])
+def test_a_helix_is_the_mathematical_one(turns, rise):
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        axis, middle, radius = unit(rng), rng.uniform(-0.1, 0.1, 3), rng.uniform(0.001, 0.1)
+        out = np.cross(axis, unit(rng))
+        out /= np.linalg.norm(out)
+        beside = np.cross(axis, out)
+        start = middle + radius * out + rng.uniform(-1.0, 1.0) * axis
+        angle = 2.0 * math.pi * turns
+        path = PlatformPath.start(start).arc_about(middle, 5.0 * axis, angle, rise=rise)
+
+        assert path.segments.is_helical
+        assert path.length == pytest.approx(math.hypot(radius * angle, rise), rel=1e-12)
+        parts = np.linspace(0.0, 1.0, 200)
+        turned = angle * parts[:, np.newaxis]
+        expected = start + parts[:, np.newaxis] * rise * axis
+        expected += radius * ((np.cos(turned) - 1.0) * out + np.sin(turned) * beside)
+        found = path.position(parts * path.length)
+        assert np.linalg.norm(found - expected, axis=1).max() < 1e-12
+        assert path.end == pytest.approx(expected[-1], abs=1e-12)
+        along = (
+            angle * radius * (np.cos(turned) * beside - np.sin(turned) * out) + rise * axis
+        ) / (path.length)
+        assert path.tangent(parts * path.length) == pytest.approx(along, abs=1e-12)
+
+
 def test_a_full_circle_ends_where_it_begins():
     start = (0.1, 0.2, 0.3)
     arc = arc_about(0, start, (0.0, 0.2, 0.3), (0.0, 1.0, 0.0), 2.0 * math.pi, 0.0)
@@ -120,19 +148,23 @@ def test_no_arc_without_an_angle():
 def test_reversed_segments_are_the_same_backwards():
     path = PlatformPath.start((0, 0, 0)).line_to((0.1, 0, 0), 1e-3, 0.2)
     path = path.arc_to((0.1, 0.05, 0.02), (0, 0.1, 0), 2e-3).line_to((0, 0.2, 0), 3e-3, 0.1)
+    helix = PlatformPath.start((0, 0, 0)).arc_about((0.1, 0, 0), (0, 0, 1), 8.0, rise=0.05)
+    ways = np.linspace(0.0, helix.length, 50)
+    back = helix.reversed().position(helix.length - ways)
+    assert back == pytest.approx(helix.position(ways), abs=1e-15)
     forwards, backwards = path.segments, path.segments.reversed()
     assert backwards.points.tolist() == forwards.points[::-1].tolist()
     assert backwards.tolerances.tolist() == [2e-3, 1e-3, 3e-3]
     assert backwards.speeds.tolist() == [0.1, math.inf, 0.2]
     assert backwards.tangents[1] == pytest.approx(-forwards.end_tangents[1])
     twice = backwards.reversed()
-    for name in ("points", "lengths", "tangents", "normals", "tolerances", "end_normals"):
+    for name in ("points", "lengths", "tangents", "normals", "tolerances", "end_normals", "rises"):
         assert (getattr(twice, name) == getattr(forwards, name)).all()
 
 
-@pytest.mark.parametrize("arcs", [0.0, 0.4])
-def test_parts_joined_are_the_whole(arcs):
-    whole = random_path(np.random.default_rng(2), 30, arcs)[0].segments
+@pytest.mark.parametrize(("arcs", "helices"), [(0.0, 0.0), (0.4, 0.0), (0.4, 0.3)])
+def test_parts_joined_are_the_whole(arcs, helices):
+    whole = random_path(np.random.default_rng(2), 30, arcs, helices=helices)[0].segments
     names = [name for name in Segments.__dataclass_fields__ if name != "points"]
     parts = [
         Segments(whole.points[a : b + 1], *(getattr(whole, name)[a:b] for name in names))
@@ -143,5 +175,6 @@ def test_parts_joined_are_the_whole(arcs):
         for name in ("points", *names):
             assert (getattr(made, name) == getattr(whole, name)).all()
     assert whole.is_curved == (arcs > 0.0)
+    assert whole.is_helical == (helices > 0.0)
     # Between two parts others may have their turn.
     assert len(list(joined(parts))) == len(parts)

@@ -161,13 +161,11 @@ def test_no_piece_of_a_long_path_is_long():
 
 
 def test_goals_are_read_as_arrays_and_in_their_frame():
-    goal = FollowPath.Goal(kinds=[0, 1, 2], numbers=[0.01 * number for number in range(16)])
+    goal = FollowPath.Goal(kinds=[0, 1, 2, 3], numbers=[0.01 * number for number in range(24)])
     segments = flat_path(goal, BASE, 0.002)
     assert segments.kinds.tolist() == list(SegmentKind)
-    assert segments.tolerances.tolist() == [0.002] * 3
-    assert [FollowPath.Goal.LINE, FollowPath.Goal.ARC_THROUGH, FollowPath.Goal.ARC_ABOUT] == list(
-        SegmentKind
-    )
+    assert segments.tolerances.tolist() == [0.002] * 4
+    assert [getattr(FollowPath.Goal, kind.name) for kind in SegmentKind] == list(SegmentKind)
     goal.header.frame_id = "world"
     with pytest.raises(RefusedMessageError, match="path has frame_id 'world'"):
         flat_path(goal, BASE, 0.002)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.errors import PathError as PathError
     from tri_glide_kinematics.motion.path.errors import PathPlaceError as PathPlaceError
     from tri_glide_kinematics.motion.path.errors import RepeatedPointError as RepeatedPointError
+    from tri_glide_kinematics.motion.path.errors import SegmentError as SegmentError
     from tri_glide_kinematics.motion.path.errors import ShortSegmentError as ShortSegmentError
     from tri_glide_kinematics.motion.path.errors import TooManySegmentsError as TooManySegmentsError
     from tri_glide_kinematics.motion.path.flat_path import FlatPath as FlatPath

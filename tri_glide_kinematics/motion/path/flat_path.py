@@ -53,10 +53,12 @@ class SegmentKind(IntEnum):
     LINE = 0
     ARC_THROUGH = 1
     ARC_ABOUT = 2
+    HELIX_ABOUT = 3
 
 
-# How many numbers each takes: an end; a point between and an end; a centre, an axis and an angle.
-SIZES = np.array((3, 6, 7))
+# How many numbers each takes: an end; a point between and an end; a centre, an axis and an angle;
+# these and a rise along the axis.
+SIZES = np.array((3, 6, 7, 8))
 PLACE_OF_ANGLE = 6
 
 
@@ -204,7 +206,8 @@ class FlatPath:
         second = _vector(given[3:6])
         if kind == SegmentKind.ARC_THROUGH:
             return arc_through(number, start, first, second, *bounds)
-        return arc_about(number, start, first, second, given[PLACE_OF_ANGLE], *bounds)
+        angle, *rise = given[PLACE_OF_ANGLE:]
+        return arc_about(number, start, first, second, angle, *bounds, *rise)
 
 
 def polyline_from(
@@ -270,7 +273,7 @@ def _check_numbers(
         begin, end = int(firsts[0]), int(offsets[some.stop])
         part = numbers[begin:end]
         largest = np.full(len(part), LARGEST_PLACE)
-        angles = firsts[kinds[some] == SegmentKind.ARC_ABOUT] + PLACE_OF_ANGLE
+        angles = firsts[kinds[some] >= SegmentKind.ARC_ABOUT] + PLACE_OF_ANGLE
         largest[angles - begin] = LARGEST_ANGLE
         bad = ~(np.abs(part) <= largest)
         if bad.any():

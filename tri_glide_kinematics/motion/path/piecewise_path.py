@@ -1,7 +1,7 @@
 """A path in spans: on each of them a polynomial, and an arc that it is added to.
 
 On each span p(s) is a polynomial of the way from its begin; where the path as programmed is an
-arc, that arc is added to it.
+arc or a helix, that is added to it.
 """
 
 from __future__ import annotations
@@ -138,6 +138,11 @@ class PiecewisePath:
         sine, cosine = np.sin(angle), np.cos(angle)
         half = np.sin(0.5 * angle)
         tangent, normal = self.segments.tangents[segment], self.segments.normals[segment]
+        if self.segments.is_helical:
+            rise = self.segments.rises[segment]
+            tangent = tangent - rise
+            result[0, on_arcs] += rise * (ways[on_arcs] - self.joints[segment])[:, np.newaxis]
+            result[1:2, on_arcs] += rise
         result[0, on_arcs] += (sine * tangent + 2.0 * half * half * normal) / curvature
         ahead, inwards = cosine * tangent + sine * normal, cosine * normal - sine * tangent
         factor = np.ones_like(curvature)
@@ -182,11 +187,17 @@ class PiecewisePath:
         curvature = float(self.segments.curvatures[segment])
         tx, ty, tz = self.segments.tangents[segment].tolist()
         nx, ny, nz = self.segments.normals[segment].tolist()
-        angle = curvature * (way - float(self.joints[segment]))
+        ahead = way - float(self.joints[segment])
+        px, py, pz, qx, qy, qz, rx, ry, rz = values
+        if self.segments.is_helical:
+            ux, uy, uz = self.segments.rises[segment].tolist()
+            tx, ty, tz = tx - ux, ty - uy, tz - uz
+            px, py, pz = px + ahead * ux, py + ahead * uy, pz + ahead * uz
+            qx, qy, qz = qx + ux, qy + uy, qz + uz
+        angle = curvature * ahead
         sine, cosine, half = sin(angle), cos(angle), sin(0.5 * angle)
         ahead, aside = sine / curvature, 2.0 * half * half / curvature
         bent, bent_back = curvature * cosine, -curvature * sine
-        px, py, pz, qx, qy, qz, rx, ry, rz = values
         return (
             px + ahead * tx + aside * nx,
             py + ahead * ty + aside * ny,
@@ -211,8 +222,13 @@ class PiecewisePath:
             on_arcs = np.flatnonzero(self.segments.curvatures[self.segment[spans]])
             segment = self.segment[spans[on_arcs]]
             angle = self.segments.curvatures[segment] * (ways[on_arcs] - self.joints[segment])
-            total[on_arcs] += np.cos(angle)[:, np.newaxis] * self.segments.tangents[segment]
-            total[on_arcs] += np.sin(angle)[:, np.newaxis] * self.segments.normals[segment]
+            tangent, normal = self.segments.tangents[segment], self.segments.normals[segment]
+            if self.segments.is_helical:
+                rise = self.segments.rises[segment]
+                tangent = tangent - rise
+                total[on_arcs] += rise
+            total[on_arcs] += np.cos(angle)[:, np.newaxis] * tangent
+            total[on_arcs] += np.sin(angle)[:, np.newaxis] * normal
         return lengths_of(total)
 
     def slow_ways(self, spans: Indices, least: float, samples: int) -> FloatArray:

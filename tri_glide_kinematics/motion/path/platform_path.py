@@ -12,6 +12,7 @@ from tri_glide_kinematics.checks import array_of_shape, finite
 from tri_glide_kinematics.interruptible import Interruptible, Kept, at_once
 from tri_glide_kinematics.motion.path.checked_numbers import (
     LARGEST_ANGLE,
+    coordinate_of,
     place_of,
     points_of,
     speed_of,
@@ -38,7 +39,7 @@ ADDED_TOGETHER = 300
 
 
 class PlatformPath:
-    """Lines and arcs, one after the other, and how they are driven.
+    """Lines, arcs and helices, one after the other, and how they are driven.
 
     A path never changes: what adds a segment returns a new path, which shares all others. Each
     segment has a tolerance, which belongs to the joint at its end: nowhere around it is the path
@@ -164,8 +165,9 @@ class PlatformPath:
         angle: float,
         tolerance: float = 0.0,
         speed: float | None = None,
+        rise: float = 0.0,
     ) -> PlatformPath:
-        """Return this path with an arc about an axis added, a full circle or several too.
+        """Return this path with an arc about an axis added, a full circle, several, or a helix.
 
         Args:
             centre: a point of the axis. Shape (3,) [m].
@@ -173,6 +175,7 @@ class PlatformPath:
             angle: right-handed about the axis, of any size but zero [rad].
             tolerance: of the joint at its end [m].
             speed: largest one of the platform on it, if it has one of its own [m/s].
+            rise: how far it leads along the axis while it turns; other than 0 makes a helix [m].
 
         Raises:
             KinematicsError: if a number is not one, or too large, the axis or the angle is zero, or
@@ -183,7 +186,8 @@ class PlatformPath:
         direction = place_of(f"axis of segment {number + 1}", axis)
         turn = finite(f"angle of segment {number + 1}", angle, LARGEST_ANGLE)
         bounds = tolerance_of(number, tolerance), speed_of(number, speed)
-        return self._with(arc_about(number, self.end, middle, direction, turn, *bounds))
+        along = coordinate_of(f"rise of segment {number + 1}", rise)
+        return self._with(arc_about(number, self.end, middle, direction, turn, *bounds, along))
 
     def then(self, other: PlatformPath) -> PlatformPath:
         """Return this path with another added, which begins where this one ends.

@@ -1,9 +1,12 @@
-r"""The path as programmed: lines and arcs, one after the other.
+r"""The path as programmed: lines, arcs and helices, one after the other.
 
 All segments have one form. With the way x from the start P of a segment, its unit tangent t there,
-the unit vector n towards the centre and the curvature $\kappa$ (0 for a line),
+what t has along the axis of a helix, r (0 for lines and arcs), the vector n towards the axis, as
+long as t - r, and how far the direction turns per way, $\kappa$ (0 for a line),
 
-$$g(x) = P + \frac{\sin \kappa x}{\kappa} t + \frac{1 - \cos \kappa x}{\kappa} n.$$
+$$g(x) = P + x r + \frac{\sin \kappa x}{\kappa} (t - r) + \frac{1 - \cos \kappa x}{\kappa} n.$$
+
+The curvature is $\kappa |n|$: that of a helix is smaller than its turn, that of an arc is the same.
 """
 
 from __future__ import annotations
@@ -44,19 +47,24 @@ LARGEST_RADIUS = 1000.0
 LEAST_RADIUS = 1e-6
 
 
+NO_VECTOR = (0.0, 0.0, 0.0)
+
+
 class Segment(NamedTuple):
-    """A line or an arc.
+    """A line, an arc or a helix.
 
     Attributes:
         end: where it ends. Shape (3,) [m].
         length: [m].
         tangent: unit vector at its start. Shape (3,).
-        normal: unit vector from its start towards the centre; of a line, zero. Shape (3,).
-        curvature: 0 for a line [1/m].
+        normal: from its start towards the centre, a unit vector for an arc; of a line, zero.
+            Shape (3,).
+        curvature: how far the direction turns per way, 0 for a line [rad/m].
         end_tangent: unit vector at its end. Shape (3,).
-        end_normal: unit vector from its end towards the centre; of a line, zero. Shape (3,).
+        end_normal: from its end towards the centre, as ``normal``. Shape (3,).
         tolerance: of the joint at its end [m].
         speed: largest one of the platform, infinite if there is no bound [m/s].
+        rise: what the tangent has along the axis of a helix; else zero. Shape (3,).
     """
 
     end: Vector3
@@ -68,9 +76,7 @@ class Segment(NamedTuple):
     end_normal: Vector3
     tolerance: float
     speed: float
-
-
-NO_VECTOR = (0.0, 0.0, 0.0)
+    rise: Vector3 = NO_VECTOR
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,11 +88,12 @@ class Segments:
         lengths: Shape (n,) [m].
         tangents: at the starts. Shape (n, 3).
         normals: at the starts. Shape (n, 3).
-        curvatures: Shape (n,) [1/m].
+        curvatures: Shape (n,) [rad/m].
         end_tangents: Shape (n, 3).
         end_normals: Shape (n, 3).
         tolerances: at the ends. Shape (n,) [m].
         speeds: Shape (n,) [m/s].
+        rises: Shape (n, 3).
     """
 
     points: FloatArray
@@ -98,6 +105,7 @@ class Segments:
     end_normals: FloatArray
     tolerances: FloatArray
     speeds: FloatArray
+    rises: FloatArray
 
     def __len__(self) -> int:
         """Return the number of segments."""
@@ -111,8 +119,13 @@ class Segments:
 
     @cached_property
     def is_curved(self) -> bool:
-        """Whether one of them is an arc."""
+        """Whether one of them is an arc or a helix."""
         return bool(self.curvatures.any())
+
+    @cached_property
+    def is_helical(self) -> bool:
+        """Whether one of them is a helix."""
+        return bool(self.rises.any())
 
     def reversed(self) -> Segments:
         """Return the same segments, driven the other way; the last tolerance stays the last."""
@@ -127,6 +140,7 @@ class Segments:
             self.normals[back],
             np.concatenate((self.tolerances[:-1][back], self.tolerances[-1:])),
             self.speeds[back],
+            -self.rises[back],
         )
 
 
@@ -195,8 +209,9 @@ def arc_about(
     angle: float,
     tolerance: float,
     speed: float = inf,
+    rise: float = 0.0,
 ) -> Segment:
-    """Return the arc from a point about an axis; see ``line``.
+    """Return the arc, or the helix, from a point about an axis; see ``line``.
 
     Args:
         number: index of the segment.
@@ -206,6 +221,7 @@ def arc_about(
         angle: right-handed about the axis, of any size but zero [rad].
         tolerance: of the joint at its end [m].
         speed: largest one of the platform [m/s].
+        rise: of a helix, how far it leads along the axis [m].
 
     Raises:
         NoArcError: if the axis or the angle is zero, or the start lies on the axis.
@@ -224,7 +240,7 @@ def arc_about(
     if not radius <= LARGEST_RADIUS:
         raise NoArcError(number, "its radius", radius, LARGEST_RADIUS, True)
     if angle < 0.0:
-        unit, angle = scaled(unit, -1.0), -angle
+        unit, angle, rise = scaled(unit, -1.0), -angle, -rise
     if not radius * angle >= SHORTEST:
         raise ShortSegmentError(number, start, radius * angle, SHORTEST)
     out = scaled(out, 1.0 / radius)
@@ -234,7 +250,24 @@ def arc_about(
     half = sin(0.5 * part)
     step = combined(radius * sin(part), tangent, -2.0 * radius * half * half, out)
     end = combined(1.0, start, 1.0, step)
-    return _arc(number, start, end, tangent, unit, radius, angle, tolerance, speed)
+    arc = _arc(number, start, end, tangent, unit, radius, angle, tolerance, speed)
+    return arc if rise == 0.0 else _helix(arc, unit, rise)
+
+
+def _helix(arc: Segment, axis: Vector3, rise: float) -> Segment:
+    """Return the helix that an ``arc`` about a unit ``axis`` becomes by a ``rise`` along it [m]."""
+    length = hypot(arc.length, rise)
+    around, along = arc.length / length, scaled(axis, rise / length)
+    return arc._replace(
+        end=combined(1.0, arc.end, rise, axis),
+        length=length,
+        tangent=combined(around, arc.tangent, 1.0, along),
+        normal=scaled(arc.normal, around),
+        curvature=around * arc.curvature,
+        end_tangent=combined(around, arc.end_tangent, 1.0, along),
+        end_normal=scaled(arc.end_normal, around),
+        rise=along,
+    )
 
 
 def _arc(
@@ -309,12 +342,13 @@ def _lines(
     nothing = np.broadcast_to(0.0, tangents.shape)
     return Segments(
         *(points, lengths, tangents, nothing, nothing[:, 0]),
-        *(tangents, nothing, tolerances, speeds),
+        *(tangents, nothing, tolerances, speeds, nothing),
     )
 
 
-# What segments have besides points; and what is not the same for all lines.
+# What segments have besides points; and what is not the same for all lines, or all arcs.
 COLUMNS = [name for name in Segments.__dataclass_fields__ if name != "points"]
+COLUMNS_OF_ARCS = [name for name in COLUMNS if name != "rises"]
 COLUMNS_OF_LINES = ["lengths", "tangents", "tolerances", "speeds"]
 
 
@@ -327,16 +361,17 @@ def joined(parts: Iterable[Segments], backwards: bool = False) -> Interruptible[
         backwards: whether the last part comes first.
     """
     made = []
-    is_curved = False
+    is_curved = is_helical = False
     for part in parts:
         made.append(part)
         is_curved = is_curved or part.is_curved
+        is_helical = is_helical or part.is_helical
         yield
     if len(made) == 1:
         return made[0]
     if backwards:
         made.reverse()
-    names = COLUMNS if is_curved else COLUMNS_OF_LINES
+    names = COLUMNS if is_helical else COLUMNS_OF_ARCS if is_curved else COLUMNS_OF_LINES
     rows = {name: [getattr(part, name) for part in made] for name in names}
     places = [made[0].points[:1], *(part.points[1:] for part in made)]
     # From here on, what is put together is given back column by column, not all at once.
@@ -345,4 +380,7 @@ def joined(parts: Iterable[Segments], backwards: bool = False) -> Interruptible[
     for name in names:
         columns[name] = yield from concatenated(rows.pop(name))
     points = yield from concatenated(places)
-    return Segments(points, **columns) if is_curved else _lines(points, **columns)
+    if not is_curved:
+        return _lines(points, **columns)
+    columns.setdefault("rises", np.broadcast_to(0.0, columns["tangents"].shape))
+    return Segments(points, **columns)

@@ -98,7 +98,9 @@ def _slowing(
 ) -> TimeScaling | None:
     """Return how a motion gets another ``speed`` [m/s], gently; None if ruckig finds no way."""
     slopes = np.abs(curve.derivatives(np.array(start[:1])).heights[1, :, 0])
-    _, acceleration, jerk = (_GENTLE * (limits.table / slopes).min(axis=1)).tolist()
+    # A slider that rests for a moment, as where the platform passes its axis, bounds nothing.
+    with np.errstate(divide="ignore"):
+        _, acceleration, jerk = (_GENTLE * (limits.table / slopes).min(axis=1)).tolist()
     bounds = ([1.0], [acceleration], [jerk])
     try:
         (phases,) = RuckigPlanner(1).to_velocity([speed], [start[1]], [start[2]], bounds)

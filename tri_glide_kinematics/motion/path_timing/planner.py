@@ -9,8 +9,13 @@ import numpy as np
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.moves import hardest_braking
-from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath, check_place
+from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath, check_place, distinct
 from tri_glide_kinematics.motion.path_timing.grid import MOST_PIECES
+from tri_glide_kinematics.motion.path_timing.speed_estimate import (
+    SHORTEST_CELL,
+    estimated,
+    samples,
+)
 from tri_glide_kinematics.motion.path_timing.windows import plan_window
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
@@ -39,6 +44,21 @@ from tri_glide_kinematics.workspace import Workspace
 # Where a hard braking begins at the speed that the path asks for, its few pieces bound the speed no
 # better than to this part.
 _ABOVE_SPEED = 0.01
+
+# What moves at this part of the speed that the path asks for, or faster, moves as asked.
+_AS_ASKED = 0.99
+
+# So many breaks of the path are looked at together for what is driven steadily; and it has to be so
+# many times as long as a window, as one is planned behind it.
+_BREAKS_AHEAD = 30_000
+_STEADY_WINDOWS = 2.0
+
+# So many windows of a path are planned in any case; then only so many one after the other, and what
+# takes so many times as long is left out. It goes on at such a part of the speed there.
+_ALWAYS_PLANNED = 100
+_PLANNED_TOGETHER = 6
+_LEFT_OUT = 20.0
+_PARTS_OF_SPEED = (0.95, 0.7)
 
 # A braking leads so much farther, one after another, than one that only the slopes limit.
 _BRAKING_WAYS = (1.15, 1.6, 2.5, 4.0)
@@ -265,6 +285,29 @@ class PathPlanner:
             parts.append(part)
         return SequencePlan((*parts, plan))
 
+    def duration(self, heights: PathHeights, limits: SliderLimits) -> Interruptible[float]:
+        """Return how long the motion ``to_the_end`` takes, within a hundredth [s].
+
+        Where the platform moves steadily at the speed that the path asks for, no motion is planned.
+        Behind the first minutes of a long path, a part of some seconds is planned now and then; by
+        so much as it takes more than was estimated, the estimate of what follows is corrected.
+
+        Raises:
+            PathTimingError: if no motion is found.
+        """
+        yield from heights.driven.measured()
+        ahead = _MotionAhead(heights, limits)
+        total = 0.0
+        plan = yield from self.from_rest(heights, 0.0, limits)
+        while not plan.ends_path:
+            passed, following = yield from ahead.passed_by(plan, total)
+            if following is None:
+                part, following = yield from self._part_and_next(plan, Planned(limits), None)
+                passed = part.duration
+            total += passed
+            plan = following
+        return total + plan.duration
+
     def _part_and_next(
         self, plan: PathPlan, planned: Planned, shaper: Shaper | None
     ) -> Interruptible[tuple[PathPlan, PathPlan]]:
@@ -314,6 +357,130 @@ class PathPlanner:
         braking = brake(plan.heights, start, limits)
         with SOUND:
             return PathPlan(plan.heights, (yield from braking))
+
+
+class _MotionAhead:
+    """What of the motion along a path need not be planned to know how long it takes."""
+
+    def __init__(self, heights: PathHeights, limits: SliderLimits) -> None:
+        self._heights = heights
+        self._limits = limits
+        self._places = np.zeros(1)
+        self._times = np.zeros(1)
+        self._speeds = np.zeros(1)
+        self._ends = np.zeros(1, dtype=bool)
+        self._windows = 0
+        # Windows planned one after the other; when, and when by the estimate, the first began.
+        self._together = 0
+        self._since = (0.0, 0.0)
+
+    def passed_by(
+        self, plan: PathPlan, begin: float
+    ) -> Interruptible[tuple[float, PathPlan | None]]:
+        """Return how long the platform is on what need not be planned, and the plan from there on.
+
+        Args:
+            plan: of where it is.
+            begin: of the plan, in the whole motion [s].
+
+        Returns:
+            The time from the begin of the plan on [s], and no plan if there is nothing to leave
+            out, or if none is found behind it.
+        """
+        time = plan.continue_at
+        if not time < plan.duration:
+            self._together = 0
+            return 0.0, None
+        start = plan.on_curve(time)
+        # The motion before a place depends on what comes in a window behind it.
+        window = float(plan.scaling.ways[-1]) - start.place
+        if start.place + window > self._places[-1]:
+            yield from self._look_ahead(start)
+        first = int(np.searchsorted(self._places, start.place))
+        end = first + int(self._ends[first:].argmax())
+        place = float(self._places[end]) - window
+        if place - start.place > _STEADY_WINDOWS * window:
+            passed, following = yield from self._steady(start, place)
+        else:
+            passed, following = yield from self._estimated(start, begin + time, window)
+        return time + passed, following
+
+    def _steady(
+        self, start: PathStart, place: float
+    ) -> Interruptible[tuple[float, PathPlan | None]]:
+        """Leave out what is driven steadily up to a ``place`` [m]."""
+        places = np.array((start.place, place))
+        asked, rates = self._heights.speed_limits(places), self._heights.derivatives(places).rates
+        part = start.speed * float(rates[0] / asked[0])
+        if not part > _AS_ASKED:
+            return 0.0, None
+        way = float(np.diff(self._heights.driven.ways(places))[0])
+        speed = part * float(asked[1] / rates[1])
+        return way / (part * float(asked[0])), (yield from self._plan_from(place, speed))
+
+    def _estimated(
+        self, start: PathStart, now: float, window: float
+    ) -> Interruptible[tuple[float, PathPlan | None]]:
+        """Leave out what takes many times as long as the windows that were planned before it.
+
+        Args:
+            start: where the platform is.
+            now: when [s].
+            window: how far is looked ahead [m].
+        """
+        here = float(np.interp(start.place, self._places, self._times))
+        self._windows += 1
+        if not self._together:
+            self._since = now, here
+        self._together += 1
+        if self._windows < _ALWAYS_PLANNED or self._together < _PLANNED_TOGETHER:
+            return 0.0, None
+        self._together = 0
+        taken, told = now - self._since[0], here - self._since[1]
+        last = np.searchsorted(self._places, self._places[-1] - _STEADY_WINDOWS * window) - 1
+        until = min(here + _LEFT_OUT * told, float(self._times[max(last, 0)]))
+        # It goes on where it is fast: there it can be at nearly that speed.
+        first, last = np.searchsorted(self._times, (here + 0.9 * (until - here), until))
+        if not last > first or until - here < told:
+            return 0.0, None
+        index = int(first + self._speeds[first:last].argmax())
+        passed = (float(self._times[index]) - here) * taken / told
+        for part in _PARTS_OF_SPEED:
+            speed = part * float(self._speeds[index])
+            following = yield from self._plan_from(float(self._places[index]), speed)
+            if following is not None:
+                return passed, following
+        return 0.0, None
+
+    def _plan_from(self, place: float, speed: float) -> Interruptible[PathPlan | None]:
+        """Return the plan from a ``place`` [m] on with a ``speed`` [m/s], None if none is found."""
+        planning = plan_window(self._heights, PathStart(place, speed, 0.0), self._limits)
+        try:
+            with SOUND:
+                return PathPlan(self._heights, (yield from planning))
+        except MotionError:
+            return None
+
+    def _look_ahead(self, start: PathStart) -> Interruptible[None]:
+        """Estimate the motion along the next part of the path."""
+        self._together = 0
+        breaks = self._heights.breaks
+        first = int(np.searchsorted(breaks, start.place, "right"))
+        end = float(breaks[min(first + _BREAKS_AHEAD, len(breaks) - 1)])
+        end = min(end, _next_stop(self._heights, start.place))
+        places = samples(start.place, end, breaks[first : int(np.searchsorted(breaks, end))])
+        places = distinct(places, 0.5 * (places[1:] + places[:-1]))
+        yield
+        seen = self._heights.derivatives(places)
+        yield
+        estimate = estimated(self._heights, places, seen, start.speed, self._limits, SHORTEST_CELL)
+        asked = self._heights.speed_limits(places)
+        self._places, self._speeds = places, estimate.speeds
+        self._times = estimate.cells * estimate.each
+        self._ends = ~estimate.is_asked
+        self._ends[1:] |= asked[1:] != asked[:-1]
+        self._ends[-1] = True
+        yield
 
 
 def time_path(

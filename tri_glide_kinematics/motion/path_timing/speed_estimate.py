@@ -51,7 +51,7 @@ class SpeedEstimate(NamedTuple):
 
     Attributes:
         places: Shape (n,) [m].
-        speeds: Shape (n,) [m/s].
+        speeds: of the way programmed. Shape (n,) [m/s].
         cells: how many cells are to lie before each place. Shape (n,).
         each: how long the platform takes in a cell [s].
         limits: those of the sliders that cells of this length can use.

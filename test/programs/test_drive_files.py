@@ -13,7 +13,7 @@ from tri_glide_kinematics.programs import DriveFileError, MoveStep, PathStep, Wa
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
-EXAMPLE = Path(__file__).parents[1] / "config" / "drive_example.yaml"
+EXAMPLE = Path(__file__).parents[2] / "config" / "drive_example.yaml"
 HOME = {"move": {"to": [0.0, 0.0, 250.0]}}
 
 

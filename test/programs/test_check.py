@@ -1,0 +1,121 @@
+"""The proof of a whole program, and the time that it tells."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from motion_machine import DT, LIMITS, MACHINE, WORKSPACE, engine, place, run_to_rest
+from scipy.spatial import cKDTree
+
+from testing.program_writer import Piece, written_program
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion import MotionPhase, time_path
+from tri_glide_kinematics.programs import (
+    Dialect,
+    Dwell,
+    PathRun,
+    ProgramError,
+    ProgramSettings,
+    check_program,
+    read_program,
+)
+
+HOME = (0.0, 0.0, 0.3)
+SETTINGS = ProgramSettings(start=HOME, home=HOME)
+
+
+def checked(text, **settings):
+    program = read_program(text, ProgramSettings(start=HOME, home=HOME, **settings))
+    return check_program(program, WORKSPACE, LIMITS)
+
+
+def driven(program):
+    """Drive a program in an engine; return how long it takes, and its way [m]."""
+    moving = engine(heights=MACHINE.inverse(HOME))
+    duration = length = 0.0
+    for step in program.steps:
+        if isinstance(step, PathRun):
+            moving.follow(at_once(step.segments.path_from(step.start)))
+            heights = run_to_rest(moving)
+            duration += DT * (len(heights) - 1)
+            places = np.array([MACHINE.forward(row) for row in heights])
+            length += float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+        elif isinstance(step, Dwell):
+            duration += step.duration
+    assert moving.phase is MotionPhase.IDLE
+    return duration, length, place(moving)
+
+
+SPIRAL = "".join(
+    f"G1 X{20 * np.cos(0.05 * n):.4f} Y{20 * np.sin(0.05 * n):.4f} Z{300 + 0.02 * n:.4f} F6000\n"
+    for n in range(300)
+)
+PROGRAMS = {
+    "lines": "G0 X30\nG1 Y30 F6000\nX0\nY0\nM2\n",
+    "slow": "G1 X10 F600\nG4 P0.5\nX0\nM2\n",
+    "exact": "G61\nG0 X30\nG1 Y30 F6000\nX0\nY0\nM2\n",
+    "arcs": "G64 P0.1\nG1 X20 F6000\nG3 X-20 R20\nG2 X20 I20 Z310\nG0 X0 Y0\nM2\n",
+    "dense": SPIRAL,
+}
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_the_time_told_is_the_time_driven(name):
+    program = read_program(PROGRAMS[name], SETTINGS)
+    told = check_program(program, WORKSPACE, LIMITS)
+    duration, length, end = driven(program)
+    assert told.duration == pytest.approx(duration, rel=0.01, abs=0.005)
+    assert told.length == pytest.approx(length, rel=1e-3)
+    assert told.duration == pytest.approx(sum(told.durations))
+    last = [step for step in program.steps if isinstance(step, PathRun)][-1]
+    path = at_once(last.segments.path_from(last.start))
+    assert end == pytest.approx(np.array(path.end), abs=1e-6)
+
+
+def test_f_is_kept_where_the_limits_allow_it():
+    told = checked("G1 X10 F600\nG2 X10 I-10 F1200\nM2\n")
+    expected = 0.01 / 0.01 + 2.0 * np.pi * 0.01 / 0.02
+    assert expected <= told.duration < 1.05 * expected
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "reason"),
+    [
+        ("G0 X1\nG1 X500 F600\n", 2, "segment 2 "),
+        ("G0 X1\n(a)\nM0\nG0 Z-100\nX0\n", 4, "segment 1 "),
+        ("G0 X80\nG2 X-80 I-80 F600\nG2 X80 I5000 J0 F600\n", 3, ""),
+    ],
+)
+def test_what_leads_outside_is_named_by_its_line(text, line, reason):
+    with pytest.raises(ProgramError, match=f"program: line {line}.*{reason}") as caught:
+        checked(text)
+    assert caught.value.line == line
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dialect", Dialect)
+def test_programs_at_random_are_driven_within_their_tolerances(dialect):
+    for seed in range(4):
+        written = written_program(np.random.default_rng(seed), dialect, 12)
+        program = read_program(written.text, written.settings)
+        assert check_program(program, WORKSPACE, LIMITS).duration > 0.0
+        pieces = [meant for meant in written.meant if isinstance(meant, Piece)]
+        for run in program.steps:
+            if not isinstance(run, PathRun):
+                continue
+            meant, pieces = pieces[: len(run.lines)], pieces[len(run.lines) :]
+            motion = time_path(at_once(run.segments.path_from(run.start)), WORKSPACE, LIMITS)
+            heights = motion.sample(np.arange(0.0, motion.duration, DT)).heights
+            places = np.array([MACHINE.forward(row) for row in heights])
+            # The nearest of points this far apart is a little farther away than the piece.
+            apart = 2e-5
+            points = [each.at(np.linspace(0.0, 1.0, 1 + int(0.4 / apart))) for each in meant]
+            away = cKDTree(np.concatenate(points)).query(places)[0]
+            largest = max(each.tolerance for each in meant)
+            assert away.max() <= np.hypot(largest, 0.5 * apart)
+            # Each output changes where the platform comes by, within what it drives in a cycle.
+            cycle = float(np.linalg.norm(np.diff(places, axis=0), axis=1).max())
+            for output in run.outputs:
+                here = meant[output.joint]
+                near = cKDTree(places).query(here.start)[0]
+                assert near <= 2.0 * meant[output.joint - 1].tolerance + cycle

@@ -1,0 +1,39 @@
+"""Programs: files of commands, and what came of each of them."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.programs.check import ProgramCheck as ProgramCheck
+    from tri_glide_kinematics.programs.check import check_program as check_program
+    from tri_glide_kinematics.programs.drive_files import NOT_DRIVEN as NOT_DRIVEN
+    from tri_glide_kinematics.programs.drive_files import DriveFile as DriveFile
+    from tri_glide_kinematics.programs.drive_files import DriveFileError as DriveFileError
+    from tri_glide_kinematics.programs.drive_files import MoveStep as MoveStep
+    from tri_glide_kinematics.programs.drive_files import PathStep as PathStep
+    from tri_glide_kinematics.programs.drive_files import ProgressLine as ProgressLine
+    from tri_glide_kinematics.programs.drive_files import Step as Step
+    from tri_glide_kinematics.programs.drive_files import StepReport as StepReport
+    from tri_glide_kinematics.programs.drive_files import WaitStep as WaitStep
+    from tri_glide_kinematics.programs.drive_files import in_millimetres as in_millimetres
+    from tri_glide_kinematics.programs.drive_files import is_whole as is_whole
+    from tri_glide_kinematics.programs.drive_files import load_drive as load_drive
+    from tri_glide_kinematics.programs.drive_files import table as table
+    from tri_glide_kinematics.programs.gcode import load_program as load_program
+    from tri_glide_kinematics.programs.gcode import read_program as read_program
+    from tri_glide_kinematics.programs.program import Dwell as Dwell
+    from tri_glide_kinematics.programs.program import Output as Output
+    from tri_glide_kinematics.programs.program import PathRun as PathRun
+    from tri_glide_kinematics.programs.program import Program as Program
+    from tri_glide_kinematics.programs.program import ProgramStep as ProgramStep
+    from tri_glide_kinematics.programs.program import ProgramStop as ProgramStop
+    from tri_glide_kinematics.programs.program import StopKind as StopKind
+    from tri_glide_kinematics.programs.program import Told as Told
+    from tri_glide_kinematics.programs.settings import Dialect as Dialect
+    from tri_glide_kinematics.programs.settings import ProgramSettings as ProgramSettings
+    from tri_glide_kinematics.programs.settings import SettingsError as SettingsError
+    from tri_glide_kinematics.programs.settings import load_settings as load_settings
+    from tri_glide_kinematics.programs.words import ProgramError as ProgramError
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

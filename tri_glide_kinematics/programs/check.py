@@ -1,0 +1,72 @@
+"""The proof of a whole program before it is driven: inside the workspace, and how long it takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.motion.path import PathPlaceError, SegmentError
+from tri_glide_kinematics.motion.path_timing import PathPlanner
+from tri_glide_kinematics.motion.trajectory import PathTimingError, SliderLimits
+from tri_glide_kinematics.programs.program import Dwell, PathRun, Program
+from tri_glide_kinematics.programs.words import ProgramError
+from tri_glide_kinematics.workspace import Workspace
+
+
+@dataclass(frozen=True)
+class ProgramCheck:
+    """A program that keeps inside the workspace from its begin to its end.
+
+    Attributes:
+        duration: without the time for which it waits for somebody [s].
+        durations: of each step. Shape (n,) [s].
+        length: of the way driven [m].
+    """
+
+    duration: float
+    durations: tuple[float, ...]
+    length: float
+
+
+def check_program(program: Program, workspace: Workspace, limits: SliderLimits) -> ProgramCheck:
+    """Prove that all of a program is inside the workspace, and find out how long it takes.
+
+    It is timed as a ``MotionEngine`` drives it, path by path.
+
+    Raises:
+        ProgramError: if a place of it is not inside, or no motion keeps the limits; it names the
+            line.
+    """
+    durations = []
+    length = 0.0
+    for step in program.steps:
+        if isinstance(step, PathRun):
+            try:
+                duration, way = at_once(_timed(step, workspace, limits))
+            except KinematicsError as error:
+                raise _at_its_line(program, step, error) from error
+            durations.append(duration)
+            length += way
+        else:
+            durations.append(step.duration if isinstance(step, Dwell) else 0.0)
+    return ProgramCheck(sum(durations), tuple(durations), length)
+
+
+def _timed(
+    run: PathRun, workspace: Workspace, limits: SliderLimits
+) -> Interruptible[tuple[float, float]]:
+    """Return how long a path takes [s], and how long its way is [m]."""
+    path = yield from run.segments.path_from(run.start)
+    planner = PathPlanner(workspace)
+    heights = yield from planner.begun(path)
+    duration = yield from planner.duration(heights, limits)
+    return duration, heights.driven.arc_length.total
+
+
+def _at_its_line(program: Program, run: PathRun, error: KinematicsError) -> ProgramError:
+    """Return an ``error`` about a path as one about a line of the program."""
+    segment = 0
+    if isinstance(error, (PathPlaceError, PathTimingError, SegmentError)):
+        segment = error.segment
+    return ProgramError(program.file, int(run.lines[segment]), 0, "", str(error))

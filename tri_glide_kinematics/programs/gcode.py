@@ -1,0 +1,925 @@
+"""The meaning of a program in G-code: paths, dwells, outputs and stops.
+
+A line says at most one motion and what holds from then on; what it says is carried out in the order
+of RS274/NGC (docs/programs.md). Whatever is not understood is an error with line and column, before
+anything moves. Positions are those of the platform in metres, whatever the units of the program.
+"""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple, NoReturn
+
+import numpy as np
+
+from tri_glide_kinematics.motion.path import MOST_SEGMENTS, SHORTEST, FlatPath, SegmentKind
+from tri_glide_kinematics.programs.program import (
+    Dwell,
+    Output,
+    PathRun,
+    Program,
+    ProgramStep,
+    ProgramStop,
+    StopKind,
+    Told,
+)
+from tri_glide_kinematics.programs.settings import (
+    MILLIMETRE,
+    NOWHERE,
+    TEXTS,
+    WORK_OFFSETS,
+    ProgramSettings,
+)
+from tri_glide_kinematics.programs.words import NAMED, PERCENT, Block, ProgramError, WordReader
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.wording import number_text
+
+INCH = 25.4 * MILLIMETRE
+
+# No coordinate is larger [m], and no speed smaller [m/s]: those of a path.
+FAR = 100.0
+LEAST_SPEED = 1e-5
+
+# The ends of an arc may differ so much in their distances from the centre, as numbers are rounded:
+# a length [m], and a part of the radius.
+ARC_MISMATCH = 1e-5
+RELATIVE_MISMATCH = 1e-3
+
+# The ends of a full circle are no farther apart [m].
+SAME_POINT = 1e-9
+
+# Steps whose square is shorter make no segment [m^2].
+SHORTEST_SQUARED = SHORTEST * SHORTEST
+
+AXES = "XYZ"
+OFFSETS = "IJK"
+
+
+# Commands of one group contradict each other; numbers are tenfold. Those of the last groups mean
+# nothing here: they ask for what is always so.
+_G_GROUPS: Mapping[int, str] = MappingProxyType(
+    {
+        **dict.fromkeys((0, 10, 20, 30), "motion"),
+        800: "cycle",
+        **dict.fromkeys((40, 100, 280, 920, 921, 922, 923), "once"),
+        **dict.fromkeys((170, 180, 190), "plane"),
+        **dict.fromkeys((200, 210), "units"),
+        **dict.fromkeys((900, 910), "distances"),
+        **dict.fromkeys((901, 911), "distances of centres"),
+        **dict.fromkeys((430, 490), "tool offset"),
+        **dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), "work offset"),
+        **dict.fromkeys((610, 640), "tolerance"),
+        **{530: "machine coordinates", 400: "compensation", 940: "feed", 970: "spindle"},
+        **dict.fromkeys((980, 990), "retract"),
+    }
+)
+_M_GROUPS: Mapping[int, str] = MappingProxyType(
+    {
+        **dict.fromkeys((0, 10, 20, 300, 600, 250, 2260, 6000, 6010), "stop"),
+        **dict.fromkeys((30, 40, 50), "spindle"),
+        **{60: "tool", 70: "mist", 80: "flood", 90: "coolant"},
+        **dict.fromkeys((480, 490), "override"),
+        **dict.fromkeys((420, 620, 630, 640, 650), "output"),
+        **dict.fromkeys((1060, 1070), "fan"),
+        2200: "speed",
+    }
+)
+_PAUSES = {0: StopKind.PAUSE, 10: StopKind.OPTIONAL, 600: StopKind.PAUSE, 250: StopKind.PAUSE}
+_PAUSES |= dict.fromkeys((2260, 6000, 6010), StopKind.PAUSE)
+_ENDS = (20, 300)
+
+# What would help with commands that are known and not understood.
+_HELP = {
+    **dict.fromkeys((410, 411, 420, 421), "let the CAM program compensate for the cutter itself"),
+    **dict.fromkeys(range(810, 900, 10), "let the CAM program write drilling cycles as lines"),
+    **dict.fromkeys((730, 760), "let the CAM program write cycles as lines"),
+    **dict.fromkeys((50, 51, 52, 53), "let the CAM program write splines as lines or arcs"),
+    **dict.fromkeys((930, 950), "let the CAM program write F as a length per minute (G94)"),
+    **dict.fromkeys((382, 383, 384, 385, 300), "nothing is probed while a program runs"),
+    **dict.fromkeys((281, 301), "name the place in the settings"),
+    **dict.fromkeys((431, 432), "name the tools in the settings, and use G43"),
+    **dict.fromkeys((70, 80), "this machine is no lathe"),
+    611: "use G61: the path stops wherever it is not smooth",
+    960: "use G97",
+    270: "write the place as a line",
+    520: "use G92 or G54 to G59.3",
+}
+_IGNORED_HELP = "if it does not concern the motion, name it in the settings under ignored"
+
+
+class _Straight(NamedTuple):
+    """Where the words of a line with a straight move stand; -1 for none."""
+
+    g: int
+    x: int
+    y: int
+    z: int
+    f: int
+
+
+def _straight(letters: str) -> _Straight | None:
+    """Return where the words of a line are, if it can be no other than a straight move."""
+    if len(set(letters)) < len(letters) or not set(letters) <= set("NGXYZFE"):
+        return None
+    return _Straight(*(letters.find(letter) for letter in "GXYZF"))
+
+
+def load_program(file: str | Path, settings: ProgramSettings | None = None) -> Program:
+    """Read a program in G-code and find out what it means.
+
+    Raises:
+        ProgramError: if it cannot be read, or something in it is not understood.
+    """
+    try:
+        data = Path(file).read_bytes()
+    except OSError as error:
+        raise ProgramError(file, 0, 0, "", f"cannot be read: {error}") from error
+    return read_program(data, settings, file)
+
+
+def read_program(
+    text: str | bytes, settings: ProgramSettings | None = None, file: str | Path = "program"
+) -> Program:
+    """Find out what a program means.
+
+    Args:
+        text: of the program.
+        settings: what it does not say itself.
+        file: where it is from, for the texts of errors.
+
+    Raises:
+        ProgramError: if something in it is not understood.
+    """
+    data = text.encode() if isinstance(text, str) else text
+    return _Interpreter(str(file), data, settings or ProgramSettings()).program()
+
+
+class _Interpreter:
+    """Goes through the lines of one program, with what holds at each."""
+
+    def __init__(self, file: str, data: bytes, settings: ProgramSettings) -> None:
+        self._file = file
+        self._settings = settings
+        self._customs = settings.customs
+        texts = TEXTS | self._customs.told | settings.ignored
+        skips, extrudes = settings.block_delete, self._customs.extrudes
+        self._reader = WordReader(file, data, texts, skips, extrudes)
+        self._line = 0
+        self._ended = False
+        self._told: dict[str, Told] = {}
+        self._straight: dict[str, _Straight | None] = {}
+        # What holds.
+        self._motion: int | None = None
+        self._unit = MILLIMETRE
+        self._plane = (0, 1, 2)
+        self._absolute = True
+        self._absolute_centres = False
+        self._offsets = {name: settings.offsets.get(name, NOWHERE) for name in WORK_OFFSETS}
+        self._work = "G54"
+        self._set_off = NOWHERE
+        self._set_off_before = NOWHERE
+        self._tool_offset = NOWHERE
+        self._tool = self._tool_wanted = 0
+        self._tolerance = settings.tolerance
+        self._feed = self._customs.first_feed if settings.feed is None else settings.feed
+        self._part_of_feed = 1.0
+        self._spindle = 0.0
+        self._spindle_speed = 0.0
+        self._shift = [0.0, 0.0, 0.0]
+        self._find_shift()
+        # Where the platform is sent, and where the last segment ends, which is hardly elsewhere.
+        self._here = list(settings.begin)
+        self._end = list(settings.begin)
+        self._steps: list[ProgramStep] = []
+        self._begin_run()
+
+    def program(self) -> Program:
+        """Return the whole program."""
+        lines = 0
+        for block in self._reader.blocks():
+            lines += len(block.ends)
+            if not self._ended:
+                self._read(block)
+        if not self._ended:
+            self._check_end(lines)
+        self._finish_run()
+        if not self._steps:
+            raise ProgramError(self._file, 0, 0, "", "it says nothing that can be done")
+        return Program(self._file, tuple(self._steps), tuple(self._told.values()), lines)
+
+    # Lines
+
+    def _read(self, block: Block) -> None:
+        """Carry out the lines of a block, up to the end of the program."""
+        letters, values = block.letters, block.values
+        # Most lines have the same letters as others before.
+        straight = self._straight
+        begin = 0
+        for index, end in enumerate(block.ends):
+            if end == begin:
+                if index in block.unusual:
+                    self._line = block.first + index
+                    self._read_alone()
+                    if self._ended:
+                        return
+                continue
+            self._line = block.first + index
+            spelled = letters[begin:end]
+            if spelled not in straight:
+                straight[spelled] = _straight(spelled)
+                if "E" in spelled and straight[spelled]:
+                    self._tell_extrusion()
+            places = straight[spelled]
+            if places is None or not self._move_straight(values, begin, places):
+                self._carry_out(_Line(spelled, values[begin:end], self._fail))
+                if self._ended:
+                    return
+            begin = end
+
+    def _read_alone(self) -> None:
+        """Carry out a line that is not ordinary."""
+        words = self._reader.words_of(self._line)
+        if not words:
+            return
+        if words[0].letter == PERCENT:
+            if self._steps or self._count or self._motion is not None:
+                self._ended = True
+            return
+        for index, word in enumerate(words):
+            if word.letter == NAMED:
+                name = word.text.upper()
+                if name not in self._settings.ignored and not name.startswith(self._customs.names):
+                    self._fail(index, f"this command is not understood: {_IGNORED_HELP}")
+                self._tell(name, "it does not concern the motion")
+                return
+        letters = "".join(word.letter for word in words)
+        self._carry_out(_Line(letters, [word.value for word in words], self._fail))
+
+    def _check_end(self, lines: int) -> None:
+        """Check that a program without an end of its own is not cut off."""
+        if self._reader.ends_in_a_line and lines:
+            self._line = lines
+            reason = "this last line has no end, and the program none (M2, M30 or %), so it may be "
+            self._fail(-1, f"{reason}cut off: if it is whole, end the line")
+
+    def _fail(self, index: int, reason: str) -> NoReturn:
+        """Raise the error about a word of the present line; negative for all of it."""
+        raise self._reader.error(self._line, index, reason)
+
+    def _tell(self, word: str, reason: str) -> None:
+        if word not in self._told:
+            self._told[word] = Told(word, self._line, reason)
+
+    def _tell_extrusion(self) -> None:
+        self._tell("E", "extrusion is told, not driven")
+
+    # Straight moves
+
+    def _move_straight(self, values: Sequence[float], begin: int, places: _Straight) -> bool:
+        """Carry out a line with a straight move, or with F alone; return whether it is one.
+
+        If not, nothing has been done.
+        """
+        g, x, y, z, f = places
+        motion = self._motion
+        if g >= 0:
+            code = values[begin + g]
+            if code == 1.0:
+                motion = 10
+            elif code == 0.0:
+                motion = 0
+            else:
+                return False
+        if motion != 10 and motion != 0:
+            return False
+        if f >= 0:
+            feed = values[begin + f] * self._unit / self._customs.feed_time
+            if feed < LEAST_SPEED:
+                return False
+            self._feed = feed
+        self._motion = motion
+        here, end = self._here, self._end
+        unit = self._unit
+        if self._absolute:
+            shift = self._shift
+            if x >= 0:
+                here[0] = values[begin + x] * unit + shift[0]
+            if y >= 0:
+                here[1] = values[begin + y] * unit + shift[1]
+            if z >= 0:
+                here[2] = values[begin + z] * unit + shift[2]
+        else:
+            if x >= 0:
+                here[0] += values[begin + x] * unit
+            if y >= 0:
+                here[1] += values[begin + y] * unit
+            if z >= 0:
+                here[2] += values[begin + z] * unit
+        dx, dy, dz = here[0] - end[0], here[1] - end[1], here[2] - end[2]
+        if dx * dx + dy * dy + dz * dz >= SHORTEST_SQUARED:
+            self._add_line(motion == 0, motion == 0 and not self._customs.rapid_at_feed)
+        return True
+
+    def _add_line(self, rapid: bool, at_full_speed: bool) -> None:
+        """Add the line from the end of the last segment to where the platform is sent."""
+        self._make_room()
+        x, y, z = self._end[:] = self._here
+        if not (-FAR < x < FAR and -FAR < y < FAR and -FAR < z < FAR):
+            self._fail_far()
+        self._numbers.extend((x, y, z))
+        self._kinds.append(0)
+        self._add(rapid, at_full_speed)
+
+    def _add(self, rapid: bool, at_full_speed: bool) -> None:
+        """Add what lines and arcs have."""
+        if at_full_speed:
+            self._speeds.append(0.0)
+        else:
+            if self._feed == 0.0:
+                self._fail_without_feed()
+            self._speeds.append(self._feed * self._part_of_feed)
+        self._tolerances.append(self._tolerance)
+        self._lines.append(self._line)
+        self._rapid.append(rapid)
+        self._count += 1
+
+    def _make_room(self) -> None:
+        """Begin another path if this one can have no more segments."""
+        if self._count == MOST_SEGMENTS:
+            self._tell("stop", f"the platform stops there: a path has {MOST_SEGMENTS} segments")
+            self._finish_run()
+
+    def _fail_far(self) -> NoReturn:
+        self._fail(-1, f"it leads farther than {FAR:g} m: are its units right?")
+
+    def _fail_without_feed(self) -> NoReturn:
+        per = "mm/s" if self._customs.feed_time == 1.0 else "mm/min"
+        words = self._reader.words_of(self._line)
+        index = next((n for n, word in enumerate(words) if word.letter in AXES + OFFSETS), -1)
+        self._fail(index, f"no F says how fast this is: write one, such as F600 ({per}), before it")
+
+    # Runs
+
+    def _begin_run(self) -> None:
+        self._start = list(self._end)
+        self._count = 0
+        self._kinds = array("B")
+        self._numbers = array("d")
+        self._speeds = array("d")
+        self._tolerances = array("d")
+        self._lines = array("i")
+        self._rapid = array("b")
+        self._outputs: list[Output] = []
+
+    def _finish_run(self) -> None:
+        """Put the path so far into a step, and the outputs before and after it."""
+        count = self._count
+        before = [output for output in self._outputs if output.joint == 0]
+        inner = [output for output in self._outputs if 0 < output.joint < count]
+        after = [output for output in self._outputs if output.joint >= count > 0]
+        self._steps += before
+        if count:
+            self._steps.append(self._run(tuple(inner)))
+        self._steps += (output._replace(joint=0) for output in after)
+        self._begin_run()
+
+    def _run(self, outputs: tuple[Output, ...]) -> PathRun:
+        lines = np.frombuffer(self._lines, np.int32)
+        kinds, numbers = np.frombuffer(self._kinds, np.uint8), np.frombuffer(self._numbers)
+        bounds = np.frombuffer(self._tolerances), np.frombuffer(self._speeds)
+        x, y, z = self._start
+        segments = FlatPath.of(kinds, numbers, *bounds, 0.0)
+        return PathRun((x, y, z), segments, lines, np.frombuffer(self._rapid, np.bool_), outputs)
+
+    def _put_out(self, name: str, number: int, value: float) -> None:
+        self._outputs.append(Output(name, number, value, self._line, self._count))
+
+    def _rest(self, step: Dwell | ProgramStop) -> None:
+        self._finish_run()
+        self._steps.append(step)
+
+    def _find_shift(self) -> None:
+        """Find what is added to a place in the program."""
+        offsets = (self._offsets[self._work], self._set_off, self._tool_offset)
+        self._shift[:] = map(sum, zip(*offsets))
+
+    # All other lines
+
+    def _carry_out(self, line: _Line) -> None:
+        """Carry out a line, in the order of RS274/NGC."""
+        if self._is_told(line):
+            return
+        line.check(line.g, "G", _G_GROUPS)
+        line.check(line.m, "M", _M_GROUPS)
+        if line.drop("O"):
+            self._tell("O", "a number of a program means nothing here")
+        line.drop("N")
+        self._set_units(line)
+        self._set_feed(line)
+        self._set_tool(line)
+        self._set_spindle(line)
+        self._set_outputs(line)
+        self._set_modes(line)
+        axes_are_taken = self._do_once(line)
+        self._move(line, axes_are_taken)
+        self._take_told(line)
+        line.finish()
+        self._stop(line)
+
+    def _is_told(self, line: _Line) -> bool:
+        """Return whether a line has a command that does not concern the motion."""
+        names = {f"G{code / 10:g}": index for code, index in line.g.items()}
+        names |= {f"M{code / 10:g}": index for code, index in line.m.items()}
+        for name, index in names.items():
+            if name not in self._customs.told and name not in self._settings.ignored:
+                continue
+            if len(names) > 1:
+                self._fail(index, "write it on a line of its own: it does not concern the motion")
+            self._tell(name, "it does not concern the motion")
+            return True
+        return False
+
+    def _take_told(self, line: _Line) -> None:
+        for letter in self._customs.told_letters:
+            if line.drop(letter):
+                if letter == "E" and "A" not in self._customs.told_letters:
+                    self._tell_extrusion()
+                else:
+                    self._tell(letter, "the limits of the machine count")
+
+    def _set_units(self, line: _Line) -> None:
+        if 200 in line.g:
+            self._unit = INCH
+        elif 210 in line.g:
+            self._unit = MILLIMETRE
+
+    def _set_feed(self, line: _Line) -> None:
+        index = line.index("F")
+        value = line.take("F")
+        if value is not None:
+            feed = value * self._unit / self._customs.feed_time
+            if not feed >= LEAST_SPEED:
+                least = number_text(LEAST_SPEED / MILLIMETRE, 6)
+                speed = number_text(feed / MILLIMETRE, 6, 0.0)
+                self._fail(index, f"the speed {speed} mm/s must be at least {least} mm/s")
+            self._feed = feed
+        if 2200 in line.m:
+            part = line.take("S")
+            if part is None or not part > 0.0:
+                self._fail(line.m[2200], "it needs an S above 0, the part of F in percent")
+            self._part_of_feed = 0.01 * part
+
+    def _set_tool(self, line: _Line) -> None:
+        wanted = line.whole("T")
+        if wanted is not None:
+            self._tool_wanted = wanted
+        if 60 in line.m:
+            self._tool = self._tool_wanted
+            self._rest(ProgramStop(StopKind.TOOL, self._line, self._tool))
+        elif wanted is not None and self._customs.homes_whole:
+            self._tool = wanted
+            self._tell("T", "tools are not changed")
+
+    def _set_spindle(self, line: _Line) -> None:
+        turns = next((turn for code, turn in _SPINDLE if code in line.m), None)
+        other = 420 in line.m or 1060 in line.m or (40 in line.g and self._customs.homes_whole)
+        speed = None
+        if not other and (turns is not None or "S" not in self._customs.told_letters):
+            speed = line.take("S")
+        if speed is not None:
+            self._spindle_speed = speed
+        if turns is not None:
+            self._spindle = turns
+        if turns is not None or (speed is not None and self._spindle):
+            self._put_out("spindle", 0, self._spindle * self._spindle_speed + 0.0)
+
+    def _set_outputs(self, line: _Line) -> None:
+        for code in line.m:
+            if code in _COOLANT:
+                for name, is_on in _COOLANT[code]:
+                    self._put_out(name, 0, is_on)
+            elif code in _DIGITAL:
+                number = line.whole("P")
+                if number is None:
+                    self._fail(line.m[code], "it needs a P, the number of the output")
+                self._put_out("digital", number, _DIGITAL[code])
+            elif code == 420:
+                number, value = line.whole("P"), line.take("S")
+                if number is None or value is None:
+                    self._fail(line.m[code], "it needs P and S, the number of a pin and its value")
+                self._put_out("pin", number, value)
+            elif code in (1060, 1070):
+                speed = line.take("S") if code == 1060 else 0.0
+                self._put_out("fan", line.whole("P") or 0, 255.0 if speed is None else speed)
+
+    def _set_modes(self, line: _Line) -> None:
+        """Take in what holds from now on."""
+        for code, index in line.g.items():
+            if code in _PLANES:
+                self._plane = _PLANES[code]
+            elif code in (900, 910):
+                self._absolute = code == 900
+            elif code in (901, 911):
+                self._absolute_centres = code == 901
+            elif code in (430, 490):
+                self._set_tool_offset(line, code, index)
+            elif f"G{code / 10:g}" in WORK_OFFSETS:
+                self._work = f"G{code / 10:g}"
+            elif code == 610:
+                if self._customs.restores_at_61:
+                    self._fail(index, "stored places are not understood: write the place instead")
+                self._tolerance = 0.0
+            elif code == 640:
+                given = line.take("P")
+                line.take("Q")
+                if given is not None and given < 0.0:
+                    self._fail(index, f"its tolerance P = {given:g} must be at least 0")
+                least = self._settings.tolerance if given is None else given * self._unit
+                self._tolerance = least
+        self._find_shift()
+
+    def _set_tool_offset(self, line: _Line, code: int, index: int) -> None:
+        tool = 0
+        if code == 430:
+            given = line.whole("H")
+            tool = self._tool if given is None else given
+        if tool and tool not in self._settings.tools:
+            reason = f"no offset of tool {tool} is known: name it in the settings under tools"
+            self._fail(index, reason)
+        self._tool_offset = self._settings.tools.get(tool, NOWHERE) if code == 430 else NOWHERE
+
+    def _do_once(self, line: _Line) -> bool:
+        """Carry out what holds for this line alone; return whether it takes the axes."""
+        for code, index in line.g.items():
+            if code == 40:
+                self._dwell(line, index)
+            elif code == 100:
+                self._set_work_offset(line, index)
+            elif code == 280:
+                self._go_home(line, index)
+            elif code in (920, 921, 922, 923):
+                self._set_off_position(line, code, index)
+            if code in (100, 280, 920):
+                return True
+        return False
+
+    def _dwell(self, line: _Line, index: int) -> None:
+        duration = line.take("P")
+        if duration is not None:
+            duration *= self._customs.dwell_unit
+        elif self._customs.homes_whole:
+            duration = line.take("S")
+        if duration is None or not 0.0 <= duration < math.inf:
+            self._fail(index, "it needs a time, which is at least 0")
+        self._rest(Dwell(duration, self._line))
+
+    def _set_work_offset(self, line: _Line, index: int) -> None:
+        kind, number = line.whole("L"), line.whole("P") or 0
+        if kind not in (2, 20) or number > len(WORK_OFFSETS):
+            self._fail(index, f"only L2 and L20 with P0 to P{len(WORK_OFFSETS)} are understood")
+        name = WORK_OFFSETS[number - 1] if number else self._work
+        offset = list(self._offsets[name])
+        for axis, letter in enumerate(AXES):
+            value = line.take(letter)
+            if value is not None:
+                offset[axis] = value * self._unit
+                if kind == 20:
+                    others = self._set_off[axis] + self._tool_offset[axis]
+                    offset[axis] = self._here[axis] - others - value * self._unit
+        self._offsets[name] = _vector(offset)
+        self._find_shift()
+
+    def _set_off_position(self, line: _Line, code: int, index: int) -> None:
+        if code == 920:
+            named = [axis for axis in range(3) if line.index(AXES[axis]) >= 0]
+            if line.index("E") >= 0 and not named:
+                return
+            if not named and not self._customs.resets_without_axes:
+                self._fail(index, "it needs X, Y or Z: what the present place is to be called")
+            set_off = list(self._set_off)
+            for axis in named or range(3):
+                value = line.take(AXES[axis]) or 0.0
+                others = self._offsets[self._work][axis] + self._tool_offset[axis]
+                set_off[axis] = self._here[axis] - others - value * self._unit
+            self._set_off = self._set_off_before = _vector(set_off)
+        elif code == 923:
+            self._set_off = self._set_off_before
+        else:
+            self._set_off = NOWHERE
+            if code == 921:
+                self._set_off_before = NOWHERE
+        self._find_shift()
+
+    def _go_home(self, line: _Line, index: int) -> None:
+        home = self._settings.home
+        if home is None:
+            self._fail(index, "no such place is known: name it in the settings as home")
+        named = [axis for axis in range(3) if line.index(AXES[axis]) >= 0]
+        if self._customs.homes_whole:
+            for letter in "XYZWOL":
+                line.drop(letter)
+            self._here[:] = home
+            self._set_off = NOWHERE
+            self._find_shift()
+        else:
+            self._take_target(line, self._shift)
+            self._go(at_full_speed=True)
+            for axis in named or range(3):
+                self._here[axis] = home[axis]
+        self._go(at_full_speed=True)
+        if self._customs.homes_whole:
+            self._finish_run()
+
+    # Motion
+
+    def _move(self, line: _Line, axes_are_taken: bool) -> None:
+        """Carry out the motion of a line, if it has one."""
+        said = next((code for code in (0, 10, 20, 30, 800) if code in line.g), None)
+        if said is not None:
+            self._motion = None if said == 800 else said
+            if axes_are_taken:
+                self._fail(line.g[said], "another command takes the axes: write it on its own line")
+        indices = [line.index(letter) for letter in AXES if line.index(letter) >= 0]
+        is_arc = self._motion in (20, 30)
+        if is_arc:
+            is_arc = any(line.index(letter) >= 0 for letter in OFFSETS + "R")
+        if axes_are_taken or not (indices or is_arc):
+            return
+        if self._motion is None:
+            self._fail(indices[0], "no G0 to G3 before it says how to go there")
+        if self._motion in (20, 30):
+            if 530 in line.g:
+                self._fail(line.g[530], "it goes with G0 and G1 only")
+            self._move_on_arc(line)
+            return
+        is_machine = 530 in line.g
+        absolute, self._absolute = self._absolute, self._absolute or is_machine
+        self._take_target(line, NOWHERE if is_machine else self._shift)
+        self._absolute = absolute
+        rapid = self._motion == 0
+        self._go(rapid, rapid and not self._customs.rapid_at_feed)
+
+    def _take_target(self, line: _Line, shift: Sequence[float]) -> None:
+        """Take in where the axes lead."""
+        for axis, letter in enumerate(AXES):
+            value = line.take(letter)
+            if value is not None:
+                before = shift[axis] if self._absolute else self._here[axis]
+                self._here[axis] = before + value * self._unit
+
+    def _go(self, rapid: bool = True, at_full_speed: bool = False) -> None:
+        """Add the line to where the platform is sent, if it has a length."""
+        if math.dist(self._here, self._end) >= SHORTEST:
+            self._add_line(rapid, at_full_speed)
+
+    def _move_on_arc(self, line: _Line) -> None:
+        turns_index, turns = line.index("P"), line.whole("P")
+        p, q, along = self._plane
+        index = max(line.index(letter) for letter in (OFFSETS[p], OFFSETS[q], "R"))
+        centre_words = [line.take(OFFSETS[axis]) for axis in (p, q)]
+        # Some CAM programs write all three; of the third only a zero is understood.
+        spare = line.index(OFFSETS[along])
+        if line.take(OFFSETS[along]):
+            self._fail(spare, f"{OFFSETS[along]} has no meaning in this plane (G17 to G19)")
+        radius, start = line.take("R"), tuple(self._here)
+        self._take_target(line, self._shift)
+        end = tuple(self._here)
+        clockwise = self._motion == 20
+        ends = ((start[p], start[q]), (end[p], end[q]))
+        try:
+            if radius is not None:
+                if centre_words != [None, None]:
+                    raise _NoArcError("it has both R and a centre: one of them is enough")
+                centre = _centre_of_radius(*ends, radius * self._unit, clockwise)
+            elif centre_words == [None, None]:
+                raise _NoArcError(f"it needs R, or {OFFSETS[p]} or {OFFSETS[q]} for its centre")
+            elif self._absolute_centres:
+                if None in centre_words:
+                    raise _NoArcError(f"with G90.1 it needs {OFFSETS[p]} and {OFFSETS[q]}")
+                near = [
+                    word * self._unit + self._shift[axis]
+                    for word, axis in zip(centre_words, (p, q))
+                    if word is not None
+                ]
+                centre = near[0], near[1]
+            else:
+                offset_p, offset_q = (self._unit * (word or 0.0) for word in centre_words)
+                centre = start[p] + offset_p, start[q] + offset_q
+            centre, angle = _arc(*ends, centre, clockwise)
+        except _NoArcError as error:
+            self._fail(index, str(error))
+        if turns is not None:
+            less = self._customs.turns_given
+            if less is None or turns < less:
+                self._fail(turns_index, "so many turns have no meaning here")
+            angle += math.copysign(2.0 * math.pi * (turns - less), angle)
+        size = abs(angle) * math.dist(ends[0], centre)
+        rise = end[along] - start[along]
+        if math.hypot(size, rise) < SHORTEST:
+            return
+        if size < SHORTEST:
+            self._go(rapid=False)
+            return
+        middle = [0.0, 0.0, 0.0]
+        middle[p], middle[q], middle[along] = centre[0], centre[1], start[along]
+        axis = [0.0, 0.0, 0.0]
+        axis[along] = 1.0
+        if not max(map(abs, (*middle, *end))) < FAR:
+            self._fail_far()
+        self._make_room()
+        self._numbers.extend((*middle, *axis, angle))
+        if rise:
+            self._numbers.append(rise)
+        self._kinds.append(SegmentKind.HELIX_ABOUT if rise else SegmentKind.ARC_ABOUT)
+        self._end[:] = end
+        self._add(False, False)
+
+    def _stop(self, line: _Line) -> None:
+        for code in line.m:
+            if code in _PAUSES and (code != 10 or self._settings.optional_stop):
+                self._rest(ProgramStop(_PAUSES[code], self._line))
+            elif code in _ENDS:
+                if self._spindle:
+                    self._put_out("spindle", 0, 0.0)
+                self._rest(ProgramStop(StopKind.END, self._line))
+                self._ended = True
+
+
+_PLANES = {170: (0, 1, 2), 180: (2, 0, 1), 190: (1, 2, 0)}
+_SPINDLE = ((30, 1.0), (40, -1.0), (50, 0.0))
+_DIGITAL = {620: 1.0, 630: 0.0, 640: 1.0, 650: 0.0}
+_COOLANT = {
+    70: (("mist", 1.0),),
+    80: (("flood", 1.0),),
+    90: (("mist", 0.0), ("flood", 0.0)),
+}
+
+
+class _Line:
+    """The words of a line, each to be taken by whoever gives it a meaning.
+
+    Attributes:
+        g: index of each word G by its tenfold number.
+        m: index of each word M by its tenfold number.
+    """
+
+    def __init__(
+        self,
+        letters: str,
+        values: Sequence[float | None],
+        fail: Callable[[int, str], NoReturn],
+    ) -> None:
+        self.g: dict[int, int] = {}
+        self.m: dict[int, int] = {}
+        self._words: dict[str, tuple[float | None, int]] = {}
+        self._fail = fail
+        for index, (letter, value) in enumerate(zip(letters, values)):
+            if letter in "GM":
+                self._add_command(letter, value, index)
+            elif letter in self._words:
+                fail(index, f"{letter} stands twice on this line: make two lines of it")
+            else:
+                self._words[letter] = value, index
+
+    def _add_command(self, letter: str, value: float | None, index: int) -> None:
+        commands = self.g if letter == "G" else self.m
+        code = -1 if value is None else round(10.0 * value)
+        if value is None or abs(10.0 * value - code) > 1e-6 or code < 0:
+            self._fail(index, "this is no number of a command")
+        if code in commands:
+            self._fail(index, "it stands twice on this line")
+        commands[code] = index
+
+    def check(self, commands: Mapping[int, int], letter: str, groups: Mapping[int, str]) -> None:
+        """Check that all commands are known, and that no two contradict each other."""
+        found: dict[str, int] = {}
+        for code, index in commands.items():
+            if code not in groups:
+                help_text = _HELP.get(code, _IGNORED_HELP) if letter == "G" else _IGNORED_HELP
+                self._fail(index, f"this command is not understood: {help_text}")
+            other = found.setdefault(groups[code], code)
+            if other != code:
+                name = f"{letter}{other / 10:g}"
+                self._fail(index, f"it contradicts {name} on the same line: make two lines of it")
+
+    def index(self, letter: str) -> int:
+        """Return the index of a word that is not taken yet, -1 if there is none."""
+        return self._words[letter][1] if letter in self._words else -1
+
+    def take(self, letter: str) -> float | None:
+        """Return the number of a word, which has a meaning then; None if there is none."""
+        if letter not in self._words:
+            return None
+        value, index = self._words.pop(letter)
+        if value is None:
+            self._fail(index, f"{letter} has no number")
+        return value
+
+    def whole(self, letter: str) -> int | None:
+        """Return the number of a word that is whole and not negative."""
+        index = self.index(letter)
+        value = self.take(letter)
+        if value is None:
+            return None
+        if value < 0.0 or value != int(value):
+            self._fail(index, "it must be a whole number, at least 0")
+        return int(value)
+
+    def drop(self, letter: str) -> bool:
+        """Leave out a word, with or without a number; return whether it is there."""
+        return self._words.pop(letter, None) is not None
+
+    def finish(self) -> None:
+        """Check that each word has had a meaning."""
+        for letter, (value, index) in self._words.items():
+            if value is None:
+                self._fail(index, f"{letter} has no number")
+            if letter in "ABCUVW":
+                self._fail(index, f"there is no axis {letter}: the platform only translates")
+            self._fail(
+                index, f"{letter} has no meaning on this line: take it away if it is not needed"
+            )
+
+
+class _NoArcError(Exception):
+    """The numbers of an arc determine none; says why."""
+
+
+Point = tuple[float, float]
+
+
+def _centre_of_radius(start: Point, end: Point, radius: float, clockwise: bool) -> Point:
+    """Return the centre of the arc with a ``radius``, negative if it is more than half a turn [m].
+
+    Raises:
+        _NoArcError: if there is none.
+    """
+    chord = math.dist(start, end)
+    if chord < SAME_POINT:
+        raise _NoArcError("R says nothing of a whole circle: write its centre with I, J and K")
+    half, size = 0.5 * chord, abs(radius)
+    if size < half - _mismatch(half):
+        raise _NoArcError(
+            f"its radius {_millimetres(size)} must be at least half the distance of its ends, "
+            f"{_millimetres(half)}"
+        )
+    # The centre is to the left of the way to the end if the arc turns left by less than half.
+    aside = math.sqrt(max((size - half) * (size + half), 0.0)) / chord
+    if clockwise != (radius < 0.0):
+        aside = -aside
+    x, y = end[0] - start[0], end[1] - start[1]
+    return 0.5 * (start[0] + end[0]) - aside * y, 0.5 * (start[1] + end[1]) + aside * x
+
+
+def _arc(start: Point, end: Point, centre: Point, clockwise: bool) -> tuple[Point, float]:
+    """Return the centre of an arc, as far from its end as from its start, and its angle [rad].
+
+    Numbers in a program are rounded, so that a centre is not quite as far from both. It is moved
+    to where it is; if that is far, as on a nearly whole circle, the end gives way instead.
+
+    Raises:
+        _NoArcError: if the start is at the centre, or both differ by more than by rounding.
+    """
+    x, y = start[0] - centre[0], start[1] - centre[1]
+    to_x, to_y = end[0] - centre[0], end[1] - centre[1]
+    radius, other = math.hypot(x, y), math.hypot(to_x, to_y)
+    allowed = _mismatch(radius)
+    if radius < SHORTEST:
+        raise _NoArcError("it begins at its centre")
+    if not abs(radius - other) <= allowed:
+        raise _NoArcError(
+            f"its start is {_millimetres(radius)} from its centre and its end "
+            f"{_millimetres(other)}: they must be the same within {_millimetres(allowed)}"
+        )
+    whole = -2.0 * math.pi if clockwise else 2.0 * math.pi
+    chord = math.dist(start, end)
+    if chord < SAME_POINT:
+        return centre, whole
+    move = (other - radius) * (other + radius) / (2.0 * chord)
+    if abs(move) <= allowed:
+        part = move / chord
+        centre = centre[0] + part * (end[0] - start[0]), centre[1] + part * (end[1] - start[1])
+        x, y = start[0] - centre[0], start[1] - centre[1]
+        to_x, to_y = end[0] - centre[0], end[1] - centre[1]
+    angle = math.atan2(x * to_y - y * to_x, x * to_x + y * to_y)
+    if (angle < 0.0) != clockwise or angle == 0.0:
+        angle += whole
+    return centre, angle
+
+
+def _mismatch(radius: float) -> float:
+    """Return by how much the ends of an arc may differ in their distances from its centre [m]."""
+    return ARC_MISMATCH + RELATIVE_MISMATCH * radius
+
+
+def _millimetres(length: float) -> str:
+    return f"{number_text(length / MILLIMETRE, 6)} mm"
+
+
+def _vector(values: Sequence[float]) -> Vector3:
+    x, y, z = values
+    return x, y, z

@@ -1,0 +1,257 @@
+"""What a program does not say: its dialect, and the offsets, tools and places of a machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from tri_glide_kinematics.checks import finite_vector, member, non_negative, positive
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.keys import FileError, Keys, load_yaml
+from tri_glide_kinematics.vectors import Vector3
+
+MINUTE = 60.0
+MILLIMETRE = 1e-3
+
+
+class Dialect(Enum):
+    """Whose words a program is written in (docs/programs.md)."""
+
+    NIST = "nist"
+    MARLIN = "marlin"
+    REPRAP = "reprap"
+    KLIPPER = "klipper"
+    DELTA_X = "delta_x"
+
+
+class Customs(NamedTuple):
+    """What a dialect means where the dialects differ.
+
+    Attributes:
+        dwell_unit: of the P of G4 [s].
+        feed_time: F is a length per this time [s].
+        first_feed: speed before the first F; 0 for none [m/s].
+        rapid_at_feed: whether G0 moves at F, as G1 does.
+        homes_whole: whether G28 takes all axes home, whichever are named, and ends G92.
+        resets_without_axes: whether G92 without an axis means all three, at 0.
+        turns_given: turns of an arc that P counts besides the last, not whole one: P less this.
+            None if P has no meaning there.
+        restores_at_61: whether G61 goes back to a stored place, which is not understood.
+        extrudes: whether an E right behind a number is a word.
+        told: commands that do not concern the motion.
+        told_letters: letters beside G0 to G3 that do not, either.
+        names: commands of several letters that do not, either, by their begins.
+    """
+
+    dwell_unit: float
+    feed_time: float
+    first_feed: float
+    rapid_at_feed: bool
+    homes_whole: bool
+    resets_without_axes: bool
+    turns_given: int | None
+    restores_at_61: bool
+    extrudes: bool
+    told: frozenset[str]
+    told_letters: str = "E"
+    names: tuple[str, ...] = ()
+
+
+def _codes(letter: str, *numbers: int | range) -> frozenset[str]:
+    each = (number if isinstance(number, range) else (number,) for number in numbers)
+    return frozenset(f"{letter}{number}" for some in each for number in some)
+
+
+def _parts(command: str, most: int) -> frozenset[str]:
+    return frozenset(f"{command}.{part}" for part in range(1, most + 1))
+
+
+# Temperatures, filament, motors on and off, files, messages; limits that the machine has itself.
+_PRINTING = (
+    _codes("M", 17, 18, range(20, 25), 26, 27, 31, 73, range(75, 79), range(80, 86), 104, 105)
+    | _codes("M", *(108, 109, 110, 111, 113, 114, 115, 116, 117, 118, 119, 120, 121, 140, 141))
+    | _codes("M", *(143, 144, 150, 155, 190, 191, 200, 201, 203, 204, 205, 207, 208, 209, 211))
+    | _codes("M", *(221, 300, 301, 302, 303, 304, range(400, 408), 412, 413, 420, 486, 500, 501))
+    | _codes("M", *(502, 503, 504, 555, range(566, 569), 572, 593, 702, 703, 862, 900, 906, 907))
+    | _codes("M", *(910, 911, 912, 913, 914, 915))
+    | _parts("M862", 6)
+    | _codes("G", 10, 11, 29)
+)
+_EXTENDED = (
+    *("EXCLUDE_OBJECT", "SET_VELOCITY_LIMIT", "SET_PRESSURE_ADVANCE", "SET_RETRACTION"),
+    *("SET_HEATER_TEMPERATURE", "TEMPERATURE_WAIT", "TURN_OFF_HEATERS", "SET_FAN_SPEED"),
+    *("SET_PRINT_STATS_INFO", "TIMELAPSE_", "BED_MESH_", "RESPOND", "SET_DISPLAY_TEXT"),
+)
+
+CUSTOMS: Mapping[Dialect, Customs] = MappingProxyType(
+    {
+        Dialect.NIST: Customs(
+            *(1.0, MINUTE, 0.0, False, False, False, 1, False, False, frozenset())
+        ),
+        Dialect.MARLIN: Customs(
+            *(MILLIMETRE, MINUTE, 25.0 * MILLIMETRE, True, True, False, 0, True, True, _PRINTING)
+        ),
+        Dialect.REPRAP: Customs(
+            *(MILLIMETRE, MINUTE, 50.0 * MILLIMETRE, True, True, True, None, False, True, _PRINTING)
+        ),
+        Dialect.KLIPPER: Customs(
+            *(
+                MILLIMETRE,
+                MINUTE,
+                25.0 * MILLIMETRE,
+                True,
+                True,
+                True,
+                None,
+                False,
+                True,
+                _PRINTING,
+            ),
+            names=_EXTENDED,
+        ),
+        Dialect.DELTA_X: Customs(
+            *(MILLIMETRE, 1.0, 0.0, True, True, False, None, False, False),
+            _codes("M", 17, 18, 84, 203, 204, 205, 210, 211),
+            told_letters="AESJ",
+        ),
+    }
+)
+
+# Commands whose line is a text, even if they are not understood.
+TEXTS = _codes("M", 16, 23, 28, 32, 36, 98, 117, 118, 486)
+
+WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+NOWHERE: Vector3 = (0.0, 0.0, 0.0)
+
+
+class SettingsError(FileError):
+    """A file of settings cannot be read, or something in it has no meaning."""
+
+
+class SettingsKeys(Keys):
+    """The keys of one entry, each read by its name; a mistake is a ``SettingsError``."""
+
+    error_class = SettingsError
+
+
+@dataclass(frozen=True)
+class ProgramSettings:
+    """What a program does not say itself; all places are of the platform.
+
+    Attributes:
+        dialect: that it is written in.
+        start: where the platform is when it begins; where G28 leads, if none is named [m].
+        home: where G28 leads; None if there is no such place [m].
+        offsets: where the zero of G54 and the others is; that of the machine if not named [m].
+        tools: offset of each tool by its number, which G43 adds [m].
+        tolerance: largest deviation from the path where the program names none [m].
+        feed: speed before the first F; None for that of the dialect [m/s].
+        block_delete: whether lines that begin with a slash are left out.
+        optional_stop: whether M1 stops.
+        ignored: commands, such as ``M104``, that do not concern the motion.
+    """
+
+    dialect: Dialect = Dialect.NIST
+    start: Vector3 | None = None
+    home: Vector3 | None = None
+    offsets: Mapping[str, Vector3] = field(default_factory=dict)
+    tools: Mapping[int, Vector3] = field(default_factory=dict)
+    tolerance: float = 5e-5
+    feed: float | None = None
+    block_delete: bool = True
+    optional_stop: bool = True
+    ignored: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        """Check them.
+
+        Raises:
+            KinematicsError: if a number is none or out of bounds, or an offset has no such name.
+        """
+        member("dialect", self.dialect, Dialect)
+        places = {"start": self.start, "home": self.home, **self.offsets}
+        places |= {f"tool {number}": offset for number, offset in self.tools.items()}
+        for name, place in places.items():
+            if place is not None:
+                finite_vector(name, place, 3)
+        for name in self.offsets:
+            if name not in WORK_OFFSETS:
+                raise KinematicsError(f"offset {name} must be one of {', '.join(WORK_OFFSETS)}")
+        for number in self.tools:
+            if not isinstance(number, int) or isinstance(number, bool) or number < 1:
+                raise KinematicsError(f"tool {number!r} must be a whole number, at least 1")
+        non_negative("tolerance", self.tolerance, "m")
+        if self.feed is not None:
+            positive("feed", self.feed, "m/s")
+
+    @property
+    def customs(self) -> Customs:
+        """What the dialect means where the dialects differ."""
+        return CUSTOMS[self.dialect]
+
+    @property
+    def begin(self) -> Vector3:
+        """Where the platform is when the program begins [m]."""
+        return self.start or self.home or NOWHERE
+
+
+def load_settings(file: str | Path) -> ProgramSettings:
+    """Read settings from a YAML file; its lengths are in the unit that it names.
+
+    Raises:
+        SettingsError: if it cannot be read, or something in it has no meaning.
+    """
+    keys = SettingsKeys(str(file), "", load_yaml(file, SettingsError))
+    unit = keys.unit()
+    plain = ProgramSettings()
+
+    def places(key: str) -> dict[Any, Vector3]:
+        values = keys.value(key, {})
+        named = SettingsKeys(str(file), key, values)
+        return {name: _scaled(unit, named.vector(name)) for name in values}
+
+    def place(key: str) -> Vector3 | None:
+        given = keys.value(key, ()) != ()
+        return _scaled(unit, keys.vector(key)) if given else None
+
+    def switch(key: str, default: bool) -> bool:
+        value = keys.value(key, default)
+        if not isinstance(value, bool):
+            raise keys.error("must be true or false", key)
+        return value
+
+    name = keys.text("dialect", plain.dialect.value)
+    names = [dialect.value for dialect in Dialect]
+    if name not in names:
+        raise keys.error(f"is {name!r}, must be one of {', '.join(names)}", "dialect")
+    ignored = keys.value("ignored", [])
+    if not isinstance(ignored, list) or not all(isinstance(each, str) for each in ignored):
+        raise keys.error("must be a list of commands, such as M104", "ignored")
+    try:
+        settings = ProgramSettings(
+            Dialect(name),
+            place("start"),
+            place("home"),
+            places("offsets"),
+            places("tools"),
+            unit * keys.number("tolerance", plain.tolerance / unit, least=0.0),
+            unit * keys.number("feed", 0.0, least=0.0) or None,
+            switch("block_delete", plain.block_delete),
+            switch("optional_stop", plain.optional_stop),
+            frozenset(each.upper() for each in ignored),
+        )
+    except SettingsError:
+        raise
+    except KinematicsError as error:
+        raise keys.error(str(error)) from error
+    keys.finish()
+    return settings
+
+
+def _scaled(unit: float, vector: Vector3) -> Vector3:
+    x, y, z = vector
+    return unit * x, unit * y, unit * z
