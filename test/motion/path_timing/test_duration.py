@@ -10,6 +10,7 @@ from timed_paths import LIMITS, dense_path, random_path, seen
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import PathPlanner
+from tri_glide_kinematics.motion.trajectory import Planned
 
 PLANNER = PathPlanner(WORKSPACE)
 
@@ -43,7 +44,7 @@ PATHS = {
 def test_it_is_the_duration_of_the_motion_that_is_planned(name):
     path, sparing = PATHS[name]
     heights = seen(path)
-    planning, telling = PLANNER.to_the_end(heights, LIMITS), PLANNER.duration(heights, LIMITS)
+    planning, telling = PLANNER.to_the_end(heights, Planned(LIMITS)), PLANNER.duration(heights, LIMITS)
     motion, whole = counted(planning)
     told, some = counted(telling)
     assert told == pytest.approx(motion.duration, rel=0.004)
