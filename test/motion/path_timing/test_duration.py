@@ -44,7 +44,8 @@ PATHS = {
 def test_it_is_the_duration_of_the_motion_that_is_planned(name):
     path, sparing = PATHS[name]
     heights = seen(path)
-    planning, telling = PLANNER.to_the_end(heights, Planned(LIMITS)), PLANNER.duration(heights, LIMITS)
+    planning = PLANNER.to_the_end(heights, Planned(LIMITS))
+    telling = PLANNER.duration(heights, LIMITS)
     motion, whole = counted(planning)
     told, some = counted(telling)
     assert told == pytest.approx(motion.duration, rel=0.004)
