@@ -30,8 +30,8 @@ def swung(size=SIZE):
     return places
 
 
-def swing(shaper="none", size=SIZE):
-    return Swing.of("move", shaper, led(), swung(size))
+def swing(shaper="none", size=SIZE, motion="move"):
+    return Swing.of(motion, shaper, led(), swung(size))
 
 
 def test_what_is_left_and_when_it_is_gone():
@@ -64,9 +64,18 @@ def test_a_shaper_has_to_take_the_swing_away(size, good):
     assert not is_calm([swings[0], late])
 
 
+def test_each_motion_is_judged_by_itself():
+    others = [swing(), swing("ei", 1e-5), swing("none", 3e-3, "path")]
+    # The same would be too much behind the move, which swings less without a shaper.
+    assert is_calm([*others, swing("ei", 2e-4, "path")])
+    assert not is_calm([*others, swing("ei", 4e-4, "path")])
+
+
 def test_table_and_picture(tmp_path):
-    swings = [swing(), swing("ei", 1e-5)]
+    cases = [(shaper, motion) for shaper in ("none", "ei") for motion in ("move", "path")]
+    swings = [swing(shaper, 1e-5, motion) for shaper, motion in cases]
     lines = table(swings).splitlines()
-    assert [line.split()[:2] for line in lines[1:]] == [["move", "none"], ["move", "ei"]]
+    rows = [["move", "none"], ["move", "ei"], ["path", "none"], ["path", "ei"]]
+    assert [line.split()[:2] for line in lines[1:]] == rows
     picture = save_swings(tmp_path / "new", swings, 5e-5)
     assert picture.read_bytes().startswith(b"\x89PNG")

@@ -23,4 +23,8 @@ def test_a_shaper_calms_each_motion(ros_domain: int, tmp_path: Path) -> None:
     )
     assert demo.returncode == 0, demo.stdout
     assert "calm, and sooner there" in demo.stdout
+    rows = [line.split()[:2] for line in demo.stdout.splitlines()]
+    for motion in ("move", "path", "stop"):
+        assert [motion, "none"] in rows
+        assert [motion, "ei"] in rows
     assert (tmp_path / "calm_demo.png").read_bytes().startswith(b"\x89PNG")

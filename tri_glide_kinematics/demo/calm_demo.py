@@ -1,12 +1,13 @@
 """The command ``calm_demo``: a simulated machine swings, without a shaper and with one.
 
-A move and a stop are driven twice. The true place of the platform, which no real machine
+A move, a path and a stop are driven twice. The true place of the platform, which no real machine
 knows, tells how much it swings after its setpoints have come to rest, and for how long.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import sys
 import time
@@ -27,6 +28,7 @@ from std_srvs.srv import Trigger
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.demo.client import DEEP_QUEUE, MACHINE, START_TIMEOUT, DemoError
 from tri_glide_kinematics.demo.command import PATIENCE, ros_that_ctrl_c_ends, run_command, say
+from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.ros.starting import NodeProcesses, default_parameter_file
@@ -37,9 +39,24 @@ PERIOD = 0.002  # s, of the setpoints
 UNSHAPED = "none"
 SHAPERS = (UNSHAPED, "ei")
 
-# A short move, of which an unshaped mode keeps much; and a long one, which is stopped.
+# A short move, of which an unshaped mode keeps much; a path, at full speed; and a long move, which
+# is stopped.
 NEAR = (-0.02, 0.0, 0.25), (0.02, 0.0, 0.25)
 FAR = (-0.15, 0.0, 0.25), (0.15, 0.0, 0.25)
+CORNER: Vector3 = (-0.04, -0.04, 0.25)
+# From the corner on: along x, through a quarter of a circle, along y. A shaper cuts bends, so it
+# needs a tolerance.
+PATH = FlatPath.of(
+    [SegmentKind.LINE, SegmentKind.ARC_ABOUT, SegmentKind.LINE],
+    [
+        *(0.02, -0.04, 0.25),
+        *(0.02, -0.02, 0.25, 0.0, 0.0, 1.0, math.pi / 2.0),
+        *(0.04, 0.04, 0.25),
+    ],
+    [0.001],
+    [],
+    0.0,
+)
 # Along x: the way far away is stopped as soon as its setpoints are there [m].
 STOP_AT = -0.065
 
@@ -188,6 +205,10 @@ class CalmClient(Node):
         """Move the platform to a ``position`` [m]."""
         self._await(self._goals.move_to(position))
 
+    def follow(self, path: FlatPath) -> None:
+        """Drive the platform along a ``path`` from where it is."""
+        self._await(self._goals.follow(path))
+
     def move_until_stopped(self, position: Vector3) -> int:
         """Stop on the way to a ``position`` [m], and return at which of the setpoints."""
         goal = self._goals.move_to(position)
@@ -267,6 +288,7 @@ def drive(client: CalmClient, shapers: Sequence[str] = SHAPERS) -> list[Swing]:
         client.set_shaper(shaper)
         motions: tuple[tuple[str, Vector3, Callable[[], int | None]], ...] = (
             ("move", NEAR[0], lambda: client.move(NEAR[1])),
+            ("path", CORNER, lambda: client.follow(PATH)),
             ("stop", FAR[0], lambda: client.move_until_stopped(FAR[1])),
         )
         for name, start, motion in motions:
