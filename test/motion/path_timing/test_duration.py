@@ -72,7 +72,7 @@ def test_of_a_long_path_only_some_parts_are_planned():
         x, y = (-0.01, 0.01)[(number + 1) // 2 % 2], 2e-4 * (number // 2) - 0.03
         path = path.line_to((x, y, 0.3), 5e-5, (0.03, 0.04)[number // 20 % 2])
     heights = seen(path)
-    motion, whole = counted(PLANNER.to_the_end(heights, LIMITS))
+    motion, whole = counted(PLANNER.to_the_end(heights, Planned(LIMITS)))
     told, some = counted(PLANNER.duration(heights, LIMITS))
     assert told == pytest.approx(motion.duration, rel=0.01)
     assert whole > 1.3 * some
@@ -86,6 +86,6 @@ def test_it_is_the_same_where_the_platform_stops():
         place = (0.05 * np.cos(angle), 0.05 * np.sin(angle), 0.3)
         path = path.line_to(place, 0.0 if number % 3 else 1e-3, None if number % 2 else 0.01)
     heights = seen(path)
-    motion = at_once(PLANNER.to_the_end(heights, LIMITS))
+    motion = at_once(PLANNER.to_the_end(heights, Planned(LIMITS)))
     told = at_once(PLANNER.duration(heights, LIMITS))
     assert told == pytest.approx(motion.duration, rel=0.004)

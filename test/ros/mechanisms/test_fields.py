@@ -81,7 +81,10 @@ class TestCrankAngles:
 
 class TestInterfaceFiles:
     FOLDER = Path(__file__).parents[3] / "tri_glide_interfaces"
-    DIMENSIONLESS = ("tolerance", "singularity", "turns", "speed_scale")
+    DIMENSIONLESS = (
+        *("tolerance", "singularity", "turns", "speed_scale"),
+        *("dampings", "damping_deviations"),
+    )
 
     def test_every_number_says_its_unit(self):
         """Which stands first in the comment behind the field, or on the line above it."""
@@ -92,7 +95,7 @@ class TestInterfaceFiles:
                 field = re.match(r"float64\S* (\w+)", line)
                 if field and field[1] not in self.DIMENSIONLESS:
                     comment = line.partition("#")[2] or before.lstrip("#")
-                    unit = re.match(r" (m|rad|kg|N)\b|( likewise$| as in )", comment)
+                    unit = re.match(r" (m|rad|kg|N|s|Hz)\b|( likewise$| as in )", comment)
                     assert unit, f"{path.name}: {line}"
                     numbers += 1
                 before = line
