@@ -108,3 +108,19 @@ def test_check_names_a_file_that_is_missing(command, tmp_path):
     code, written = command("G0 X1\nM2\n", parameters=tmp_path / "none.yaml")
     assert code == 1
     assert "none.yaml: No such file" in written.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["steps.yaml", "--settings", "a.yaml"], "are for programs"),
+        (["steps.yaml", "--optional-stops"], "are for programs"),
+        (["part.nc", "--parameters", "a.yaml"], "--parameters is for --check"),
+    ],
+)
+def test_options_that_would_be_ignored_are_refused(monkeypatch, capsys, arguments, reason):
+    monkeypatch.setattr(sys, "argv", ["drive", *arguments])
+    with pytest.raises(SystemExit) as caught:
+        main()
+    assert caught.value.code == 2
+    assert reason in capsys.readouterr().err

@@ -427,14 +427,12 @@ def main() -> int:
     parser.add_argument(
         "--settings",
         type=Path,
-        default=SETTINGS,
         metavar="FILE",
         help=f"what a program does not say: dialect, offsets, tools, home (default: {SETTINGS})",
     )
     parser.add_argument(
         "--parameters",
         type=Path,
-        default=PARAMETERS,
         metavar="FILE",
         help="parameters of the machine that --check takes, which needs no running ik_node "
         f"(default: {PARAMETERS}); a program that is driven is checked with those of ik_node",
@@ -443,11 +441,19 @@ def main() -> int:
         "--optional-stops", action="store_true", help="M1 waits for Enter, as M0 and M6 do"
     )
     arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
+    of_programs = arguments.settings or arguments.parameters or arguments.optional_stops
+    if of_programs and not is_program(arguments.file):
+        parser.error(
+            "--settings, --parameters and --optional-stops are for programs: their names end in "
+            + ", ".join(PROGRAM_ENDINGS)
+        )
+    if arguments.parameters and not arguments.check:
+        parser.error("--parameters is for --check: what is driven has the parameters of ik_node")
     try:
         file = find_file(arguments.file)
         work: Program | DriveFile
         if is_program(file):
-            settings = find_file(arguments.settings)
+            settings = find_file(arguments.settings or SETTINGS)
             print(f"drive: {file} with the settings of {settings}", flush=True)
             work = load_drivable(file, settings, arguments.optional_stops)
         else:
@@ -455,7 +461,8 @@ def main() -> int:
         if not arguments.check:
             return _drive(work)
         if isinstance(work, Program):
-            values = file_values(str(find_file(arguments.parameters)), "/ik_node", IK_NODE)
+            parameters = find_file(arguments.parameters or PARAMETERS)
+            values = file_values(str(parameters), "/ik_node", IK_NODE)
             _tell_check(work, check_on_machine(work, values))
         else:
             print(f"drive: {file} has {len(work.steps)} steps")
