@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from importlib.util import find_spec
 from itertools import chain, pairwise
+from pathlib import Path
 
 import matplotlib
 import pytest
@@ -12,6 +13,7 @@ import yaml
 from documents import PAGES, ROOT, anchors, blocks, commands, prose, text
 from message_filling import filled, interface
 
+from tri_glide_kinematics.nodes.drive import check_on_machine, is_program, load_drivable
 from tri_glide_kinematics.ros.parameters import tables as parameters
 
 PACKAGE = "tri_glide_kinematics"
@@ -109,6 +111,20 @@ def test_drawn_mechanisms_have_a_file():
     for package, executable, *words in commands("ros2 run"):
         if (package, executable) == (PACKAGE, "draw_mechanism"):
             assert (ROOT / "config" / words[0]).is_file(), words[0]
+
+
+def test_driven_programs_are_there_and_what_is_told_about_them_is_so():
+    files = {words[2] for words in commands("ros2 run") if words[:2] == [PACKAGE, "drive"]}
+    programs = [ROOT / "config" / name for name in files if is_program(Path(name))]
+    assert programs
+    values = {entry.name: entry.default for entry in parameters.IK_NODE}
+    for file in programs:
+        program = load_drivable(file, ROOT / "config" / "program_settings.yaml")
+        told = check_on_machine(program, values)
+        line = f"{program.lines} lines, inside the workspace: {told.duration:.2f} s, "
+        assert f"{file.name}: {line}{1000.0 * told.length:.1f} mm" in text(
+            ROOT / "docs" / "driving.md"
+        )
 
 
 def test_published_messages_fit_their_types():

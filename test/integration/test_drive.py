@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import threading
@@ -11,23 +12,26 @@ import pytest
 import yaml
 
 from testing.commands import KINEMATICS
+from tri_glide_interfaces.msg import Output
 from tri_glide_kinematics.nodes import drive as drive_command
-from tri_glide_kinematics.nodes.drive import NoMachineError, StepDriver
-from tri_glide_kinematics.programs import DriveFile, ProgressLine, WaitStep
-from tri_glide_kinematics.ros.goal_sender import GoalSender
+from tri_glide_kinematics.nodes.drive import LATEST_OUTPUTS, NoMachineError, StepDriver
+from tri_glide_kinematics.programs import ProgressLine, WaitStep
 from tri_glide_kinematics.ros.starting import executable
 
 TIMEOUT = 60.0  # s
+START = (0.6, 0.6, 0.6)  # m
 
 
 class Command:
     """A running ``drive``, whose output is read as it comes."""
 
-    def __init__(self, file, namespace):
+    def __init__(self, file, namespace, options=(), stdin=subprocess.DEVNULL):
         self.output = ""
+        ros = ["--ros-args", "-r", f"__ns:={namespace}"]
         self.process = subprocess.Popen(
-            [str(executable("drive")), str(file), "--ros-args", "-r", f"__ns:={namespace}"],
+            [str(executable("drive")), str(file), *options, *ros],
             env=os.environ,
+            stdin=stdin,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
@@ -57,15 +61,18 @@ class Command:
 
 @pytest.fixture
 def drive(running_machine, tmp_path):
-    """Return a function that drives a file, or steps in metres."""
+    """Return a function that drives a file, steps in metres, or the lines of a program."""
     commands = []
 
-    def started(steps, **keys):
+    def started(steps, *options, **keys):
         file = steps
         if isinstance(steps, list):
             file = tmp_path / "drive.yaml"
-            file.write_text(yaml.safe_dump({"steps": steps, **keys}))
-        commands.append(Command(file, running_machine.namespace))
+            file.write_text(yaml.safe_dump({"steps": steps}))
+        elif "\n" in steps:
+            file = tmp_path / "part.gcode"
+            file.write_text(steps)
+        commands.append(Command(file, running_machine.namespace, options, **keys))
         return commands[-1]
 
     yield started
@@ -146,6 +153,125 @@ def test_a_file_with_a_mistake_moves_nothing(drive):
 
 def test_without_a_machine_it_says_what_is_missing(client, monkeypatch):
     monkeypatch.setattr(drive_command, "START_TIMEOUT", 0.3)
-    waiting = StepDriver(GoalSender(client.node), client.spin_once, ProgressLine(), lambda: 0)
+    waiting = StepDriver(client.node, client.spin_once, ProgressLine(), lambda: 0)
     with pytest.raises(NoMachineError, match=f"actions of {client.namespace}/ik_node after 0.3 s"):
-        waiting.drive(DriveFile("", (WaitStep(1.0),)))
+        waiting.drive([WaitStep(1.0)])
+
+
+def told_duration(command):
+    return float(re.search(r"inside the workspace: ([\d.]+) s", command.output)[1])
+
+
+def test_the_example_program_is_driven_to_its_end(running_machine, drive):
+    machine = running_machine
+    # It may not know the command yet when the first output changes.
+    outputs = machine.client.record(Output, "outputs", LATEST_OUTPUTS)
+    check = drive("program_example.gcode", "--check")
+    assert check.end() == 0, check.output
+    machine.catch_up()
+    assert machine.heights() == pytest.approx(START, abs=1e-6)
+    command = drive("program_example.gcode")
+    assert command.end() == 0, command.output
+    # The machine that runs is that of the packaged parameters.
+    assert told_duration(command) == told_duration(check)
+    rows = command.rows()
+    assert [row[:3] for row in rows] == [
+        ["3", "output", "succeeded"],
+        ["4", "path", "succeeded"],
+        ["10", "wait", "succeeded"],
+        ["11", "output", "succeeded"],
+        ["12", "path", "succeeded"],
+        ["13", "stop", "succeeded"],
+    ]
+    # Corners are cut by G64 P1, and not by more.
+    assert 0.9 < float(rows[1][9]) <= 1.0
+    machine.client.wait_for(lambda: len(outputs) == 2, "both outputs")
+    assert [(each.name, each.value) for each in outputs] == [("spindle", 1000.0), ("spindle", 0.0)]
+    machine.catch_up()
+    place = KINEMATICS.forward(machine.heights())
+    assert place == pytest.approx((0.0, 0.0, 0.27), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "error"),
+    [
+        ("X1 X2", "part.gcode: line 3, column 4: X2: X stands twice"),
+        ("X900", "part.gcode: line 3: "),
+        ("M62 P1\nX3", "part.gcode: line 3: the output digital"),
+    ],
+)
+def test_a_program_with_a_mistake_moves_nothing(running_machine, drive, wrong, error):
+    machine = running_machine
+    machine.forget()
+    command = drive(f"G0 X0 Y0 Z40\nG1 X10 F600\n{wrong}\nM2\n")
+    assert command.end() == 1
+    assert error in command.output
+    assert "Traceback" not in command.output
+    machine.catch_up()
+    assert all(each.position == machine.commands[0].position for each in machine.commands)
+
+
+def test_without_a_terminal_a_stop_ends_the_program(running_machine, drive):
+    command = drive("G0 X10 Y0 Z40\nM1\nX0\nM0\nX10\nM2\n")
+    assert command.end() == 1
+    assert "drive: line 4: M0 waits for Enter, and there is no terminal" in command.output
+    results = [row[:3] for row in command.rows()]
+    # M1 does not stop unless that is wanted.
+    assert results[:2] == [["1", "path", "succeeded"], ["4", "stop", "stopped"]]
+    assert [row[2] for row in results[2:]] == ["not", "not"]
+    running_machine.catch_up()
+    assert KINEMATICS.forward(running_machine.heights()) == pytest.approx((0, 0, 0.29), abs=1e-6)
+
+
+def test_enter_lets_the_program_go_on(running_machine, drive):
+    machine, client = running_machine, running_machine.client
+    ours, theirs = os.openpty()
+    try:
+        program = "G0 X10 Y0 Z40\nT1 M6\nX0\nM1\nG3 X0 Y0 I5 F6000\nM2\n"
+        command = drive(program, "--optional-stops", stdin=theirs)
+        client.wait_for(lambda: "tool 1: press Enter" in command.output, "the first stop")
+        # Whoever changes a tool moves the platform; the program goes on from where it was left.
+        machine.move((0.03, 0.0, 0.3))
+        assert command.process.poll() is None
+        os.write(ours, b"\n")
+        client.wait_for(lambda: "M1: press Enter" in command.output, "the second stop")
+        os.write(ours, b"\n")
+        assert command.end() == 0, command.output
+    finally:
+        os.close(ours)
+        os.close(theirs)
+    assert command.output.count("to the begin of the path") == 3
+    machine.catch_up()
+    assert KINEMATICS.forward(machine.heights()) == pytest.approx((0, 0, 0.29), abs=1e-6)
+
+
+def test_ctrl_c_lets_a_program_rest_on_its_path(running_machine, drive):
+    machine, client = running_machine, running_machine.client
+    command = drive("G0 X0 Y0 Z40\nG61\nG1 X50 F1800\nG4 P1\nM2\n")
+    client.wait_for(lambda: KINEMATICS.forward(machine.heights())[0] > 0.005, "some way")
+    command.process.send_signal(signal.SIGINT)
+    client.wait_for(lambda: command.process.poll() is not None, "the command to end")
+    assert command.end() == 128 + signal.SIGINT, command.output
+    assert [row[2] for row in command.rows()] == ["canceled", "not", "not"]
+    assert "drive: line 1: at line 3: " in command.output
+    machine.catch_up()
+    x, *others = KINEMATICS.forward(machine.heights())
+    assert 0.005 < x < 0.05
+    assert others == pytest.approx((0.0, 0.29), abs=1e-6)
+    assert not any(machine.commands[-1].velocity)
+
+
+def test_a_refused_goal_ends_the_program_with_its_line(running_machine, drive):
+    client = running_machine.client
+    client.enable(False)
+    command = drive("(a part)\nG4 P0.1\nG0 X10 Y0 Z40\nG4 P1\nM2\n")
+    code = command.end()
+    client.enable(True)
+    assert code == 1, command.output
+    assert [row[:3] for row in command.rows()] == [
+        ["2", "wait", "succeeded"],
+        ["3", "path", "refused"],
+        ["4", "wait", "not"],
+        ["5", "stop", "not"],
+    ]
+    assert "\ndrive: line 3: no motion while disabled" in command.output

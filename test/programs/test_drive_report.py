@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import io
 
-from tri_glide_kinematics.programs import MoveStep, ProgressLine, StepReport, WaitStep, table
+from tri_glide_kinematics.programs import (
+    Dwell,
+    MoveStep,
+    Output,
+    ProgramStop,
+    ProgressLine,
+    StepReport,
+    StopKind,
+    WaitStep,
+    table,
+)
 
 MOVE = MoveStep((0.0, 0.0, 0.25))
 
@@ -48,4 +58,21 @@ def test_the_table_has_what_is_known_and_dashes_for_the_rest():
     assert lines[1].split() == "1 move succeeded 2.00 s 100.0 mm 50.0 mm/s -".split()
     assert lines[2].split() == "2 move canceled 0.50 s 10.0 mm 20.0 mm/s 0.250 mm".split()
     assert lines[3].split() == "3 wait not driven - - - -".split()
+    assert len({len(line) for line in lines}) == 1
+
+
+def test_steps_of_a_program_are_named_by_their_lines():
+    lines = table(
+        [
+            StepReport(Output("spindle", 0, 100.0, 3, 0), "succeeded", True),
+            StepReport(Dwell(0.5, 12), "succeeded", True, 0.5),
+            StepReport(ProgramStop(StopKind.PAUSE, 14), "stopped"),
+        ]
+    ).splitlines()
+    assert lines[0].split()[0] == "line"
+    assert [line.split()[:3] for line in lines[1:]] == [
+        ["3", "output", "succeeded"],
+        ["12", "wait", "succeeded"],
+        ["14", "stop", "stopped"],
+    ]
     assert len({len(line) for line in lines}) == 1

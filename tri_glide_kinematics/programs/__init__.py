@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.drive_files import WaitStep as WaitStep
     from tri_glide_kinematics.programs.drive_files import in_millimetres as in_millimetres
     from tri_glide_kinematics.programs.drive_files import is_whole as is_whole
+    from tri_glide_kinematics.programs.drive_files import line_of as line_of
     from tri_glide_kinematics.programs.drive_files import load_drive as load_drive
     from tri_glide_kinematics.programs.drive_files import table as table
     from tri_glide_kinematics.programs.gcode import load_program as load_program

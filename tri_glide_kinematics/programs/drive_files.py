@@ -17,6 +17,13 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.keys import FileError, load_yaml
 from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, SegmentKind
+from tri_glide_kinematics.programs.program import (
+    Dwell,
+    Output,
+    PathRun,
+    ProgramStep,
+    ProgramStop,
+)
 from tri_glide_kinematics.vectors import Vector3
 
 
@@ -197,6 +204,7 @@ class _Reader:
 
 MILLIMETRES = 1000.0
 KINDS = {MoveStep: "move", PathStep: "path", WaitStep: "wait"}
+KINDS |= {PathRun: "path", Dwell: "wait", Output: "output", ProgramStop: "stop"}
 
 # Back to the begin of the line, and nothing of what stood there.
 ANEW = "\r\033[K"
@@ -217,7 +225,7 @@ class StepReport:
         text: the whole reason of the result; empty if there is nothing to say.
     """
 
-    step: Step
+    step: Step | ProgramStep
     result: str
     is_good: bool = False
     time: float | None = None
@@ -260,13 +268,22 @@ def is_whole(reports: Sequence[StepReport]) -> bool:
 
 
 def table(reports: Sequence[StepReport]) -> str:
-    """Return one line for each step."""
-    head = ("step", "", "result", "time", "length", "mean speed", "largest deviation")
-    rows = [head, *(_row(*numbered) for numbered in enumerate(reports, 1))]
+    """Return one line for each step: its number, or for one of a program the line that says it."""
+    lines = [line_of(report.step) for report in reports]
+    head = ("line" if any(lines) else "step", "", "result", "time", "length", "mean speed")
+    numbers = [line or number for number, line in enumerate(lines, 1)]
+    rows = [(*head, "largest deviation"), *map(_row, numbers, reports)]
     return "\n".join(
-        f"{number:>4}  {kind:4}  {result:11}{time:>10}{length:>13}{speed:>14}{deviation:>19}"
+        f"{number:>4}  {kind:6}  {result:11}{time:>10}{length:>13}{speed:>14}{deviation:>19}"
         for number, kind, result, time, length, speed, deviation in rows
     )
+
+
+def line_of(step: Step | ProgramStep, segment: int = 0) -> int:
+    """Return the line of a program that says a step, or a segment of it; 0 if no program does."""
+    if isinstance(step, PathRun):
+        return int(step.lines[segment])
+    return step.line if isinstance(step, (Dwell, Output, ProgramStop)) else 0
 
 
 def _row(number: int, report: StepReport) -> tuple[str, ...]:

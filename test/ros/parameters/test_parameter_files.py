@@ -7,10 +7,12 @@ import os
 import pytest
 
 from tri_glide_kinematics.ros.parameters import (
+    IK_NODE,
     ParameterError,
     ParameterSource,
     check_names,
     check_sources,
+    file_values,
     is_for,
     sections_of,
     sources_of,
@@ -161,3 +163,29 @@ def test_unknown_parameters_are_named_with_the_nearest():
 
 def test_a_name_is_no_pattern():
     assert not is_for("/ik.node", "/ik_node")
+
+
+def test_values_of_a_file_are_checked_and_defaults_complete_them(write):
+    text = "/**:\n  ros__parameters: {rate: 250, space: box}\n"
+    own = "/**/ik_node:\n  ros__parameters: {rate: 100.0, lag: 0.01}\n"
+    named = "ik_node:\n  ros__parameters: {rate: 50.0}\n"
+    others = "/**/fk_node:\n  ros__parameters: {rate: 1.0}\n"
+    # What stands for a node by its name wins, wherever it stands.
+    values = file_values(write(named + text + own + others), "/ik_node", IK_NODE)
+    assert (values["rate"], values["space"]) == (50.0, "box")
+    defaults = {entry.name: entry.default for entry in IK_NODE}
+    assert values == {**defaults, "rate": 50.0, "space": "box"}
+    assert file_values(write(text), "/ik_node", IK_NODE)["rate"] == 250.0
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("/**:\n  ros__parameters: {rates: 5.0}\n", "did you mean rate?"),
+        ("/**:\n  ros__parameters: {rate: fast}\n", "rate = 'fast' must be a double"),
+        ("/**/fk_node:\n  ros__parameters: {rate: 5.0}\n", "this node is /ik_node"),
+    ],
+)
+def test_a_file_with_values_that_mean_nothing_is_refused(write, text, reason):
+    with pytest.raises(ParameterError, match=reason):
+        file_values(write(text), "/ik_node", IK_NODE)

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.parameters.arguments import check_arguments as check_arguments
     from tri_glide_kinematics.ros.parameters.arguments import check_names as check_names
     from tri_glide_kinematics.ros.parameters.arguments import check_sources as check_sources
+    from tri_glide_kinematics.ros.parameters.arguments import file_values as file_values
     from tri_glide_kinematics.ros.parameters.arguments import help_text as help_text
     from tri_glide_kinematics.ros.parameters.arguments import help_wanted as help_wanted
     from tri_glide_kinematics.ros.parameters.arguments import in_words as in_words

@@ -13,13 +13,13 @@ from contextlib import suppress
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import yaml
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import DuplicateKeyError, yaml_tree
-from tri_glide_kinematics.ros.parameters.table import Parameter, ParameterError, plain_list
+from tri_glide_kinematics.ros.parameters.table import Parameter, ParameterError, Values, plain_list
 from tri_glide_kinematics.ros.parameters.tables import NODES
 
 RULES = {
@@ -171,6 +171,7 @@ def _values(ros_arguments: Sequence[str]) -> Iterator[tuple[str, str]]:
                 yield argument, value
 
 
+PARAMETERS_OF_ALL = frozenset(entry.name for table in NODES.values() for entry in table)
 PARAMETERS_KEY = "ros__parameters"
 WILDCARDS = {"/*": r"/\w+", "/**": r"(/\w+)*"}
 # Where PyYAML has libyaml, which ROS reads the files with, that takes a tenth of the time.
@@ -271,6 +272,31 @@ def check_sources(sources: Iterable[ParameterSource], node: str) -> list[str]:
     return warnings
 
 
+def file_values(path: str, node: str, table: Iterable[Parameter]) -> Values:
+    """Return the values that a node has if it starts with this parameter file alone.
+
+    Args:
+        path: of the file.
+        node: full name of the node.
+        table: its parameters.
+
+    Raises:
+        KinematicsError: if the file cannot be read, is not for the node, or a name or a value in it
+            has no meaning.
+    """
+    check_sources([ParameterSource(path, sections_of(path))], node)
+    document = yaml.load(Path(path).read_text(encoding="utf-8"), LOADER)
+    found: dict[str, Any] = {}
+    # What is said for a node by its name wins over what is said for all.
+    sections = sorted(_contents(document, ""), key=lambda each: "*" not in each[0])
+    for section, content in sections:
+        if is_for(section, node):
+            found |= content
+    entries = {entry.name: entry for entry in table}
+    check_names(found, entries, PARAMETERS_OF_ALL)
+    return {name: entry.checked(found.get(name, entry.default)) for name, entry in entries.items()}
+
+
 def is_for(section: str, node: str) -> bool:
     """Return whether a section, ``/**/ik_node`` for instance, is for the node of that full name."""
     parts = (WILDCARDS.get(part, re.escape(part)) for part in re.findall(r"/[^/]*", section))
@@ -299,6 +325,16 @@ def _sections(node: yaml.Node | None, prefix: str) -> Iterator[str]:
                 yield _full(prefix)
             else:
                 yield from _sections(value, f"{prefix}/{str(key.value).strip('/')}")
+
+
+def _contents(document: object, prefix: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the full name of each section, and the values in it."""
+    if isinstance(document, dict):
+        for key, value in document.items():
+            if key == PARAMETERS_KEY:
+                yield _full(prefix), value if isinstance(value, dict) else {}
+            else:
+                yield from _contents(value, f"{prefix}/{str(key).strip('/')}")
 
 
 def _full(name: str) -> str:

@@ -23,7 +23,12 @@ from rclpy.node import Node
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
-from tri_glide_kinematics.ros.parameters.arguments import check_names, check_sources, sources_of
+from tri_glide_kinematics.ros.parameters.arguments import (
+    PARAMETERS_OF_ALL,
+    check_names,
+    check_sources,
+    sources_of,
+)
 from tri_glide_kinematics.ros.parameters.table import (
     Parameter,
     ParameterError,
@@ -31,9 +36,7 @@ from tri_glide_kinematics.ros.parameters.table import (
     change_text,
     start_text,
 )
-from tri_glide_kinematics.ros.parameters.tables import NODES
 
-PARAMETERS_OF_ALL = frozenset(entry.name for table in NODES.values() for entry in table)
 # More changes than these in a second become one line of the log.
 LINES_PER_SECOND = 5
 

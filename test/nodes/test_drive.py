@@ -1,0 +1,126 @@
+"""The command that drives a file: what it decides before anything moves."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from tri_glide_kinematics.nodes.drive import is_program, load_drivable, main
+from tri_glide_kinematics.programs import ProgramError, ProgramStop, StopKind
+
+CONFIG = Path(__file__).parents[2] / "config"
+SETTINGS = CONFIG / "program_settings.yaml"
+SUMMARY = re.compile(r"(\d+) lines, inside the workspace: ([\d.]+) s, ([\d.]+) mm")
+
+
+@pytest.fixture
+def command(monkeypatch, capsys, tmp_path):
+    """Return a function that checks a program with the command; it returns code and output."""
+
+    def run(text, *options, parameters=CONFIG / "tri_glide.yaml"):
+        file = tmp_path / "part.gcode"
+        file.write_text(text)
+        files = ["--settings", str(SETTINGS), "--parameters", str(parameters)]
+        monkeypatch.setattr(sys, "argv", ["drive", str(file), "--check", *files, *options])
+        code = main()
+        return code, capsys.readouterr()
+
+    return run
+
+
+@pytest.mark.parametrize("name", ["a.gcode", "a.nc", "a.ngc", "a.tap", "A.GCODE", "a.b.Nc"])
+def test_a_program_is_known_by_the_end_of_its_name(name):
+    assert is_program(Path("folder.yaml", name))
+
+
+@pytest.mark.parametrize("name", ["a.yaml", "gcode", "a.gcode.yaml", "nc", "a"])
+def test_all_other_files_are_files_of_steps(name):
+    assert not is_program(Path("folder.gcode", name))
+
+
+def test_an_output_on_a_path_is_refused_with_its_line(tmp_path):
+    file = tmp_path / "part.nc"
+    file.write_text("G0 X0 Y0 Z20\nM3 S100\nG1 X10 F600\nM2\n")
+    with pytest.raises(ProgramError, match=r"line 2.*spindle.*at rest only.*G4 P0") as caught:
+        load_drivable(file, SETTINGS)
+    assert caught.value.line == 2
+    # The advice helps; M2 switches the spindle off.
+    file.write_text("G0 X0 Y0 Z20\nG4 P0\nM3 S100\nG1 X10 F600\nM2\n")
+    assert len(load_drivable(file, SETTINGS).steps) == 6
+
+
+@pytest.mark.parametrize("optional_stops", [False, True])
+def test_m1_stops_only_if_that_is_wanted(tmp_path, optional_stops):
+    file = tmp_path / "part.nc"
+    file.write_text("G0 X1\nM1\nX0\nM0\nX1\nM2\n")
+    program = load_drivable(file, SETTINGS, optional_stops)
+    stops = [step.kind for step in program.steps if isinstance(step, ProgramStop)]
+    optional = [StopKind.OPTIONAL] if optional_stops else []
+    assert stops == [*optional, StopKind.PAUSE, StopKind.END]
+
+
+def test_check_tells_lines_duration_length_and_what_is_not_done(command):
+    text = "G21 G90\nG0 X0 Y0 Z50\nG1 X30 F600 E1\nG4 P2\nX0\nM2\n"
+    code, written = command(text)
+    assert code == 0, written.err
+    lines, duration, length = map(float, SUMMARY.search(written.out).groups())
+    assert lines == 6
+    # There and back again 30 mm at 10 mm/s, and the dwell.
+    assert 8.0 < duration < 8.5
+    assert length == pytest.approx(60.0, abs=0.1)
+    assert "part.gcode: line 3: E is not done: extrusion" in written.out
+
+
+def test_check_takes_the_machine_of_the_parameters(command, tmp_path):
+    text = "G0 Z20\nX50\nM2\n"
+    slow = tmp_path / "slow.yaml"
+    slow.write_text("/**:\n  ros__parameters:\n    velocity_limits: [0.01, 0.01, 0.01]\n")
+    fast_code, fast = command(text)
+    slow_code, slowly = command(text, parameters=slow)
+    assert fast_code == slow_code == 0
+    durations = [float(SUMMARY.search(each.out)[2]) for each in (fast, slowly)]
+    assert durations[1] > 5.0 * durations[0]
+    slow.write_text("/**:\n  ros__parameters:\n    upper_heights: [0.61, 0.61, 0.61]\n")
+    code, written = command(text, parameters=slow)
+    assert code == 1
+    assert "part.gcode: line " in written.err
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("G0 X1\nG1 X2 X3 F600\nM2\n", "part.gcode: line 2, column 7: X3: X stands twice"),
+        ("G0 X1\nG1 X400 F600\nM2\n", "part.gcode: line 2: "),
+        ("G0 X1\nG1 X2 F600\nM62 P1\nX3\nM2\n", "part.gcode: line 3: the output digital"),
+    ],
+)
+def test_check_names_what_is_wrong(command, text, error):
+    code, written = command(text)
+    assert code == 1
+    assert error in written.err
+    assert not SUMMARY.search(written.out)
+
+
+def test_check_names_a_file_that_is_missing(command, tmp_path):
+    code, written = command("G0 X1\nM2\n", parameters=tmp_path / "none.yaml")
+    assert code == 1
+    assert "none.yaml: No such file" in written.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["steps.yaml", "--settings", "a.yaml"], "are for programs"),
+        (["steps.yaml", "--optional-stops"], "are for programs"),
+        (["part.nc", "--parameters", "a.yaml"], "--parameters is for --check"),
+    ],
+)
+def test_options_that_would_be_ignored_are_refused(monkeypatch, capsys, arguments, reason):
+    monkeypatch.setattr(sys, "argv", ["drive", *arguments])
+    with pytest.raises(SystemExit) as caught:
+        main()
+    assert caught.value.code == 2
+    assert reason in capsys.readouterr().err
