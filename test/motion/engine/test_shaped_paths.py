@@ -30,7 +30,7 @@ from tri_glide_kinematics.motion import (
     time_path,
 )
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.trajectory import Bends, CutBendError
+from tri_glide_kinematics.motion.trajectory import Bends, CutBendError, ShapedTrajectory
 
 START = np.array(MACHINE.forward(HOME))
 SHAPERS = (
@@ -232,3 +232,26 @@ def test_whatever_comes_between_the_limits_hold(in_pieces):
             moving.work(lambda left=left: next(left, None) is not None)
     assert_keeps(heights)
     assert moving.plan_number - plans > 30
+
+
+@pytest.mark.parametrize("in_pieces", [False, True])
+def test_a_next_part_that_is_not_proved_ends_the_path_with_the_reason(monkeypatch, in_pieces):
+    # A path in motion, as one from rest is refused at once; from some time on nothing is proved.
+    moving = at_start(around(*SQUARE), in_pieces=in_pieces)
+    moving.follow(around(*SQUARE))
+    for _ in range(100):
+        moving.step(DT)
+        moving.work(lambda: True)
+    tried = []
+
+    def unproved(*_):
+        tried.append(moving.time_to_rest)
+        raise CutBendError(0, 2.0)
+        yield
+
+    monkeypatch.setattr(ShapedTrajectory, "limit_use", unproved)
+    assert_keeps(driven(moving))
+    assert isinstance(moving.take_refusal(), CutBendError)
+    assert moving.remaining == 0.0
+    # It is tried once where it is due, and once at rest.
+    assert 1 <= len(tried) <= 2

@@ -531,9 +531,17 @@ class PlanExecution:
         lead = self._path_lead_time.after(self._last_step) if self._in_pieces else 0.0
         # Exactly there, so that the motion is the same whatever the steps are.
         start = max(self.holder.time + lead, held.goes_on_at)
-        making = self._proved(self.replanning.continued)
-        preparation = Preparation(making, None, held, self.holder.time, start, self._path_lead_time)
+        preparation = Preparation(
+            self._next_part, None, held, self.holder.time, start, self._path_lead_time
+        )
         self._begin(preparation)
+
+    def _next_part(self, held: HeldMotion, start: float) -> Interruptible[Replanned]:
+        """Make the next part of the path; one that is not proved is treated as one not found."""
+        try:
+            return (yield from self._proved(self.replanning.continued)(held, start))
+        except KinematicsError as error:
+            return self.replanning.without_next_part(held, start, error)
 
     def _begin(self, preparation: Preparation, pieces: int = 0) -> None:
         """Begin with a ``preparation``, and with so many ``pieces`` of it at once."""

@@ -380,9 +380,16 @@ class Replanning:
             going_on = self._paths.on_path(held, time, held.goal, path, held.limits)
             return Replanned((yield from going_on))
         except KinematicsError as error:
-            if time < held.plan.duration:
-                return Replanned(held.on(replace(path, from_rest=True)))
-            return Replanned(held.with_goal(None), error)
+            return self.without_next_part(held, time, error)
+
+    def without_next_part(self, held: HeldMotion, time: float, error: KinematicsError) -> Replanned:
+        """Return what is held where no next part of the path is found, because of an ``error``.
+
+        In motion the platform comes to rest on the path first; at rest the path is given up.
+        """
+        if held.path is not None and time < held.plan.duration:
+            return Replanned(held.on(replace(held.path, from_rest=True)))
+        return Replanned(held.with_goal(None), error)
 
     def _region(self, held: HeldMotion, time: float) -> Workspace:
         """Return where the platform may be on a way that begins at a ``time``."""
