@@ -261,3 +261,16 @@ def test_new_limits_at_rest_are_in_force_at_once():
     moving.set_limits(SliderLimits.uniform(0.3, 4.0, 80.0))
     assert moving.phase is MotionPhase.IDLE
     assert not moving.limits_pending
+
+
+def test_a_slow_motion_as_fast_as_allowed_is_stopped_at_once():
+    limits = SliderLimits.uniform(0.02, 0.06, 20.0)
+    begin, target = (0.0484, 0.0507, 0.2744), (-0.0793, 0.0934, 0.2513)
+    moving = engine(MotionKind.LINEAR, limits, heights=MACHINE.inverse(begin))
+    shaper = Shaper.of(ShaperKind.ZVD, Mode(5.41, 0.03))
+    moving.set_shaper(shaper)
+    moving.set_speed_scale(0.01)
+    moving.move_to(target)
+    moving.step(0.4 * moving.remaining)
+    moving.stop()
+    assert moving.remaining < shaper.duration + 0.02

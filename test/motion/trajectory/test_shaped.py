@@ -28,6 +28,8 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderState,
     Trajectory,
 )
+from tri_glide_kinematics.motion.trajectory.series import Series
+from tri_glide_kinematics.motion.trajectory.shaped import largest_of
 
 SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 
@@ -220,3 +222,23 @@ def test_knots_that_fall_together_but_for_rounding_are_one():
     reached = np.abs(sampled.accelerations).max(axis=0) / LIMITS.acceleration
     assert (reached <= use[1] + 1e-12).all()
     assert (use[1] <= 1.02 * reached).all()
+
+
+def test_velocities_in_cells_are_bounded_closely():
+    rng = np.random.default_rng(4)
+    count = 20_000
+    values = rng.normal(size=(6, 1, count)) * 10.0 ** rng.uniform(-4.0, 2.0, (6, 1, count))
+    half = 10.0 ** rng.uniform(-2.0, 0.5, count)
+    values[5] = 0.0
+    bound = largest_of(Series(values, np.zeros_like(values)), half)[0, 0]
+    times = np.linspace(-1.0, 1.0, 401)[:, np.newaxis] * half
+    _, c1, c2, c3, c4, _ = values[:, 0]
+    seen = np.abs(c1 + times * (2.0 * c2 + times * (3.0 * c3 + times * 4.0 * c4))).max(axis=0)
+    assert (seen <= bound * (1.0 + 1e-12)).all()
+    assert np.median(seen / bound) > 0.99
+    # A braking that begins in the cell, at full speed: nothing is added.
+    braking = np.zeros((6, 1, 1))
+    h = 1e-3
+    braking[1:4, 0, 0] = 1.0 - 10.0 * h * h, -10.0 * h, -10.0 / 3.0
+    bound = largest_of(Series(braking, np.zeros_like(braking)), np.array([h]))[0, 0, 0]
+    assert bound == pytest.approx(1.0, abs=1e-12)

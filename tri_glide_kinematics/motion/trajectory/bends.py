@@ -244,7 +244,7 @@ class PathDriven(NamedTuple):
     parts: list[DrivenPart]
 
     def ways(self, times: FloatArray, half: FloatArray) -> FloatArray:
-        """Return the ways in cells of time: five rows for each.
+        """Return the ways in cells of time: six rows for each.
 
         Args:
             times: middles of cells. Shape (n,) [s].

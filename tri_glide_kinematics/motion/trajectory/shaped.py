@@ -67,6 +67,9 @@ _TO_DERIVATIVES = np.array((1.0, 2.0, 6.0))[:, np.newaxis, np.newaxis]
 # Where a limit is exceeded by more than this, it does not matter by how much.
 _COARSE = 0.1
 
+# 4 (x - x^3) is no more than this, from -1 to 1: 8 / sqrt(27), rounded up.
+_ABOVE_CHORD = 1.5397
+
 # Where the middles of the quarters of a cell are, in halves of it.
 _QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
 
@@ -407,7 +410,12 @@ def largest_of(series: Series, half: FloatArray) -> FloatArray:
     even, odd = c1 + 3.0 * a3, 2.0 * a2 + 4.0 * a4
     velocity = np.abs(even) + np.abs(odd)
     turns = np.abs(a2) < 3.0 * np.abs(a3) + 6.0 * np.abs(a4) + 10.0 * rest * half
-    velocity += np.where(turns, 3.0 * np.abs(a3) + 4.0 * np.abs(a4), 0.0) + 5.0 * rest * half
+    # A parabola that turns between the ends: where a motion begins to brake that is as fast as
+    # allowed, it turns at an end, and there is nothing to add.
+    bend = 3.0 * np.abs(a3)
+    missing = np.maximum(bend - np.abs(a2 + 2.0 * a4), 0.0)
+    above = missing * (missing / np.where(bend > 0.0, bend, 1.0))
+    velocity += np.where(turns, above + _ABOVE_CHORD * np.abs(a4), 0.0) + 5.0 * rest * half
     acceleration = np.abs(2.0 * c2 + 12.0 * c4 * half**2) + np.abs(6.0 * c3 * half)
     acceleration += 12.0 * np.abs(c4) * half**2 + 20.0 * rest
     jerk = np.abs(6.0 * c3) + np.abs(24.0 * c4) * half + 60.0 * series.bounds[5] * half**2
