@@ -75,7 +75,7 @@ _QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
 
 
 # So often a motion is planned, with limits that leave what shaping takes.
-ATTEMPTS = 8
+ATTEMPTS = 5
 
 # How much more they leave, so that the next attempt keeps the limits though it is another motion.
 _MORE = 1.002
