@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan
-from tri_glide_kinematics.motion.trajectory.bends import path_driven
+from tri_glide_kinematics.motion.trajectory.bends import PathDriven, path_driven
 from tri_glide_kinematics.motion.trajectory.errors import CutBendError, SliderLimitError
 from tri_glide_kinematics.motion.trajectory.knots import ascending
 from tri_glide_kinematics.motion.trajectory.limits import (
@@ -77,9 +77,10 @@ _QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
 # So often a motion is planned, with limits that leave what shaping takes.
 ATTEMPTS = 5
 
-# How much more they leave, so that the next attempt keeps the limits though it is another motion.
-_MORE = 1.002
+# How much more they leave, so that the next attempt keeps the limits though it is another motion: the
+# excess counts with this power, and by this factor more; what is cut, by its own factor.
 _POWER = 1.5
+_MORE = 1.002
 _LESS_CUT = 1.05
 
 
@@ -169,7 +170,6 @@ class ShapedTrajectory(Trajectory):
         "_final",
         "_impulses",
         "_machine",
-        "_path",
         "driven",
         "duration",
         "shaper",
@@ -181,7 +181,6 @@ class ShapedTrajectory(Trajectory):
         self._arms = arms_of(machine.geometry)
         self.shaper = shaper
         self.driven = tuple(driven)
-        self._path = path_driven(self.driven)
         self._impulses = tuple(zip(shaper.amplitudes, shaper.times))
         # Where it rests, once that was asked for.
         self._final: SliderState | None = None
@@ -282,6 +281,7 @@ class ShapedTrajectory(Trajectory):
         Where a bound is beyond a limit, or outside the travel in a ``region``, cells are made
         smaller, and so the bounds.
         """
+        path = path_driven(self.driven)
         edges = self.knots()
         middles, half = divided(ascending(np.append(edges[edges > since], since)))
         most, when = np.zeros((3, 3)), np.zeros((3, 3))
@@ -297,7 +297,7 @@ class ShapedTrajectory(Trajectory):
                 table = limits.table[..., np.newaxis]
                 there = np.abs(series.values[1:4]) * _TO_DERIVATIVES / table
                 use = np.maximum(largest_of(series, half[some]) / table, there)
-                cut_there, cut = self._cut(middles[some], half[some])
+                cut_there, cut = self._cut(path, middles[some], half[some])
                 proved = (use <= 1.0 + RELATIVE_ROUNDING).all(axis=(0, 1)) & (cut <= 1.0)
                 if region is not None:
                     proved &= _between(low, high, region)
@@ -322,15 +322,17 @@ class ShapedTrajectory(Trajectory):
                 yield
             middles, half = quartered(middles[~settled], half[~settled])
         self._extremes = lowest, highest
-        segment = self._path.segment(cut_at - self.shaper.delay) if self._path else 0
+        segment = path.segment(cut_at - self.shaper.delay) if path else 0
         return LimitBounds(most, when, most_cut, segment)
 
-    def _cut(self, times: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return how much bends of the path are cut; see ``PathDriven.cut``."""
-        if self._path is None:
+    def _cut(
+        self, path: PathDriven | None, times: FloatArray, half: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return how much bends of a ``path`` are cut; see ``PathDriven.cut``."""
+        if path is None:
             return np.zeros(len(times)), np.zeros(len(times))
         before = np.subtract.outer(times, self.shaper.times).T
-        return self._path.cut(before, half, np.array(self.shaper.amplitudes))
+        return path.cut(before, half, np.array(self.shaper.amplitudes))
 
     def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
         """Compare bounds of the derivatives with the limits.
@@ -444,16 +446,16 @@ def planned_shaped(
         KinematicsError: if there is no plan.
     """
     planned = Planned(limits)
-    for attempt in range(ATTEMPTS):
+    for _ in range(ATTEMPTS):
         unshaped = yield from plan(planned)
         shaper = shaping.covering(unshaped.places(machine))
         shaped = ShapedTrajectory(machine, shaper, _one_after_the_other(unshaped))
         use = yield from shaped.limit_use(limits)
-        if use.keeps_limits or attempt + 1 == ATTEMPTS:
-            use.check(limits)
-            return shaped
+        if use.keeps_limits:
+            break
         planned = use.leaving(planned)
-    raise AssertionError("there is at least one attempt")
+    use.check(limits)
+    return shaped
 
 
 def _one_after_the_other(plan: Trajectory) -> list[DrivenPart]:
