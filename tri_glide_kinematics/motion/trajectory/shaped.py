@@ -77,8 +77,8 @@ _QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
 # So often a motion is planned, with limits that leave what shaping takes.
 ATTEMPTS = 5
 
-# How much more they leave, so that the next attempt keeps the limits though it is another motion: the
-# excess counts with this power, and by this factor more; what is cut, by its own factor.
+# How much more they leave, so that the next attempt keeps the limits though it is another motion:
+# the excess counts with this power, and by this factor more; what is cut, by its own factor.
 _POWER = 1.5
 _MORE = 1.002
 _LESS_CUT = 1.05
