@@ -59,7 +59,7 @@ def _timed(
     """Return how long a path takes [s], and how long its way is [m]."""
     path = yield from run.segments.path_from(run.start)
     planner = PathPlanner(workspace)
-    heights = yield from planner.begun(path)
+    heights = yield from planner.begun(path, limits)
     duration = yield from planner.duration(heights, limits)
     return duration, heights.driven.arc_length.total
 

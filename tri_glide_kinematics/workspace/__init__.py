@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.workspace.bounds import Face as Face
     from tri_glide_kinematics.workspace.limits import Cylinder as Cylinder
     from tri_glide_kinematics.workspace.limits import OutsideWorkspaceError as OutsideWorkspaceError
+    from tri_glide_kinematics.workspace.limits import UndecidedWayError as UndecidedWayError
     from tri_glide_kinematics.workspace.limits import WorkspaceLimit as WorkspaceLimit
     from tri_glide_kinematics.workspace.limits import WorkspaceLimits as WorkspaceLimits
     from tri_glide_kinematics.workspace.outline import edge_rings as edge_rings

@@ -48,6 +48,20 @@ class OutsideWorkspaceError(KinematicsError):
         self.bound = bound
 
 
+class UndecidedWayError(KinematicsError):
+    """A way could not be proved to be inside the workspace, though no place outside was found."""
+
+    refusal = Refusal.OUTSIDE_WORKSPACE
+
+    def __init__(self, position: Sequence[float]) -> None:
+        """Store the place from where on nothing is proved. Shape (3,) [m]."""
+        super().__init__(
+            f"the way is not proved to be inside the workspace from {vector_text(position)} m on: "
+            "it runs too close along an edge"
+        )
+        self.position = tuple(position)
+
+
 class WorkspaceLimit(Enum):
     """Names of the limits, as texts of errors give them."""
 

@@ -24,6 +24,7 @@ from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
 from tri_glide_kinematics.workspace.limits import (
     Cylinder,
     OutsideWorkspaceError,
+    UndecidedWayError,
     WorkspaceLimit,
     WorkspaceLimits,
 )
@@ -348,15 +349,9 @@ class Workspace:
             raise OutsideWorkspaceError(limit, None, position, condition, bound)
 
     def _refuse(self, position: Vector3) -> None:
-        """Raise the error for a place where tracing found the outside, or gave up.
-
-        It gives up along paths that keep so close to the edge that only the condition number,
-        whose edge cannot be solved for, comes into question.
-        """
+        """Raise the error for a place where tracing found the outside, or gave up."""
         self.check_position(position)
-        limit, bound = WorkspaceLimit.CONDITION, self.bounds.condition
-        condition = self.machine.condition_number(position)
-        raise OutsideWorkspaceError(limit, None, position, condition, bound)
+        raise UndecidedWayError(position)
 
 
 def _vector(name: str, values: Iterable[float]) -> Vector3:

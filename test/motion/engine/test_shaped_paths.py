@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -31,6 +32,7 @@ from tri_glide_kinematics.motion import (
 )
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import Bends, CutBendError, ShapedTrajectory
+from tri_glide_kinematics.workspace import Workspace
 
 START = np.array(MACHINE.forward(HOME))
 SHAPERS = (
@@ -84,7 +86,7 @@ def test_paths_keep_limits_and_tolerances(shaper):
 
 
 def test_without_speeds_for_bends_a_tolerance_would_not_hold(monkeypatch):
-    path = around(*SQUARE, tolerance=0.5e-3)
+    path = around(*SQUARE, tolerance=2e-3)
     free = Bends._steady
 
     def fast(self, *arguments):
@@ -104,6 +106,44 @@ def test_the_trajectory_without_an_engine_keeps_the_same():
     inside = np.abs(places - START - (0.02, 0.02, 0.0)).max(axis=1)
     assert inside.max() <= 0.021
     assert motion.duration > time_path(path, WORKSPACE, LIMITS).duration + SHAPER.duration
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_tolerance_makes_a_path_take_much_longer_than_stops_in_its_corners(seed):
+    chance = np.random.default_rng(seed)
+    mode = Mode(math.exp(chance.uniform(math.log(4.0), math.log(40.0))), 0.03)
+    shaper = Shaper.of(chance.choice(list(ShaperKind)), mode)
+    corners = chance.normal(0.0, chance.choice((5.0, 20.0)), (4, 3))
+    tolerance = 10.0 ** chance.uniform(-6.0, -2.5)
+    rounded = time_path(around(*corners, tolerance=tolerance), WORKSPACE, LIMITS, shaper)
+    stopped = time_path(around(*corners), WORKSPACE, LIMITS, shaper)
+    assert rounded.duration < 1.35 * stopped.duration
+
+
+def test_a_corner_stops_only_where_that_is_quicker():
+    corner = (40.0, 0.0, 0.0), (40.0, 40.0, 0.0)
+    times = [
+        time_path(around(*corner, tolerance=tolerance), WORKSPACE, LIMITS, SHAPER)
+        for tolerance in (0.0, 2e-5, 3e-3)
+    ]
+    exact, tight, wide = (motion.duration for motion in times)
+    assert tight == exact
+    assert wide < 0.95 * exact
+    # Of many corners near to each other, none stops for itself.
+    angles = np.linspace(0.0, 2.0 * math.pi, 200)[1:]
+    circle = 20.0 * np.stack((np.cos(angles) - 1.0, np.sin(angles), 0.0 * angles), axis=1)
+    dense = time_path(around(*circle, tolerance=2e-5), WORKSPACE, LIMITS, SHAPER)
+    assert dense.duration < 0.4 * len(circle) * SHAPER.duration
+    # What is to be driven slowly does not stop.
+    slow = time_path(around(*corner, tolerance=2e-4, speed=1e-2), WORKSPACE, LIMITS, SHAPER)
+    assert slow.duration < 0.08 / 1e-2 + 2.0 * SHAPER.duration
+
+
+def test_a_long_shaped_motion_beside_an_edge_is_proved_to_be_inside():
+    slow = around((0.5, 0.0, 0.0), (0.5, 0.5, 0.0), tolerance=5e-5, speed=2e-5)
+    highest = MACHINE.inverse_batch(slow.segments.points).max(axis=0)
+    travel = replace(WORKSPACE.limits, upper_heights=tuple(highest + 1e-5))
+    assert time_path(slow, Workspace(MACHINE, travel), LIMITS, SHAPER).duration > 48.0
 
 
 def test_at_a_corner_without_tolerance_the_shaper_becomes_empty():

@@ -2,13 +2,14 @@ import math
 
 import numpy as np
 import pytest
+from motion_machine import MACHINE, WORKSPACE
 from timed_paths import AT_BEGIN, DT, LIMITS, dense_path, driven, random_path, seen
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.motion.moves import LineTiming
 from tri_glide_kinematics.motion.path import PlatformPath
-from tri_glide_kinematics.motion.path_timing import MOST_PIECES, plan_window
+from tri_glide_kinematics.motion.path_timing import MOST_PIECES, plan_window, time_path
 from tri_glide_kinematics.motion.path_timing import grid as timing_grid
 from tri_glide_kinematics.motion.path_timing import windows as path_timing
 from tri_glide_kinematics.motion.trajectory import (
@@ -50,6 +51,23 @@ def test_other_limits_hold(limits):
     chosen = SliderLimits.uniform(*limits)
     for window in driven(curve, chosen).windows:
         check_along(curve, window.scaling, chosen)
+
+
+@pytest.mark.parametrize("jerk", [30.0, 2000.0])
+@pytest.mark.parametrize("speed", [1e-3, 1e-2])
+def test_slow_speeds_are_driven_as_asked_and_without_stops(speed, jerk):
+    points = np.array(((0.0, 0.0), (1.0, 0.2), (0.6, 1.0))) * 0.7 * speed
+    path = PlatformPath.through([(x, y, 0.3) for x, y in points], 1e-5, speed)
+    limits = SliderLimits.uniform(1.0, 10.0, jerk)
+    motion = time_path(path, WORKSPACE, limits)
+    assert motion.duration == pytest.approx(path.driven.arc_length.total / speed, rel=0.03)
+    moving = np.arange(0.1, motion.duration - 0.1, 0.01)
+    places = MACHINE.forward_batch(motion.sample(moving).heights)
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / 0.01
+    assert speeds.max() <= speed * (1.0 + 1e-9)
+    # Only the rounded corner is shorter than what is programmed.
+    assert np.median(speeds) >= 0.999 * speed
+    assert speeds.min() > 0.3 * speed
 
 
 @pytest.mark.parametrize("seed", range(4))

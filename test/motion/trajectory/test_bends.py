@@ -7,20 +7,22 @@ import pytest
 
 from testing.path_samples import random_path
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path import DrivenPath
+from tri_glide_kinematics.motion.path import DrivenPath, ShapedCorners
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import Bends
 
 SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 AMPLITUDES = np.array(SHAPER.amplitudes)
-PART = 0.3
+
+# No corner is so slow that it is a stop.
+ROUNDED = ShapedCorners(part=0.3, rate=1.0, slowest=0.0, passing=1.0)
 
 
 def sampled(seed: int) -> tuple[DrivenPath, Bends, np.random.Generator]:
     """Return a path at random that leaves something to a shaper, and all of its bends."""
     chance = np.random.default_rng(seed)
     path, _ = random_path(chance, count=int(chance.integers(2, 12)), stops=0.15)
-    driven = at_once(DrivenPath.of(path.segments, PART))
+    driven = at_once(DrivenPath.of(path.segments, ROUNDED))
     return driven, Bends(driven, slice(0, len(driven.segment))), chance
 
 
@@ -88,7 +90,7 @@ def test_speeds_that_are_asked_for_hold_beside_the_segment_too():
     slow = path.line_to(np.add(path.end, (0.02, 0.0, 0.0)), 1e-3, 0.05).line_to(
         np.add(path.end, (0.06, 0.0, 0.0)), 1e-3
     )
-    driven = at_once(DrivenPath.of(slow.segments, PART))
+    driven = at_once(DrivenPath.of(slow.segments, ROUNDED))
     steps = at_once(Bends(driven, slice(0, len(driven.segment))).speeds(SHAPER, 0.5, 1.0))
     begin, end = driven.joints[3:5]
     behind, ahead = 0.025 * (SHAPER.duration - SHAPER.delay), 0.025 * SHAPER.delay

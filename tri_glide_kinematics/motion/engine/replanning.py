@@ -82,7 +82,8 @@ class PathReplanning:
         return (yield from self.on_path(held, time, goal, path, held.limits))
 
     def _begun(self, held: HeldMotion, goal: Follow) -> Interruptible[FollowedPath]:
-        return FollowedPath((yield from self._paths.begun(_made(goal), held.limits.shaper)))
+        limits, shaper = held.limits.effective, held.limits.shaper
+        return FollowedPath((yield from self._paths.begun(_made(goal), limits, shaper)))
 
     def on_path(
         self,
@@ -185,7 +186,7 @@ class PathReplanning:
         """
         before, plan = held.path, held.path_plan
         assert before is not None
-        if (before.heights.driven.part < 1.0) is not (held.limits.shaper is not None):
+        if (before.heights.driven.shaped is None) is not (held.limits.shaper is None):
             # It has ended before the shaper was changed.
             path = yield from self._begun(held, goal)
             return (yield from self.on_path(held, time, goal, path, held.limits))

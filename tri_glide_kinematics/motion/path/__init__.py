@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.arc_length import ArcLength as ArcLength
     from tri_glide_kinematics.motion.path.checked_numbers import MOST_SEGMENTS as MOST_SEGMENTS
     from tri_glide_kinematics.motion.path.checked_numbers import check_count as check_count
+    from tri_glide_kinematics.motion.path.corners import ShapedCorners as ShapedCorners
     from tri_glide_kinematics.motion.path.driven_path import DrivenPath as DrivenPath
     from tri_glide_kinematics.motion.path.errors import ApartError as ApartError
     from tri_glide_kinematics.motion.path.errors import EmptyPathError as EmptyPathError

@@ -32,6 +32,7 @@ from tri_glide_kinematics.motion.path.corners import (
     MAX_ROUNDS,
     SMALLER,
     RoundedJoints,
+    ShapedCorners,
     Widths,
     corrections_of,
     enveloped,
@@ -74,7 +75,7 @@ class DrivenPath(PiecewisePath):
         stops: ascending ways at which the platform has to stop, both ends included [m].
         rounded: joints that are rounded.
         widths: of their roundings.
-        part: of the tolerances that roundings use; the rest is left to a shaper.
+        shaped: how corners are driven with a shaper; None without one.
     """
 
     def __init__(
@@ -83,14 +84,14 @@ class DrivenPath(PiecewisePath):
         stops: FloatArray,
         rounded: RoundedJoints,
         widths: Widths,
-        part: float,
+        shaped: ShapedCorners | None,
     ) -> None:
         """Use ``of``."""
         super().__init__(spans.segments, spans.breaks, spans.table, spans.segment)
         self.stops = stops
         self.rounded = rounded
         self.widths = widths
-        self.part = part
+        self.shaped = shaped
 
     def __repr__(self) -> str:
         """Return how many segments it has, where it stops, and how far it deviates."""
@@ -106,18 +107,20 @@ class DrivenPath(PiecewisePath):
         return np.asarray(self.derivatives(np.linspace(0.0, self.length, steps + 1), 0)[0])
 
     @classmethod
-    def of(cls, segments: Segments, part: float = 1.0) -> Interruptible[DrivenPath]:
+    def of(
+        cls, segments: Segments, shaped: ShapedCorners | None = None
+    ) -> Interruptible[DrivenPath]:
         """Round the joints of a path, interruptibly.
 
         Args:
             segments: of the path.
-            part: of the tolerances that roundings use. If that is not all, none swings out: a
-                shaper cuts short bends by no more than long ones.
+            shaped: how corners are driven with a shaper, which needs a part of the tolerances; no
+                rounding swings out then, as a shaper cuts short bends by no more than long ones.
         """
-        rounded, stops = yield from joints_of(segments)
-        rounded = yield from _with_part(rounded, part)
+        rounded, stops = yield from joints_of(segments, shaped=shaped)
+        rounded = yield from _with_part(rounded, shaped)
         widths = yield from widths_of(rounded)
-        return (yield from cls._rounded(segments, stops, rounded, widths, None, part))
+        return (yield from cls._rounded(segments, stops, rounded, widths, None, shaped))
 
     def extended(self, more: Segments, place: float) -> Interruptible[DrivenPath]:
         """Return this path with more segments behind it, driven as before up to a ``place`` [m].
@@ -144,12 +147,12 @@ class DrivenPath(PiecewisePath):
         segments = yield from joined((self.segments, more))
         stays = self.stops[-1] - place < LEAST_ROOM
         stops = self.stops[1:] if stays else self.stops[1:-1]
-        rounded, stops = yield from joints_of(segments, stops)
-        rounded = yield from _with_part(rounded, self.part)
+        rounded, stops = yield from joints_of(segments, stops, self.shaped)
+        rounded = yield from _with_part(rounded, self.shaped)
         kept = yield from widths_kept(self.rounded, self.widths, place)
         widths = yield from widths_behind(rounded, kept, place)
         least = yield from least_widths(rounded.ways, kept.half_widths)
-        return (yield from self._rounded(segments, stops, rounded, widths, least, self.part))
+        return (yield from self._rounded(segments, stops, rounded, widths, least, self.shaped))
 
     @classmethod
     def _rounded(
@@ -159,7 +162,7 @@ class DrivenPath(PiecewisePath):
         rounded: RoundedJoints,
         widths: Widths,
         least: FloatArray | None,
-        part: float,
+        shaped: ShapedCorners | None,
     ) -> Interruptible[DrivenPath]:
         """Put the path together; its roundings are made smaller where the way would be short."""
         for _ in range(MAX_ROUNDS):
@@ -177,12 +180,17 @@ class DrivenPath(PiecewisePath):
             if not (yield from _differ(smaller, widths)):
                 break
             widths = smaller
-        return cls(spans, stops, rounded, widths, part)
+        return cls(spans, stops, rounded, widths, shaped)
 
     @property
     def tolerances(self) -> FloatArray:
         """Tolerances of the joints at the ends of all segments. Shape (n,) [m]."""
         return self.segments.tolerances
+
+    @property
+    def part(self) -> float:
+        """The part of the tolerances that roundings use; the rest is left to a shaper."""
+        return 1.0 if self.shaped is None else self.shaped.part
 
     @property
     def deviation_bound(self) -> float:
@@ -290,12 +298,14 @@ class DrivenPath(PiecewisePath):
         return self.arc_length.inverse(np.asarray(driven, dtype=np.float64))
 
 
-def _with_part(rounded: RoundedJoints, part: float) -> Interruptible[RoundedJoints]:
-    """Return joints that use a ``part`` of their tolerances; none swings out if that is not all."""
-    if part == 1.0:
+def _with_part(
+    rounded: RoundedJoints, shaped: ShapedCorners | None
+) -> Interruptible[RoundedJoints]:
+    """Return joints that use the part of their tolerances that a shaper leaves; none swings out."""
+    if shaped is None:
         return rounded
     tolerances = yield from column_of(
-        len(rounded.ways), lambda some: part * rounded.tolerances[some]
+        len(rounded.ways), lambda some: shaped.part * rounded.tolerances[some]
     )
     return replace(rounded, tolerances=tolerances, free=np.zeros(len(rounded.free), dtype=bool))
 

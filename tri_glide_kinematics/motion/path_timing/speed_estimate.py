@@ -30,6 +30,10 @@ SHORTEST_CELL = 1e-3
 _CELLS_AHEAD = 300
 _BRAKINGS_AHEAD = 3.0
 
+# Cells that it takes at least to come to rest from a speed that the path asks for: with fewer, no
+# motion in cells does so, and the platform would be slower, or stop where nobody asks for it.
+_LEAST_OF_BRAKING = 4.0
+
 # Cells that it takes at least to get from no acceleration to the largest.
 _LEAST_OF_RAMP = 4.0
 
@@ -90,8 +94,8 @@ def estimated(
         places: ascending, dense enough for what is estimated. Shape (n,) [m].
         seen: derivatives of the heights there.
         speed: at the first of them [m/s].
-        limits: of the sliders.
-        each: how long the platform is to take in a cell, if that is known [s].
+        limits: of the sliders; those that cells can use, if ``each`` is known.
+        each: how long the platform is to take in a cell [s].
 
     Raises:
         PathTimingError: if an arm does not reach some place.
@@ -126,8 +130,9 @@ def estimated(
         _, speeds, jerk_along = with_jerk(limits.table[2])
         brakings = _brakings(speeds, along, jerk_along)
         ramp = float((limits.table[1] / limits.table[2]).min())
-        each = _cell(_times(steps, speeds), brakings, ramp)
-    limits = _usable(limits, each)
+        slowest = float(brakings[speeds > _AS_ASKED * asked].min(initial=np.inf))
+        each = _cell(_times(steps, speeds), brakings, ramp, slowest)
+        limits = _usable(limits, each, slowest)
     steady, speeds, jerk_along = with_jerk(limits.table[2])
     times = _times(steps, speeds)
     total = float(times[-1])
@@ -169,16 +174,18 @@ def _brakings(speeds: FloatArray, accelerations: FloatArray, jerks: FloatArray) 
     return np.where(short, 2.0 * np.sqrt(speeds / jerks), speeds / accelerations + ramps)
 
 
-def _cell(times: FloatArray, brakings: FloatArray, ramp: float) -> float:
+def _cell(times: FloatArray, brakings: FloatArray, ramp: float, slowest: float) -> float:
     """Return how long the platform is to take in a cell [s].
 
     Args:
         times: when it is at each place. Shape (n,) [s].
         brakings: how long it takes to come to rest from there. Shape (n,) [s].
         ramp: least time from no acceleration to the largest [s].
+        slowest: least time to come to rest from a speed that the path asks for [s].
     """
     total = float(times[-1])
     least = min(max(ramp / _CELLS_OF_RAMP, SHORTEST_CELL), total / _LEAST_CELLS)
+    least = min(least, max(slowest / _LEAST_OF_BRAKING, SHORTEST_CELL))
     far = times >= np.maximum(
         _BRAKINGS_AHEAD * np.maximum.accumulate(brakings), _CELLS_AHEAD * least
     )
@@ -186,13 +193,16 @@ def _cell(times: FloatArray, brakings: FloatArray, ramp: float) -> float:
     return max(window / _CELLS_AHEAD, least, 1e-9 * total)
 
 
-def _usable(limits: SliderLimits, each: float) -> SliderLimits:
+def _usable(limits: SliderLimits, each: float, slowest: float) -> SliderLimits:
     """Return ``limits`` with a lower jerk where cells are too long to use it.
 
     Args:
         limits: of the sliders.
         each: how long the platform takes in a cell [s].
+        slowest: least time to come to rest from a speed that the path asks for [s].
     """
     acceleration, jerk = limits.table[1:]
     usable = np.minimum(jerk, acceleration / (_LEAST_OF_RAMP * each))
+    # The time in which a low speed is reached grows with the root of the jerk.
+    usable *= min(slowest / (_LEAST_OF_BRAKING * each), 1.0) ** 2
     return replace(limits, jerk=tuple(usable.tolist()))

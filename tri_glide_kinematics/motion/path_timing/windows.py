@@ -98,8 +98,8 @@ def time_scaling(
 # Parts of the limits of velocity, acceleration and jerk that cells are planned with at first; and
 # those behind the place where a window is to be continued. So what goes on from there has more
 # room than what led to it, and is found.
-_MARGINS = np.array(((0.9995,), (0.997,), (0.98,)))
-_LATER_MARGINS = np.array(((0.995,), (0.977,), (0.95,)))
+_MARGINS = np.array(((0.9997,), (0.997,), (0.98,)))
+_LATER_MARGINS = np.array(((0.9992,), (0.977,), (0.95,)))
 
 # Cells in which a bound exceeds its limit by more than this are divided; and, where this many turns
 # were not enough, by more than that.
@@ -327,7 +327,7 @@ def _window(
     if part is not ahead:
         seen = curve.derivatives(part.samples)
         yield
-        estimate = estimated(curve, part.samples, seen, speed, limits, estimate.each)
+        estimate = estimated(curve, part.samples, seen, speed, estimate.limits, estimate.each)
         yield
     cells = cells_of(part, estimate, speed, first_places)
     yield

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
-from math import hypot, inf
+from functools import partial
+from math import ceil, hypot, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -60,6 +61,9 @@ COPIES_AT_ONCE = 256
 
 # Knots that are closer are one: a jerk this long is below rounding [s].
 SAME_TIME = 1e-11
+
+# So long a motion is proved together to be inside the workspace, at most [s].
+CHECKED_TOGETHER = 5.0
 
 # Velocity, acceleration and jerk by the coefficients of a Taylor series.
 _TO_DERIVATIVES = np.array((1.0, 2.0, 6.0))[:, np.newaxis, np.newaxis]
@@ -356,7 +360,16 @@ class ShapedTrajectory(Trajectory):
             until = min(until, begin + max(blend - skipped, 0.0) + self.shaper.duration)
         if until <= 0.0:
             return ()
-        return (region.path_check(self.at, until, hypot(*limits.acceleration)),)
+        # A long motion needs more samples than one that can be decided on at once.
+        count = ceil(until / CHECKED_TOGETHER)
+        step, acceleration = until / count, hypot(*limits.acceleration)
+        return [
+            region.path_check(partial(self._since, each * step), step, acceleration)
+            for each in range(count)
+        ]
+
+    def _since(self, begin: float, time: float) -> SliderState:
+        return self.at(begin + time)
 
 
 def _between(lowest: FloatArray, highest: FloatArray, region: Workspace) -> NDArray[np.bool_]:

@@ -7,6 +7,7 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.corners.joints import LEAST_RATE as LEAST_RATE
     from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints as RoundedJoints
+    from tri_glide_kinematics.motion.path.corners.joints import ShapedCorners as ShapedCorners
     from tri_glide_kinematics.motion.path.corners.joints import lengths_of as lengths_of
     from tri_glide_kinematics.motion.path.corners.rounding import MAX_ROUNDS as MAX_ROUNDS
     from tri_glide_kinematics.motion.path.corners.rounding import SMALLER as SMALLER

@@ -30,6 +30,43 @@ LEAST_TOLERANCE = 1e-9
 LEAST_RATE = 0.2
 
 
+class ShapedCorners(NamedTuple):
+    """How corners are driven whose tolerances a shaper needs, too.
+
+    A corner that stands alone is passed at a speed that is proportional to its tolerance over its
+    turn. Around it the platform is as slow as long as the shaper lasts and the rounding is long.
+    Where that takes longer than to stop in the corner, it is a stop.
+
+    Attributes:
+        part: of the tolerances that roundings use.
+        rate: a corner is passed at this times its tolerance, over its turn [1/s].
+        slowest: speed below which it is quicker to stop [m/s].
+        passing: how long the platform is slow around a corner [s].
+    """
+
+    part: float
+    rate: float
+    slowest: float
+    passing: float
+
+    def are_stops(self, turns: FloatArray, segments: Segments, before: slice) -> NDArray[np.bool_]:
+        """Return which joints at the ends of some segments are passed more slowly than stopped in.
+
+        Args:
+            turns: at the joints. Shape (n,).
+            segments: of the path.
+            before: those before the joints.
+        """
+        after = slice(before.start + 1, before.stop + 1)
+        # In a corner that does not stand alone, the platform is slow in any case.
+        alone = np.diff(segments.joints[before.start : after.stop + 1])
+        alone = np.minimum(alone[:-1], alone[1:]) / self.passing
+        # What the path asks for is no faster than that, or hardly.
+        asked = 0.5 * np.maximum(segments.speeds[before], segments.speeds[after])
+        slowest = np.minimum(np.minimum(self.slowest, asked), alone)
+        return np.asarray(self.rate * segments.tolerances[before] < slowest * turns)
+
+
 @dataclass(frozen=True, eq=False)
 class RoundedJoints:
     """Joints that are rounded, in the order of the path.
@@ -95,13 +132,16 @@ class Jumps(NamedTuple):
     smooth_tolerances: FloatArray
 
 
-def jumps_at(segments: Segments, before: slice, stops: FloatArray) -> Jumps:
+def jumps_at(
+    segments: Segments, before: slice, stops: FloatArray, shaped: ShapedCorners | None = None
+) -> Jumps:
     """Return what changes at the ends of some segments.
 
     Args:
         segments: of the path.
         before: those before the joints.
         stops: ways of joints that are stops in any case, unless they are smooth; ascending [m].
+        shaped: how corners are driven with a shaper; None without one.
     """
     after = slice(before.start + 1, before.stop + 1)
     ends, starts = segments.end_tangents[before], segments.tangents[after]
@@ -127,6 +167,8 @@ def jumps_at(segments: Segments, before: slice, stops: FloatArray) -> Jumps:
     tolerances = segments.tolerances[before]
     is_stop = (tolerances < LEAST_TOLERANCE) | (half_sums < LEAST_RATE)
     is_stop |= are_among(segments.joints[after], stops)
+    if shaped is not None:
+        is_stop |= corner & shaped.are_stops(turns, segments, before)
     smooth_tolerances = np.where(rough, np.inf, tolerances)
     which = rough, rough & is_stop, rough & ~is_stop
     return Jumps(tangents, curvatures, turns, bends, distances, *which, smooth_tolerances)

@@ -39,6 +39,7 @@ from tri_glide_kinematics.motion.path.corners.joints import (
     Indices,
     Jumps,
     RoundedJoints,
+    ShapedCorners,
     jumps_at,
     least_between,
     rooms_at,
@@ -106,17 +107,20 @@ NO_STOPS = np.zeros(0)
 
 
 def joints_of(
-    segments: Segments, stops: FloatArray = NO_STOPS
+    segments: Segments, stops: FloatArray = NO_STOPS, shaped: ShapedCorners | None = None
 ) -> Interruptible[tuple[RoundedJoints, FloatArray]]:
     """Return the joints of a path that are rounded, and the ways at all stops [m].
 
     Args:
         segments: of the path.
         stops: ways of joints that are stops in any case, unless they are smooth; ascending [m].
+        shaped: how corners are driven with a shaper; None without one.
     """
     ways = yield from Segments.joints.in_pieces(segments)
     inner, tolerances = ways[1:-1], segments.tolerances[:-1]
-    changes = columns_of(len(inner), lambda some: jumps_at(segments, some, stops), spare_zeros=True)
+    changes = columns_of(
+        len(inner), lambda some: jumps_at(segments, some, stops, shaped), spare_zeros=True
+    )
     jumps = Jumps(*(yield from changes))
     stopped = yield from picked(inner, (yield from indices_of(jumps.stops)))
     all_stops = yield from concatenated((ways[:1], stopped, ways[-1:]))
