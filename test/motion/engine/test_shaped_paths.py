@@ -28,6 +28,7 @@ from tri_glide_kinematics.motion import (
     MotionKind,
     MotionPhase,
     PlatformPath,
+    SliderLimits,
     time_path,
 )
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
@@ -140,10 +141,11 @@ def test_a_corner_stops_only_where_that_is_quicker():
 
 
 def test_a_long_shaped_motion_beside_an_edge_is_proved_to_be_inside():
-    slow = around((0.5, 0.0, 0.0), (0.5, 0.5, 0.0), tolerance=5e-5, speed=2e-5)
-    highest = MACHINE.inverse_batch(slow.segments.points).max(axis=0)
-    travel = replace(WORKSPACE.limits, upper_heights=tuple(highest + 1e-5))
-    assert time_path(slow, Workspace(MACHINE, travel), LIMITS, SHAPER).duration > 48.0
+    slow = around((5.0, 0.0, 0.0), (5.0, 5.0, 0.0), tolerance=5e-5, speed=1e-3)
+    fast = SliderLimits.uniform(1.0, 40.0, 1000.0)
+    highest = START[2] + 1e-5
+    flat = replace(WORKSPACE.limits, box_lower=(-1.0, -1.0, 0.0), box_upper=(1.0, 1.0, highest))
+    assert time_path(slow, Workspace(MACHINE, flat), fast, SHAPER).duration > 9.0
 
 
 def test_at_a_corner_without_tolerance_the_shaper_becomes_empty():

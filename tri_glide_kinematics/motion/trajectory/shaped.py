@@ -63,7 +63,7 @@ COPIES_AT_ONCE = 256
 SAME_TIME = 1e-11
 
 # So long a motion is proved together to be inside the workspace, at most [s].
-CHECKED_TOGETHER = 5.0
+CHECKED_TOGETHER = 1.0
 
 # Velocity, acceleration and jerk by the coefficients of a Taylor series.
 _TO_DERIVATIVES = np.array((1.0, 2.0, 6.0))[:, np.newaxis, np.newaxis]
