@@ -134,9 +134,11 @@ class CommandedMotion:
             self._engine.check_position(target.position)
         self._carry_out(target)
 
-    def set_limits(self, limits: SliderLimits, speed_scale: float) -> None:
+    def set_limits(
+        self, limits: SliderLimits, speed_scale: float, path_speed_scale: float = 1.0
+    ) -> None:
         """Change the limits when it is their turn; too fast a motion slows down first."""
-        self._queue.put_limits(limits, speed_scale)
+        self._queue.put_limits(limits, speed_scale, path_speed_scale)
         self.go_on()
 
     def pursue_position(self, position: Sequence[float]) -> Command:

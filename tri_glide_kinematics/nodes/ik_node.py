@@ -121,6 +121,7 @@ class IkNode(Node):
             limits_of(values),
             kind=MotionKind[values["motion"].upper()],
             speed_scale=values["speed_scale"],
+            path_speed_scale=values["path_speed_scale"],
             in_pieces=True,
         )
         self._engine.set_shaper(shaper_of(values))
@@ -316,7 +317,9 @@ class IkNode(Node):
         self._actions.path_tolerance = values["path_tolerance"]
         self._controller.newest_target.bounds = in_position_bounds_of(values)
         self._supervisor.bounds = supervision_bounds_of(values)
-        self._controller.set_limits(limits_of(values), values["speed_scale"])
+        self._controller.set_limits(
+            limits_of(values), values["speed_scale"], values["path_speed_scale"]
+        )
         self._engine.set_shaper(shaper_of(values))
 
     def _health(self) -> Health:
