@@ -19,6 +19,7 @@ from tri_glide_kinematics.control.operating_state import (
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import (
     Command,
+    Follow,
     GoalCode,
     Jog,
     MotionEngine,
@@ -268,6 +269,11 @@ class CommandedMotion:
             self._give_up(refusal, f"{command}: {refusal}")
         elif reason is not None:
             self._newest_target.take(command, reason, self._engine.target)
+            if isinstance(command, Follow) and command.outputs is not None:
+                path, driven = command.path, self._engine.driven_path
+                assert path is not None and driven is not None
+                places = command.outputs.places(path, driven)
+                self._newest_target.outputs.extend(zip(places, command.outputs.told))
             if self._engine.is_paused:
                 self._tell_pause()
             else:

@@ -429,6 +429,15 @@ class MotionEngine:
         return self._holder.driven_path
 
     @property
+    def path_place(self) -> float:
+        """How far along the path as driven the setpoint is; NaN where it is on no path [m].
+
+        It is a way along the path as programmed, as the ``joints`` of the path as driven are. With
+        a shaper the setpoint is a mean of places, and so is this.
+        """
+        return self._holder.path_place
+
+    @property
     def path_progress(self) -> PathProgress | None:
         """How far the path is driven that is followed, or was followed last; None without one.
 
@@ -447,6 +456,16 @@ class MotionEngine:
             NotStartedError: before the start.
         """
         return self._holder.state
+
+    @property
+    def platform(self) -> tuple[Vector3, Vector3]:
+        """Position [m] and velocity [m/s] of the platform, by the present setpoint.
+
+        Raises:
+            NotStartedError: before the start.
+        """
+        state = self._holder.state
+        return self._machine.forward_velocity(state.heights, state.velocities)
 
     def sample_plan(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints of the held plan at ``times`` from now on.

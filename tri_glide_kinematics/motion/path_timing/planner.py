@@ -124,8 +124,8 @@ def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interru
 def _slowing(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Iterator[PathHeights]:
     """Yield a path for a motion that may be faster than it asks for, in the order of attempts.
 
-    In the first one the motion has to keep the speed from its start on, if it does so there. Then it
-    has a way to slow down on, and then it need not slow down so much: the next part goes on with
+    In the first one the motion has to keep the speed from its start on, if it does so there. Then
+    it has a way to slow down on, and then it need not slow down so much: the next part goes on with
     that. In the last one it stays as fast as it is.
 
     Args:
