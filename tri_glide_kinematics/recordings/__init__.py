@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.recordings.judgement import Judgement as Judgement
     from tri_glide_kinematics.recordings.judgement import Kind as Kind
     from tri_glide_kinematics.recordings.judgement import Violation as Violation
+    from tri_glide_kinematics.recordings.judgement import WrongPeriodError as WrongPeriodError
     from tri_glide_kinematics.recordings.judgement import judge as judge
     from tri_glide_kinematics.recordings.setpoint_files import Recording as Recording
     from tri_glide_kinematics.recordings.setpoint_files import RecordingError as RecordingError

@@ -25,12 +25,15 @@ from tri_glide_kinematics.motion.limit_use import (
 )
 from tri_glide_kinematics.motion.trajectory import QUANTITIES, SliderLimits
 from tri_glide_kinematics.recordings.setpoint_files import Recording
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace import OVERRUN_TOLERANCES, Workspace, overruns
 
 # The longest time between two stamps, in periods: a setpoint that is later is missing.
 LONGEST_GAP = 2.5
+
+# A setpoint that is later than this number of periods may be the one after one that was lost.
+LATE = 1.5
 
 # The period of a recording differs from the one that was named by no more than this part of it.
 SAME_PERIOD = 0.05
@@ -102,7 +105,7 @@ class Judgement:
         rows: how many setpoints there are.
         duration: from the first stamp to the last [s].
         beginnings: how many stretches of setpoints there are.
-        largest: velocity, acceleration and jerk as parts of their limits. Shape (3,).
+        largest: velocity, acceleration and jerk as parts of their limits.
         longest_gap: longest time between two stamps in a stretch [s].
         violations: each kind once.
     """
@@ -110,7 +113,7 @@ class Judgement:
     rows: int
     duration: float
     beginnings: int
-    largest: FloatArray
+    largest: Vector3
     longest_gap: float
     violations: tuple[Violation, ...]
 
@@ -123,7 +126,7 @@ def judge(
     *,
     longest_gap: float | None = None,
     may_pause: bool = False,
-    height_offsets: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    height_offsets: Vector3 = (0.0, 0.0, 0.0),
 ) -> Judgement:
     """Compare the setpoints of a recording with all limits.
 
@@ -172,7 +175,7 @@ class _Judging:
         self._resolution = recording.resolution
         self._period = period
         self._rows = len(stamps)
-        self._largest = np.zeros(3)
+        self._largest = (0.0, 0.0, 0.0)
         self._longest_gap = 0.0
 
     def _check_finite(self, recording: Recording, finite: Rows) -> None:
@@ -280,11 +283,14 @@ class _Judging:
         single = errors(1)
         follows = np.append(False, (single <= bounds(1)).all(axis=1))
         is_missing = np.zeros(len(follows), dtype=bool)
+        # Only a stamp that is late tells of a setpoint before it; and one period has to be no
+        # explanation for the way, not even with the bound of several.
         guess = np.rint(since[1:] / period).astype(np.int64)
         for more in (0, -1, 1):
-            count = np.maximum(guess + more, 1)
-            fits = (errors(count) <= bounds(count)).all(axis=1)
-            is_missing[1:] |= fits & (count > 1) & ~follows[1:]
+            count = np.maximum(guess + more, 2)
+            several = bounds(count)
+            fits = (errors(count) <= several).all(axis=1) & (single > several).any(axis=1)
+            is_missing[1:] |= fits & (since[1:] > LATE * period)
         wrong = ~follows & ~is_missing & ~is_late & ~self._begins
         differences = np.zeros((len(follows), 3))
         differences[1:] = single / period
@@ -321,7 +327,8 @@ class _Judging:
             values[new] = np.take_along_axis(derivatives[fresh:], worst, axis=2)[..., 0]
             found = overruns(workspace.machine, workspace.limits, heights[fresh:])
             places[new] = np.stack(found, axis=1)
-        self._largest = uses.max(axis=0, initial=0.0)
+        velocity, acceleration, jerk = uses.max(axis=0, initial=0.0).tolist()
+        self._largest = (velocity, acceleration, jerk)
         kinds = (Kind.VELOCITY, Kind.ACCELERATION, Kind.JERK)
         for index, (kind, (quantity, unit)) in enumerate(zip(kinds, QUANTITIES)):
 
