@@ -27,9 +27,6 @@ from tri_glide_kinematics.vectors import FloatArray
 # A name, and a unit in square or round brackets.
 _HEAD = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?\s*")
 
-# So many rows show how many digits the numbers of a column have.
-_ROWS_OF_DIGITS = 10_000
-
 
 class TableError(FileError):
     """A table cannot be read, or a cell of it has no meaning.
@@ -70,7 +67,7 @@ class Table:
         head_line: the line that they stand on; 0 without.
         lines: of the rows, from 1. Shape (n,).
         numbers: NaN where a cell is empty. Shape (n, columns).
-        steps: what the last digit of the first rows stands for, by column. Shape (columns,).
+        steps: what the last digit of the numbers stands for, by column. Shape (columns,).
     """
 
     file: str
@@ -119,14 +116,13 @@ def read_table(file: str | Path, *, may_be_endless: bool = False) -> Table:
         raise TableError(file, 0, 0, "has a head and no row")
     digits = [0] * len(first)
     rows = []
-    for index, (number, line) in enumerate(lines):
+    for number, line in lines:
         cells = _cells(line, delimiter)
         if len(cells) != len(first):
             reason = f"has {len(cells)} cells, and the first line has {len(first)}"
             raise TableError(file, number, 0, reason)
         rows.append(_numbers(file, number, cells, may_be_endless))
-        if index < _ROWS_OF_DIGITS:
-            digits = list(map(max, digits, map(_digits, cells)))
+        digits = list(map(max, digits, map(_digits, cells)))
     steps = np.array([10.0**-count for count in digits])
     return Table(
         str(file),
@@ -174,6 +170,9 @@ def _numbers(
 
 def _digits(cell: str) -> int:
     """Return how many digits behind the decimal point a number has."""
+    _, point, rest = cell.partition(".")
+    if point and rest.isdecimal():
+        return len(rest)
     exponent = Decimal(cell).as_tuple().exponent if cell else 0
     return -exponent if isinstance(exponent, int) else 0
 

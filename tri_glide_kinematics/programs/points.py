@@ -13,10 +13,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import UNITS
 from tri_glide_kinematics.motion.path import SHORTEST, FlatPath, SegmentKind
+from tri_glide_kinematics.programs.gcode import FAR, LEAST_SPEED
 from tri_glide_kinematics.programs.program import PathRun, Program, ProgramStop, StopKind
 from tri_glide_kinematics.programs.settings import MINUTE, ProgramSettings
 from tri_glide_kinematics.programs.words import ProgramError
@@ -99,11 +101,9 @@ def _columns(
     numbers = table.numbers * units
     for column, name in enumerate(names):
         values = numbers[:, column]
-        wrong = np.isnan(values) if name in COLUMNS[:PLACE] else values < 0.0
-        if wrong.any():
-            row = int(wrong.argmax())
-            reason = "must be at least 0" if name not in COLUMNS[:PLACE] else "is empty"
-            raise table.error(row, column, f"{name} {reason}")
+        for wrong, reason in _mistakes(name, values):
+            if wrong.any():
+                raise table.error(int(wrong.argmax()), column, f"{name} {reason}")
 
     def column_of(name: str, default: float) -> FloatArray:
         if name not in names:
@@ -114,6 +114,20 @@ def _columns(
     points = np.stack([column_of(name, 0.0) for name in COLUMNS[:PLACE]], axis=1)
     speeds = column_of("speed", settings.feed or 0.0)
     return points, column_of("tolerance", settings.tolerance), speeds
+
+
+def _mistakes(name: str, values: FloatArray) -> tuple[tuple[NDArray[np.bool_], str], ...]:
+    """Return which values of a column have no meaning, and why."""
+    if name in COLUMNS[:PLACE]:
+        return (
+            (np.isnan(values), "is empty"),
+            (np.abs(values) > FAR, f"must be at most {FAR:g} m from zero"),
+        )
+    negative = (values < 0.0, "must be at least 0")
+    if name == "speed":
+        slow = (values > 0.0) & (values < LEAST_SPEED)
+        return (negative, (slow, f"must be 0, or at least {LEAST_SPEED:g} m/s"))
+    return (negative, (values > FAR, f"must be at most {FAR:g} m"))
 
 
 def _unit(

@@ -35,6 +35,9 @@ COLUMNS = (
     *((axis, "m") for axis in "xyz"),
 )
 
+# Numbers that end in zeros may be written without them: heights have so many digits at least [m].
+COARSEST = 1e-6
+
 NANOSECONDS = 1_000_000_000
 
 MESSAGE = "sensor_msgs/msg/JointState"
@@ -186,7 +189,7 @@ def _of_table(file: str | Path) -> Recording:
         stamps - stamps[np.isfinite(stamps)][:1].sum(),
         table.numbers[:, heights],
         None if velocities is None else table.numbers[:, velocities],
-        0.5 * float(table.steps[heights].max()),
+        0.5 * min(float(table.steps[heights].min()), COARSEST),
     )
 
 
