@@ -95,7 +95,7 @@ def test_a_violation_is_told_with_time_number_and_bound(points, tmp_path, capsys
     [
         ("M2\n", (), "nothing in it moves"),
         ("G1 X1 F100\nX1000\nM2\n", (), "line 2"),
-        ("G1 X1 F0.6\nM2\n", ("--rate", "100000"), "name a lower --rate"),
+        ("G1 X1 F1\nM2\n", ("--rate", "100000"), "name a lower --rate"),
         ("G1 X1 F100\nM2\n", ("--settings", "none.yaml"), "none.yaml: cannot be read"),
     ],
 )
