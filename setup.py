@@ -25,6 +25,7 @@ setup(
     extras_require={
         "figures": ["matplotlib", "pillow", "pyyaml", "tqdm"],
         "panel": ["pyyaml", "viser"],
+        "recordings": ["mcap-ros2-support"],
         "test": ["catkin_pkg", "hypothesis", "pytest", "websockets"],
     },
     zip_safe=False,

@@ -13,11 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.judge import LIMITS, beyond_reach, beyond_travel
+from benchmarks.judge import LIMITS
 from benchmarks.linear_moves import MACHINE, WORKSPACE
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, NoRoomError
 from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.workspace import overruns
 
 SAMPLES = 200
 LARGEST_ANGLE = math.radians(1.0)
@@ -49,10 +50,8 @@ class Jogs:
 
 def overrun(heights: FloatArray) -> float:
     """Return by how much slider travel or reach is passed, negative if it is not [m]."""
-    limits = WORKSPACE.limits
-    positions = MACHINE.forward_batch(heights)
-    reach = beyond_reach(positions, MACHINE.geometry, limits)
-    return max(beyond_travel(heights, limits), reach)
+    found = overruns(MACHINE, WORKSPACE.limits, heights)
+    return float(np.maximum(found.travel, found.reach).max())
 
 
 def random_heights(rng: np.random.Generator) -> tuple[float, float, float]:

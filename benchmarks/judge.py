@@ -20,11 +20,7 @@ from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
-
-# Travel is checked exactly by the engine, the rest of the workspace to its stated tolerance [m].
-TRAVEL_TOLERANCE = 1e-8
-PLACE_TOLERANCE = 6e-5
+from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits, overruns
 
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 UNEQUAL = TriGlideGeometry(
@@ -141,24 +137,6 @@ class Findings:
             self.violations.append(text)
 
 
-def beyond_travel(heights: FloatArray, limits: WorkspaceLimits) -> float:
-    """Return by how much slider travel is passed, negative if it is not [m]."""
-    return float(
-        np.maximum(
-            np.array(limits.lower_heights) - heights, heights - np.array(limits.upper_heights)
-        ).max()
-    )
-
-
-def beyond_reach(
-    positions: FloatArray, geometry: TriGlideGeometry, limits: WorkspaceLimits
-) -> float:
-    """Return by how much the reach of an arm is passed, negative if it is not [m]."""
-    across = np.array(geometry.anchors) - positions[:, np.newaxis, :2]
-    reach = np.array(geometry.arm_lengths) - limits.reach_margin
-    return float((np.linalg.norm(across, axis=-1) - reach).max())
-
-
 class Judge:
     """Checks recorded heights by differences, from batch to batch without a gap."""
 
@@ -217,49 +195,15 @@ class Judge:
         self._bounds, self._streak = bounds[-3:], streak[-3:]
 
     def _check_places(self, heights: FloatArray) -> None:
-        limits, geometry = self._scenario.workspace, self._scenario.geometry
-        travel = beyond_travel(heights, limits)
-        positions = self._machine.forward_batch(heights)
-        x, y, z = positions.T
-        overruns = [np.array(beyond_reach(positions, geometry, limits))]
-        if limits.box_lower is not None:
-            overruns.append(np.array(limits.box_lower) - positions)
-        if limits.box_upper is not None:
-            overruns.append(positions - np.array(limits.box_upper))
-        if limits.cylinder is not None:
-            cylinder = limits.cylinder
-            radii = np.hypot(x - cylinder.center_x, y - cylinder.center_y)
-            overruns.append((radii - cylinder.radius)[:, np.newaxis])
-            overruns.append(np.stack((cylinder.z_min - z, z - cylinder.z_max), axis=1))
-        place = max(float(overrun.max()) for overrun in overruns)
-        # A place outside the condition number counts if a place beside it, nearer to the middle
-        # of the machine by the tolerance, is outside too.
-        inwards = positions * np.array((1.0, 1.0, 0.0))
-        sizes = np.maximum(np.hypot(x, y), PLACE_TOLERANCE)
-        inside = positions - inwards * (PLACE_TOLERANCE / sizes)[:, np.newaxis]
-        conditions = np.minimum(self._conditions(positions), self._conditions(inside))
+        found = overruns(self._machine, self._scenario.workspace, heights)
         findings = self._findings
-        findings.travel = max(findings.travel, travel)
-        findings.place = max(findings.place, place)
-        if not travel <= TRAVEL_TOLERANCE:
-            findings.violated(f"slider travel passed by {travel:.3g} m in {self._scenario}")
-        if not place <= PLACE_TOLERANCE:
-            findings.violated(f"workspace left by {place:.3g} m in {self._scenario}")
-        if not conditions.max() <= limits.max_condition_number * (1.0 + 1e-6):
-            findings.violated(f"condition number {conditions.max():.6f} in {self._scenario}")
-
-    def _conditions(self, positions: FloatArray) -> FloatArray:
-        """Return condition numbers, of the few places only where they may be large."""
-        geometry, limits = self._scenario.geometry, self._scenario.workspace
-        across = np.array(geometry.anchors) - positions[:, np.newaxis, :2]
-        squares = np.square(np.array(geometry.arm_lengths)) - np.square(across).sum(axis=-1)
-        matrices = np.ones((len(positions), 3, 3))
-        matrices[..., :2] = across / np.sqrt(squares)[..., np.newaxis]
-        # The Frobenius norm and the determinant bound the condition number from above.
-        norms = np.sqrt(np.square(matrices).sum(axis=(1, 2)))
-        bounds = 2.0 * (norms / math.sqrt(3.0)) ** 3 / np.abs(np.linalg.det(matrices))
-        conditions = np.ones(len(positions))
-        near = bounds > limits.max_condition_number
-        if near.any():
-            conditions[near] = np.linalg.cond(matrices[near])
-        return conditions
+        # What is not finite stays so.
+        findings.travel = float(np.maximum(findings.travel, found.travel.max()))
+        place = np.maximum(found.reach, found.place).max()
+        findings.place = float(np.maximum(findings.place, place))
+        if found.are_outside.any():
+            row = int(found.are_outside.argmax())
+            numbers = ", ".join(
+                f"{name} {float(values[row]):.3g}" for name, values in found._asdict().items()
+            )
+            findings.violated(f"workspace left by {numbers} in {self._scenario}")

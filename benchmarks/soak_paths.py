@@ -33,7 +33,7 @@ from testing.program_writer import written_program
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import Trajectory, time_path
-from tri_glide_kinematics.motion.limit_use import TOLERANCES, CommandStream, LimitUse
+from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse, are_within
 from tri_glide_kinematics.motion.path import PathPlaceError, PlatformPath, check_place
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import RELATIVE_ROUNDING, MotionError, ShapedTrajectory
@@ -141,7 +141,7 @@ def soak_shaped(count: int, seed: int) -> int:
     print(f"largest velocity, acceleration, jerk by bounds {found.uses} of the limits")
     print(f"largest velocity, acceleration, jerk by differences {found.differences} of the limits")
     print(f"largest distance from the end {found.end:.3g} m")
-    within = bool((found.differences <= 1.0 + np.array(TOLERANCES)).all())
+    within = are_within(found.differences)
     within = within and bool((found.uses <= 1.0 + RELATIVE_ROUNDING).all())
     return 0 if within and found.distance <= 1.0 and found.end < ROUNDING else 1
 
@@ -211,7 +211,7 @@ def main() -> int:
     print(f"windows that could not be continued: {broken} of {windows}")
     # By rounding, a plan may be as if it were driven faster by this part, and the jerk by its cube.
     allowed = (1.0 + RELATIVE_ROUNDING) ** np.array((1.0, 2.0, 3.0))
-    within = (differences <= 1.0 + np.array(TOLERANCES)).all() and (uses <= allowed).all()
+    within = are_within(differences) and (uses <= allowed).all()
     return 0 if within and distance <= 1.0 and not unplanned else 1
 
 

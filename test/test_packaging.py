@@ -33,6 +33,7 @@ PIP_NAMES = {"PIL": "pillow", "mpl_toolkits": "matplotlib", "yaml": "pyyaml"}
 WITH_VISER = {"msgspec", "websockets", "zstandard"}
 # There is no rosdep key for these; numba makes things faster where it is found.
 WITHOUT_KEY = {"ruckig", "viser", "numba", "msgspec", "zstandard", "tri_glide_ruckig"}
+WITHOUT_KEY |= {"mcap", "mcap_ros2"}
 
 
 def imported(*folders: str) -> set[str]:

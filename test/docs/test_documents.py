@@ -13,7 +13,8 @@ import yaml
 from documents import PAGES, ROOT, anchors, blocks, commands, prose, text
 from message_filling import filled, interface
 
-from tri_glide_kinematics.nodes.drive import check_on_machine, is_program, load_drivable
+from tri_glide_kinematics.nodes.drive import check_on_machine, load_drivable
+from tri_glide_kinematics.programs import is_program
 from tri_glide_kinematics.ros.parameters import tables as parameters
 
 PACKAGE = "tri_glide_kinematics"

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tri_glide_kinematics.nodes.drive import is_program, load_drivable, main
-from tri_glide_kinematics.programs import ProgramError, ProgramStop, StopKind
+from tri_glide_kinematics.nodes.drive import load_drivable, main
+from tri_glide_kinematics.programs import ProgramError, ProgramStop, StopKind, is_program
 
 CONFIG = Path(__file__).parents[2] / "config"
 SETTINGS = CONFIG / "program_settings.yaml"

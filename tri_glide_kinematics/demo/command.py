@@ -16,7 +16,7 @@ from rclpy.utilities import ok
 
 from tri_glide_kinematics.demo.client import TOLERANCE, DemoClient, Leg, MachineSettings
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.limit_use import TOLERANCES, CommandStream, LimitUse
+from tri_glide_kinematics.motion.limit_use import LIMIT_TOLERANCE, CommandStream, LimitUse
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.motion.trajectory import QUANTITIES, SliderLimits
 from tri_glide_kinematics.ros.starting import (
@@ -111,7 +111,7 @@ def _line(leg: Leg, use: LimitUse, stream: CommandStream, limits: SliderLimits) 
         slider = int(part.parts[:, index].max(axis=0).argmax())
         largest = float(np.abs(derivative[leg.first : leg.end, slider]).max())
         limit = limits.table[index, slider]
-        kept = part.largest[index] <= 1.0 + TOLERANCES[index]
+        kept = part.largest[index] <= 1.0 + LIMIT_TOLERANCE
         line += f" {largest:9.3f} {'<' if kept else '>'} {limit:7.2f}  "
     return line
 

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
+from matplotlib.gridspec import SubplotSpec
 from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import Axes3D, proj3d
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.picture_commands import LIMIT_STYLE, MILLIMETRES
 from tri_glide_kinematics.vectors import FloatArray
+
+# A course with more points is drawn by the lowest and the highest point of so many intervals.
+INTERVALS = 4000
 
 # Places labels beside points of a picture so that they cover neither each other nor a line.
 
@@ -120,6 +124,63 @@ def motion_figure(
     grid = figure.add_gridspec(4, 2, width_ratios=(1.0, 1.25))
     space = figure.add_subplot(grid[:, 0], projection="3d")
     _draw_path(space, path, marks)
+    _draw_courses(figure, [grid[row, 1] for row in range(4)], stream, limits, travel, spans)
+    figure.draw_without_rendering()  # only then all places on the page are known
+    _label(space, path, marks)
+    return figure
+
+
+def file_figure(
+    stream: CommandStream,
+    path: NDArray[np.float64],
+    limits: SliderLimits,
+    travel: tuple[Sequence[float], Sequence[float]],
+    spans: Sequence[Span],
+    title: str,
+) -> Figure:
+    """Draw the motion of a file: the platform from above and from the side, and the sliders.
+
+    Args:
+        stream: the heights with their derivatives.
+        path: positions of the platform, one for each row of the stream. Shape (n, 3) [m].
+        limits: of the sliders; drawn as dashed lines.
+        travel: lowest and highest heights of the three sliders, each of shape (3,) [m].
+        spans: parts of the motion.
+        title: over the platform's path.
+
+    Returns:
+        A figure that has no window; save it with ``savefig``.
+    """
+    figure = Figure(figsize=(13.0, 8.0), layout="constrained")
+    # Two pictures beside each other, whose rows do not line up.
+    left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=(1.0, 1.4))[0]
+    above, side = left.subplots(2, 1)
+    grid = right.add_gridspec(4, 1)
+    moves = np.append(True, np.diff(path, axis=0).any(axis=1))
+    x, y, z = (path[moves] * MILLIMETRES).T
+    for axes, upwards, name in ((above, y, "y"), (side, z, "z")):
+        axes.plot(x, upwards, linewidth=0.9)
+        axes.plot(x[0], upwards[0], "o", color="tab:green", label="start")
+        axes.plot(x[-1], upwards[-1], "s", color="tab:red", markersize=4.0, label="end")
+        axes.set(xlabel="x [mm]", ylabel=f"{name} [mm]")
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.grid(alpha=0.3)
+    above.set_title(f"{title}\nfrom above")
+    side.set_title("from the side")
+    above.legend(loc="best", fontsize=9)
+    _draw_courses(right, [grid[row, 0] for row in range(4)], stream, limits, travel, spans)
+    return figure
+
+
+def _draw_courses(
+    figure: FigureBase,
+    places: Sequence[SubplotSpec],
+    stream: CommandStream,
+    limits: SliderLimits,
+    travel: tuple[Sequence[float], Sequence[float]],
+    spans: Sequence[Span],
+) -> None:
+    """Draw heights and their derivatives over the time, one below the other."""
     courses = (
         ("height [m]", stream.heights, travel),
         ("velocity [m/s]", stream.velocities, _both_signs(limits.velocity)),
@@ -128,10 +189,11 @@ def motion_figure(
     )
     first: Axes | None = None
     for row, (label, values, bounds) in enumerate(courses):
-        axes = figure.add_subplot(grid[row, 1], sharex=first)
+        axes = figure.add_subplot(places[row], sharex=first)
         first = first or axes
         for slider in range(3):
-            axes.plot(stream.times, values[:, slider], linewidth=0.9, label=f"slider {slider + 1}")
+            course = _envelope(stream.times, values[:, slider])
+            axes.plot(*course, linewidth=0.9, label=f"slider {slider + 1}")
         for bound in sorted({*bounds[0], *bounds[1]}):
             axes.axhline(bound, **LIMIT_STYLE)
         for span in spans:
@@ -147,9 +209,24 @@ def motion_figure(
                 axes.text(middle, 0.82, span.name, transform=where, ha="center", fontsize=9)
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.32), ncols=4, frameon=False)
     axes.set_xlabel("time [s]")
-    figure.draw_without_rendering()  # only then all places on the page are known
-    _label(space, path, marks)
-    return figure
+
+
+def _envelope(times: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return fewer points of a course: of each of many intervals the lowest and the highest.
+
+    Args:
+        times: Shape (n,) [s].
+        values: Shape (n,).
+    """
+    size = len(times) // INTERVALS
+    if size < 4:
+        return times, values
+    whole = len(times) // size * size
+    rows = values[:whole].reshape(-1, size)
+    ends = np.sort(np.stack((rows.argmin(axis=1), rows.argmax(axis=1)), axis=1), axis=1)
+    kept = (ends + size * np.arange(len(rows))[:, np.newaxis]).ravel()
+    kept = np.append(kept, np.arange(whole, len(times)))
+    return times[kept], values[kept]
 
 
 def _both_signs(bounds: Sequence[float]) -> tuple[list[float], list[float]]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tri_glide_kinematics.checks import array_of_shape, positive
+from tri_glide_kinematics.checks import array_of_shape, non_negative, positive
 from tri_glide_kinematics.motion.trajectory import QUANTITIES, SliderLimits
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -28,6 +28,9 @@ class CommandStream:
         velocities: Shape (n, 3) [m/s].
         accelerations: Shape (n, 3) [m/s^2].
         jerks: Shape (n, 3) [m/s^3].
+        roundings: by how much velocity, acceleration and jerk may be wrong at most, as the heights
+            are rounded; the jerk the most, as it has them divided by the cube of the period.
+            Shape (n, 3) [m/s, m/s^2, m/s^3].
     """
 
     times: NDArray[np.float64]
@@ -35,9 +38,12 @@ class CommandStream:
     velocities: NDArray[np.float64]
     accelerations: NDArray[np.float64]
     jerks: NDArray[np.float64]
+    roundings: NDArray[np.float64]
 
     @classmethod
-    def from_heights(cls, heights: ArrayLike, period: ArrayLike) -> CommandStream:
+    def from_heights(
+        cls, heights: ArrayLike, period: ArrayLike, resolution: float = 0.0
+    ) -> CommandStream:
         """Differentiate ``heights`` that are a ``period`` apart.
 
         A difference of order k is k! times the divided difference, so whatever the periods are it
@@ -47,12 +53,17 @@ class CommandStream:
             heights: Shape (n, 3) [m].
             period: between two rows; or before each row, where the first is not used: shape (n,)
                 [s].
+            resolution: by how much a height may be wrong, beside the rounding of numbers in double
+                precision: a half of its last digit, where the heights come from a text [m].
 
         Raises:
             WrongShapeError: if ``heights`` or ``period`` has another shape.
-            OutOfBoundsError: if a ``period`` is not positive.
+            OutOfBoundsError: if a ``period`` is not positive, or the ``resolution`` negative.
         """
         rows = array_of_shape("heights", heights, (None, 3))
+        rounding = non_negative("resolution", resolution, "m") + ROUNDING_STEPS * np.spacing(
+            np.abs(rows[np.isfinite(rows)]).max(initial=0.0)
+        )
         count = len(rows)
         if np.ndim(period) == 0:
             periods = np.full(count, positive("period", float(np.asarray(period)), "s"))
@@ -63,6 +74,8 @@ class CommandStream:
                 positive("period", periods[1:].min(), "s")
             times = np.asarray(np.cumsum(periods) - periods[:1], dtype=np.float64)
         derivatives: list[NDArray[np.float64]] = [rows]
+        roundings = np.zeros((count, 3))
+        wrong = np.full(count, rounding)
         spans = np.zeros(count)
         for order in (1, 2, 3):
             # Before row k lie the last ``order`` periods.
@@ -71,7 +84,10 @@ class CommandStream:
             change = np.diff(derivatives[-1][order - 1 :], axis=0)
             derivative[order:] = order * change / spans[:, np.newaxis]
             derivatives.append(derivative)
-        return cls(times, *derivatives)
+            wrong = order * (wrong[1:] + wrong[:-1]) / spans
+            roundings[order:, order - 1] = wrong
+        _, velocities, accelerations, jerks = derivatives
+        return cls(times, rows, velocities, accelerations, jerks, roundings)
 
     def part(self, first: int, end: int) -> CommandStream:
         """Return the rows from ``first`` up to but not including ``end``."""
@@ -82,13 +98,16 @@ class CommandStream:
             self.velocities[rows],
             self.accelerations[rows],
             self.jerks[rows],
+            self.roundings[rows],
         )
 
 
-# Differences of velocity, acceleration and jerk may pass a limit by this part of it. That of the
-# jerk is larger, as the rounding of the heights is divided by the cube of the period.
-TOLERANCES = np.array((1e-6, 1e-6, 1e-3))
-TOLERANCES.setflags(write=False)
+# Heights are as exact as so many steps of numbers in double precision of the size of the largest.
+ROUNDING_STEPS = 4.0
+
+# Differences of velocity, acceleration and jerk may pass a limit by this part of it, beside what
+# the rounding of the heights makes of them.
+LIMIT_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -96,8 +115,9 @@ class LimitUse:
     """Velocity, acceleration and jerk of a stream of commands as parts of their limits.
 
     Attributes:
-        parts: magnitude over limit, by row, quantity and slider; zero where a difference has too
-            few rows before it. Shape (n, 3, 3).
+        parts: magnitude over limit, by row, quantity and slider, without what may come of the
+            rounding of the heights; zero where a difference has too few rows before it.
+            Shape (n, 3, 3).
     """
 
     parts: FloatArray
@@ -135,7 +155,9 @@ class LimitUse:
             steps = np.arange(order, count)[:, np.newaxis] - np.arange(order)
             allowed = table[steps, order - 1].max(axis=1)
             judged = ~anew[steps].any(axis=1)[:, np.newaxis]
-            parts[order:, order - 1] = np.where(judged, np.abs(derivative[order:]) / allowed, 0.0)
+            sure = np.abs(derivative[order:]) - stream.roundings[order:, order - 1, np.newaxis]
+            use = np.maximum(sure, 0.0) / allowed
+            parts[order:, order - 1] = np.where(judged, use, 0.0)
         return cls(parts)
 
     def part(self, first: int, end: int) -> LimitUse:
@@ -161,7 +183,7 @@ class LimitUse:
         texts = []
         for index, (quantity, _) in enumerate(QUANTITIES):
             parts = self.parts[:, index]
-            if not (parts <= 1.0 + TOLERANCES[index]).all():
+            if not (parts <= 1.0 + LIMIT_TOLERANCE).all():
                 # A number that is not finite counts as the largest.
                 row, slider = np.unravel_index(int(parts.argmax()), parts.shape)
                 texts.append(
@@ -173,4 +195,4 @@ class LimitUse:
 
 def are_within(largest: ArrayLike) -> bool:
     """Return whether largest parts of velocity, acceleration and jerk (shape (3,)) keep limits."""
-    return bool((np.asarray(largest) <= 1.0 + TOLERANCES).all())
+    return bool((np.asarray(largest) <= 1.0 + LIMIT_TOLERANCE).all())

@@ -1,6 +1,7 @@
-"""The command ``drive``: a program in G-code, or a file of moves, paths and waits, is driven.
+"""The command ``drive``: a program in G-code, points, or a file of steps in YAML, is driven.
 
-A program is a file that ends in .gcode, .nc, .ngc or .tap; all others are files of steps in YAML.
+A program is a file that ends in .gcode, .nc, .ngc or .tap; a table of points ends in .csv; all
+others are files of moves, paths and waits in YAML.
 Nothing moves before all of a file is understood and, of a program, proved inside the workspace.
 
 Ctrl-C lets the platform come to rest, on its path if it follows one; once more ends the command at
@@ -31,10 +32,12 @@ from rclpy.utilities import remove_ros_args
 from tri_glide_interfaces.action import FollowPath
 from tri_glide_interfaces.msg import Output as OutputMessage
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.keys import UNITS
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.picture_commands import find_file
 from tri_glide_kinematics.programs import (
     NOT_DRIVEN,
+    PROGRAM_ENDINGS,
     DriveFile,
     Dwell,
     MoveStep,
@@ -53,6 +56,7 @@ from tri_glide_kinematics.programs import (
     WaitStep,
     check_program,
     in_millimetres,
+    is_program,
     is_whole,
     line_of,
     load_drive,
@@ -73,9 +77,6 @@ from tri_glide_kinematics.ros.parameters import (
 from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
-
-# How the names of programs in G-code end.
-PROGRAM_ENDINGS = (".gcode", ".nc", ".ngc", ".tap")
 
 # Files in config/ that are taken where none is named.
 PARAMETERS = Path("tri_glide.yaml")
@@ -319,25 +320,23 @@ def _vector(point: Point) -> Vector3:
     return point.x, point.y, point.z
 
 
-def is_program(file: Path) -> bool:
-    """Return whether a file is a program in G-code, by the end of its name."""
-    return file.suffix.lower() in PROGRAM_ENDINGS
-
-
-def load_drivable(file: Path, settings_file: Path, optional_stops: bool = False) -> Program:
-    """Read a program that can be driven as a whole.
+def load_drivable(
+    file: Path, settings_file: Path, optional_stops: bool = False, unit: str | None = None
+) -> Program:
+    """Read a program, or points, that can be driven as a whole.
 
     Args:
         file: with the program.
         settings_file: with what it does not say.
         optional_stops: whether M1 stops, whatever the settings say.
+        unit: of points that name none; see ``load_points``.
 
     Raises:
         SettingsError: if the settings cannot be read.
         ProgramError: if something in it is not understood, or an output changes on the way.
     """
     settings = replace(load_settings(settings_file), optional_stop=optional_stops)
-    program = load_program(file, settings)
+    program = load_program(file, settings, unit)
     for step in program.steps:
         if isinstance(step, PathRun) and step.outputs:
             first = step.outputs[0]
@@ -437,12 +436,16 @@ def main() -> int:
     parser.add_argument(
         "--optional-stops", action="store_true", help="M1 waits for Enter, as M0 and M6 do"
     )
+    parser.add_argument(
+        "--unit", choices=tuple(UNITS), help="of points whose columns name none in their heads"
+    )
     arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
     of_programs = arguments.settings or arguments.parameters or arguments.optional_stops
+    of_programs = of_programs or arguments.unit
     if of_programs and not is_program(arguments.file):
         parser.error(
-            "--settings, --parameters and --optional-stops are for programs: their names end in "
-            + ", ".join(PROGRAM_ENDINGS)
+            "--settings, --parameters, --optional-stops and --unit are for programs and points: "
+            "their names end in " + ", ".join(PROGRAM_ENDINGS)
         )
     if arguments.parameters and not arguments.check:
         parser.error("--parameters is for --check: what is driven has the parameters of ik_node")
@@ -452,7 +455,7 @@ def main() -> int:
         if is_program(file):
             settings = find_file(arguments.settings or SETTINGS)
             print(f"drive: {file} with the settings of {settings}", flush=True)
-            work = load_drivable(file, settings, arguments.optional_stops)
+            work = load_drivable(file, settings, arguments.optional_stops, arguments.unit)
         else:
             work = load_drive(file)
         if not arguments.check:

@@ -21,8 +21,12 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.drive_files import line_of as line_of
     from tri_glide_kinematics.programs.drive_files import load_drive as load_drive
     from tri_glide_kinematics.programs.drive_files import table as table
-    from tri_glide_kinematics.programs.gcode import load_program as load_program
     from tri_glide_kinematics.programs.gcode import read_program as read_program
+    from tri_glide_kinematics.programs.loading import PROGRAM_ENDINGS as PROGRAM_ENDINGS
+    from tri_glide_kinematics.programs.loading import is_program as is_program
+    from tri_glide_kinematics.programs.loading import load_program as load_program
+    from tri_glide_kinematics.programs.loading import load_work as load_work
+    from tri_glide_kinematics.programs.points import load_points as load_points
     from tri_glide_kinematics.programs.program import Dwell as Dwell
     from tri_glide_kinematics.programs.program import Output as Output
     from tri_glide_kinematics.programs.program import PathRun as PathRun
@@ -35,6 +39,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.settings import ProgramSettings as ProgramSettings
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError
     from tri_glide_kinematics.programs.settings import load_settings as load_settings
+    from tri_glide_kinematics.programs.timing import NoMotionError as NoMotionError
+    from tri_glide_kinematics.programs.timing import TimedSteps as TimedSteps
+    from tri_glide_kinematics.programs.timing import time_steps as time_steps
     from tri_glide_kinematics.programs.words import ProgramError as ProgramError
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -45,7 +45,7 @@ def check_program(program: Program, workspace: Workspace, limits: SliderLimits) 
             try:
                 duration, way = at_once(_timed(step, workspace, limits))
             except KinematicsError as error:
-                raise _at_its_line(program, step, error) from error
+                raise at_its_line(program, step, error) from error
             durations.append(duration)
             length += way
         else:
@@ -64,7 +64,7 @@ def _timed(
     return duration, heights.driven.arc_length.total
 
 
-def _at_its_line(program: Program, run: PathRun, error: KinematicsError) -> ProgramError:
+def at_its_line(program: Program, run: PathRun, error: KinematicsError) -> ProgramError:
     """Return an ``error`` about a path as one about a line of the program."""
     segment = 0
     if isinstance(error, (PathPlaceError, PathTimingError, SegmentError)):

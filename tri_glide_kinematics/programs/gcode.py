@@ -128,19 +128,6 @@ def _straight(letters: str) -> _Straight | None:
     return _Straight(*(letters.find(letter) for letter in "GXYZF"))
 
 
-def load_program(file: str | Path, settings: ProgramSettings | None = None) -> Program:
-    """Read a program in G-code and find out what it means.
-
-    Raises:
-        ProgramError: if it cannot be read, or something in it is not understood.
-    """
-    try:
-        data = Path(file).read_bytes()
-    except OSError as error:
-        raise ProgramError(file, 0, 0, "", f"cannot be read: {error}") from error
-    return read_program(data, settings, file)
-
-
 def read_program(
     text: str | bytes, settings: ProgramSettings | None = None, file: str | Path = "program"
 ) -> Program:

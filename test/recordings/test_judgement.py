@@ -1,0 +1,300 @@
+"""Recordings with something wrong are accused of it, and those of the engine of nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from motion_machine import MACHINE, WORKSPACE
+from recorded_motions import DRIVES, LIMITS, jogs, moves, paths, record, stamps_of, upright
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion import MotionKind
+from tri_glide_kinematics.recordings import Kind, Recording, WrongPeriodError, judge
+from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
+
+RATES = (500.0, 1000.0)
+TALL = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
+
+
+def kinds_of(judgement) -> set[Kind]:
+    return {each.kind for each in judgement.violations}
+
+
+def judged(recording, rate=1000.0, workspace=WORKSPACE, limits=LIMITS, **options):
+    return judge(recording, workspace, limits, 1.0 / rate, **options)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("is_shaped", [False, True])
+@pytest.mark.parametrize("drive", DRIVES, ids=lambda drive: drive.__name__)
+def test_what_the_engine_puts_out_is_accused_of_nothing(drive, is_shaped, seed):
+    rate = RATES[seed % 2]
+    kind = MotionKind.LINEAR if seed % 3 else MotionKind.SLIDER
+    recording = record(drive, seed, 1.0 / rate, kind=kind, is_shaped=is_shaped)
+    found = judged(recording, rate)
+    assert found.violations == ()
+    assert found.beginnings == 1
+    assert found.rows == len(recording.stamps)
+    assert np.ptp(recording.heights) > 1e-3
+    # Without velocities, too.
+    assert judged(replace(recording, velocities=None), rate).violations == ()
+
+
+def moving_row(recording, share: float) -> int:
+    """Return a row in motion, at a share of them."""
+    moving = np.flatnonzero((np.abs(recording.velocities) > 0.02).all(axis=1))
+    moving = moving[(moving > 3) & (moving < len(recording.stamps) - 60)]
+    return int(moving[int(share * (len(moving) - 1))])
+
+
+def without(recording, rows) -> Recording:
+    kept = np.setdiff1d(np.arange(len(recording.stamps)), rows)
+    return replace(
+        recording,
+        stamps=recording.stamps[kept],
+        heights=recording.heights[kept],
+        velocities=recording.velocities[kept],
+    )
+
+
+def changed(recording, name, row, value) -> Recording:
+    numbers = getattr(recording, name).copy()
+    numbers[row] = value
+    return replace(recording, **{name: numbers})
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("factor", [1.00001, 1.001, 1.5])
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_limit_that_is_passed_by_little_is_found(order, factor, rate):
+    recording = record(upright, 0, 1.0 / rate)
+    lower = LIMITS.times(*(1.0 / factor if order == index else 1.0 for index in range(3)))
+    found = judged(recording, rate, limits=lower)
+    kind = (Kind.VELOCITY, Kind.ACCELERATION, Kind.JERK)[order]
+    # With the jerk limit, the bound between heights and velocities is lower, too.
+    assert kinds_of(found) - {Kind.PUBLISHED_VELOCITY} == {kind}
+    (each,) = (one for one in found.violations if one.kind is kind)
+    assert each.value == pytest.approx(factor, rel=1e-5)
+    assert each.bound == 1.0
+    assert each.first <= each.time
+    assert f"{lower.table[order, 1]:.4g}"[:4] in each.text
+    assert "slider 2" in each.text
+
+
+@pytest.mark.parametrize("count", [1, 2, 40])
+@pytest.mark.parametrize("rate", RATES)
+def test_setpoints_that_are_missing_are_a_gap_and_nothing_else(rate, count):
+    recording = record(moves, 1, 1.0 / rate)
+    row = moving_row(recording, 0.4)
+    found = judged(without(recording, np.arange(row, row + count)), rate)
+    assert kinds_of(found) == {Kind.GAP}
+    (gap,) = found.violations
+    assert gap.time == pytest.approx(recording.stamps[row + count], abs=1e-9)
+    assert gap.value == pytest.approx((count + 1) / rate, abs=8e-4)
+    assert gap.rows == 1
+
+
+@pytest.mark.parametrize("periods", [2, 3, 20])
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_setpoints_that_stop_for_a_while_are_a_gap(periods, share):
+    """The heights go on where they were: so nothing but the gap is wrong, in motion or at rest."""
+    recording = record(upright, 0, 1e-3)
+    row = moving_row(recording, share) if share else 2600
+    late = recording.stamps + periods * 1e-3 * (np.arange(len(recording.stamps)) >= row)
+    found = judged(replace(recording, stamps=late))
+    assert kinds_of(found) == {Kind.GAP}
+    assert "without a setpoint, at most 2.500 ms" in found.violations[0].text
+    assert judged(replace(recording, stamps=late), longest_gap=0.03).violations == ()
+
+
+@pytest.mark.parametrize("back", [0.0, 1e-6, 1e-3, 5.0])
+def test_a_stamp_that_is_not_after_the_one_before_is_found(back):
+    recording = record(jogs, 3, 1e-3)
+    row = len(recording.stamps) // 3
+    found = judged(changed(recording, "stamps", row, recording.stamps[row - 1] - back))
+    assert kinds_of(found) == {Kind.ORDER}
+    assert found.violations[0].rows == 1
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("name", ["stamps", "heights", "velocities"])
+def test_what_is_no_number_is_found_and_what_follows_is_judged(name, number):
+    recording = record(moves, 4, 2e-3)
+    row = moving_row(recording, 0.3)
+    place = row if name == "stamps" else (row, 1)
+    broken = changed(recording, name, place, number)
+    found = judged(broken, 500.0)
+    assert kinds_of(found) == {Kind.NOT_FINITE}
+    assert found.violations[0].rows == 1
+    assert found.violations[0].time == pytest.approx(recording.stamps[row], abs=3e-3)
+    jump = changed(broken, "heights", slice(row + 30, None), broken.heights[row + 30 :] + 1e-3)
+    assert {Kind.NOT_FINITE, Kind.VELOCITY} <= kinds_of(judged(jump, 500.0))
+
+
+def test_a_jump_of_a_micrometre_is_found():
+    recording = record(paths, 5, 1e-3, kind=MotionKind.LINEAR)
+    row = moving_row(recording, 0.5)
+    higher = recording.heights[row] + 1e-6
+    found = judged(changed(recording, "heights", row, higher))
+    assert Kind.JERK in kinds_of(found)
+    assert found.violations[-1].rows <= 4
+
+
+def test_setpoints_that_were_exchanged_are_found():
+    recording = record(moves, 6, 1e-3)
+    row = moving_row(recording, 0.5)
+    order = np.arange(len(recording.stamps))
+    order[[row, row + 1]] = order[[row + 1, row]]
+    heights, velocities = recording.heights[order], recording.velocities[order]
+    found = judged(replace(recording, heights=heights, velocities=velocities))
+    assert {Kind.PUBLISHED_VELOCITY, Kind.JERK} <= kinds_of(found)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda rates: -rates,
+        lambda rates: 1.001 * rates,
+        lambda rates: np.roll(rates, 1, axis=0),
+        lambda rates: np.zeros_like(rates),
+        lambda rates: rates[:, ::-1],
+    ],
+)
+def test_published_velocities_that_are_not_those_of_the_heights_are_found(wrong):
+    recording = record(moves, 7, 1e-3)
+    velocities = wrong(recording.velocities)
+    found = judged(replace(recording, velocities=velocities))
+    assert Kind.PUBLISHED_VELOCITY in kinds_of(found)
+    assert kinds_of(found) == {Kind.PUBLISHED_VELOCITY}
+
+
+def peaks(recording):
+    """Return lowest and highest heights, and the positions of the platform."""
+    positions = MACHINE.forward_batch(recording.heights)
+    return recording.heights.min(axis=0), recording.heights.max(axis=0), positions
+
+
+@pytest.mark.parametrize("passed", [1e-7, 1e-3])
+@pytest.mark.parametrize("end", ["lower", "upper"])
+def test_travel_is_found_when_it_is_passed_by_a_tenth_of_a_micrometre(end, passed):
+    recording = record(moves, 8, 1e-3)
+    lowest, highest, _ = peaks(recording)
+    lower = tuple(lowest + passed) if end == "lower" else TALL.lower_heights
+    upper = tuple(highest - passed) if end == "upper" else TALL.upper_heights
+    limits = replace(TALL, lower_heights=lower, upper_heights=upper)
+    found = judged(recording, workspace=Workspace(MACHINE, limits))
+    assert kinds_of(found) == {Kind.TRAVEL}
+    assert found.violations[0].value == pytest.approx(passed, rel=1e-3)
+    assert f"{end} end of slider travel" in found.violations[0].text
+
+
+@pytest.mark.parametrize("shape", ["box", "cylinder", "reach", "condition"])
+def test_a_place_outside_the_workspace_is_found(shape):
+    recording = record(moves, 9, 1e-3)
+    _, _, positions = peaks(recording)
+    passed = 1e-4
+    if shape == "box":
+        limits, kind = replace(TALL, box_upper=tuple(positions.max(axis=0) - passed)), Kind.PLACE
+    elif shape == "cylinder":
+        radius = float(np.hypot(*positions[:, :2].T).max())
+        limits = replace(TALL, cylinder=Cylinder(0.0, 0.0, radius - passed, 0.0, 1.0))
+        kind = Kind.PLACE
+    elif shape == "reach":
+        across = np.array(MACHINE.geometry.anchors) - positions[:, np.newaxis, :2]
+        reach = np.linalg.norm(across, axis=-1).max()
+        margin = min(MACHINE.geometry.arm_lengths) - reach + passed
+        limits, kind = replace(TALL, reach_margin=float(margin)), Kind.REACH
+    else:
+        largest = MACHINE.condition_number_batch(positions).max()
+        limits, kind = replace(TALL, max_condition_number=float(0.99 * largest)), Kind.CONDITION
+    found = judged(recording, workspace=Workspace(MACHINE, limits))
+    assert kinds_of(found) == {kind}
+    assert "outside the workspace at" in found.violations[0].text
+
+
+def test_heights_without_a_pose_are_outside():
+    recording = record(moves, 9, 1e-3)
+    heights = recording.heights.copy()
+    heights[500] = (0.3, 1.5, 0.3)
+    assert Kind.REACH in kinds_of(judged(replace(recording, heights=heights)))
+
+
+def two_stretches(rest_seconds: float):
+    """A machine that was disabled, moved by hand, and enabled again."""
+    first, second = record(upright, 0, 1e-3), record(moves, 1, 1e-3)
+    waits = 20
+    begin = first.stamps[-1] + rest_seconds
+    stamps = (first.stamps, begin + 1e-3 * np.arange(waits), begin + 1e-3 * waits + second.stamps)
+    heights = np.vstack((np.tile(second.heights[0], (waits, 1)), second.heights))
+    moved = np.array((0.01, -0.02, 0.01))
+    return Recording(
+        np.concatenate(stamps),
+        np.vstack((first.heights, heights + moved)),
+        np.vstack((first.velocities, np.zeros((waits, 3)), second.velocities)),
+    )
+
+
+@pytest.mark.parametrize("has_velocities", [False, True])
+def test_a_pause_at_rest_is_a_gap_unless_there_may_be_some(has_velocities):
+    recording = two_stretches(2.0)
+    if not has_velocities:
+        recording = replace(recording, velocities=None)
+    assert kinds_of(judged(recording)) == {Kind.GAP}
+    found = judged(recording, may_pause=True)
+    assert found.violations == ()
+    assert found.beginnings == 2
+    assert found.longest_gap < 2.5e-3
+
+
+def test_a_pause_in_motion_is_a_gap_in_any_case():
+    recording = record(moves, 1, 1e-3)
+    row = moving_row(recording, 0.4)
+    cut = without(recording, np.arange(row, row + 50))
+    assert kinds_of(judged(cut, may_pause=True)) == {Kind.GAP}
+
+
+def test_heights_of_drives_are_judged_as_true_ones():
+    recording = record(moves, 2, 1e-3)
+    offsets = (0.05, -0.02, 0.01)
+    told = replace(recording, heights=recording.heights - offsets)
+    assert judged(told, height_offsets=offsets).violations == ()
+
+
+def test_few_digits_are_no_violation_and_hide_no_large_one():
+    """Micrometres in a table make a jerk of 4000 m/s^3 at 1 kHz of nothing."""
+    recording = record(upright, 0, 1e-3)
+    rounded = replace(recording, heights=np.round(recording.heights, 6), velocities=None)
+    assert Kind.JERK in kinds_of(judged(rounded))
+    known = replace(rounded, resolution=5e-7)
+    assert judged(known).violations == ()
+    lower = LIMITS.times(1.0 / 1.01, 1.0, 1.0)
+    assert kinds_of(judged(known, limits=lower)) == {Kind.VELOCITY}
+
+
+def test_another_rate_is_told():
+    recording = record(moves, 2, 1e-3)
+    with pytest.raises(WrongPeriodError, match=r"1\.00\d ms apart, and the rate is 500 Hz") as told:
+        judged(recording, 500.0)
+    assert told.value.period == 2e-3
+
+
+def test_large_recordings_are_judged_in_blocks(monkeypatch):
+    recording = record(moves, 1, 1e-3)
+    row = moving_row(recording, 0.4)
+    heights = recording.heights.copy()
+    heights[row:] += 1e-5
+    broken = replace(recording, heights=heights)
+    whole = judged(broken)
+    monkeypatch.setattr("tri_glide_kinematics.recordings.judgement.BLOCK", row - 1)
+    assert judged(broken) == whole
+
+
+def test_bad_input_is_refused():
+    recording = record(moves, 1, 2e-3)
+    with pytest.raises(KinematicsError, match="1 setpoints, at least 2"):
+        judged(without(recording, np.arange(1, len(recording.stamps))), 500.0)
+    with pytest.raises(KinematicsError, match="longest_gap"):
+        judged(recording, 500.0, longest_gap=-1.0)
+    assert (np.diff(stamps_of(1000, 1e-3, np.random.default_rng(0))) > 0.0).all()

@@ -1,0 +1,130 @@
+"""The command ``judge``: whether recorded setpoints of the sliders keep all limits; without ROS."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from tri_glide_kinematics.picture_commands import find_file
+
+# File in config/ that is taken where none is named.
+PARAMETERS = Path("tri_glide.yaml")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Judge a recording from the command line.
+
+    Args:
+        arguments: of the command; None for those of the process.
+
+    Returns:
+        Exit code: 0 if all is kept, 1 if something is not, 2 if that cannot be found out.
+    """
+    options = _parser().parse_args(arguments)
+    handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        return _judge(options)
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
+def _judge(options: argparse.Namespace) -> int:
+    # Threads of the linear algebra library would only wait for each other.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from tri_glide_kinematics.errors import KinematicsError
+    from tri_glide_kinematics.motion.trajectory import QUANTITIES
+    from tri_glide_kinematics.recordings import judge, load_recording
+    from tri_glide_kinematics.ros.parameters import (
+        IK_NODE,
+        file_values,
+        limits_of,
+        machine_of,
+        workspace_limits_of,
+    )
+    from tri_glide_kinematics.workspace import Workspace
+
+    try:
+        parameters = find_file(options.parameters)
+        values = file_values(str(parameters), options.node, IK_NODE)
+        recording = load_recording(options.file, values["joint_names"], options.topic)
+        judgement = judge(
+            recording,
+            Workspace(machine_of(values), workspace_limits_of(values)),
+            limits_of(values).with_velocity_scaled(values["speed_scale"]),
+            1.0 / (options.rate or values["rate"]),
+            longest_gap=options.gap,
+            may_pause=options.pauses,
+            height_offsets=values["height_offsets"],
+        )
+    except KinematicsError as error:
+        print(f"judge: error: {error}", file=sys.stderr)
+        return 2
+    stretches = f", {judgement.beginnings} stretches" if judgement.beginnings > 1 else ""
+    print(
+        f"{options.file} with {parameters}: {judgement.rows} setpoints{stretches}, "
+        f"{judgement.duration:.3f} s, longest gap {1e3 * judgement.longest_gap:.3f} ms"
+    )
+    for (quantity, _), part in zip(QUANTITIES, judgement.largest):
+        print(f"  largest {quantity:12} {part:.6f} of its limit")
+    for each in judgement.violations:
+        times = "once" if each.rows == 1 else f"{each.rows} times, first at {each.first:.6f} s"
+        print(f"{each.kind.value}: at {each.time:.6f} s: {each.text} ({times})")
+    print("some limits are not kept" if judgement.violations else "all limits are kept")
+    return 1 if judgement.violations else 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="judge",
+        description="Tell whether recorded setpoints of the sliders keep velocity, acceleration, "
+        "jerk, travel and workspace, and whether some are missing. It needs no ROS.",
+        epilog="Exit code: 0 if all is kept, 1 if something is not, 2 if that cannot be found out.",
+    )
+    parser.add_argument(
+        "file",
+        type=Path,
+        help="folder of ros2 bag record with MCAP files, MCAP file, or table (.csv) as draw_motion "
+        "writes it",
+    )
+    parser.add_argument(
+        "--parameters",
+        type=Path,
+        default=PARAMETERS,
+        metavar="FILE",
+        help=f"parameters of the machine (default: {PARAMETERS})",
+    )
+    parser.add_argument(
+        "--node",
+        default="/ik_node",
+        metavar="NAME",
+        help="full name of the node whose parameters they are (default: /ik_node)",
+    )
+    parser.add_argument(
+        "--rate", type=float, metavar="HZ", help="of the setpoints (default: the parameter rate)"
+    )
+    parser.add_argument(
+        "--topic",
+        default="joint_commands",
+        metavar="NAME",
+        help="of the messages, in any namespace (default: joint_commands)",
+    )
+    parser.add_argument(
+        "--gap",
+        type=float,
+        metavar="SECONDS",
+        help="longest time that there may be between two setpoints (default: 2.5 periods)",
+    )
+    parser.add_argument(
+        "--pauses",
+        action="store_true",
+        help="setpoints may end at rest and begin anew, maybe elsewhere: the machine was disabled",
+    )
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

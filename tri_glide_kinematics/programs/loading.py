@@ -1,0 +1,54 @@
+"""Files by the ends of their names: G-code, points, or steps in YAML."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tri_glide_kinematics.programs.drive_files import DriveFile, load_drive
+from tri_glide_kinematics.programs.gcode import read_program
+from tri_glide_kinematics.programs.points import load_points
+from tri_glide_kinematics.programs.program import Program
+from tri_glide_kinematics.programs.settings import ProgramSettings
+from tri_glide_kinematics.programs.words import ProgramError
+
+# How the names of tables of points end, and those of all that becomes a ``Program``.
+POINTS_ENDING = ".csv"
+PROGRAM_ENDINGS = (".gcode", ".nc", ".ngc", ".tap", POINTS_ENDING)
+
+
+def is_program(file: Path) -> bool:
+    """Return whether a file is G-code or a table of points, by the end of its name."""
+    return file.suffix.lower() in PROGRAM_ENDINGS
+
+
+def load_program(
+    file: str | Path, settings: ProgramSettings | None = None, unit: str | None = None
+) -> Program:
+    """Read points, or a program in G-code, and find out what it means.
+
+    Args:
+        file: of points, if its name ends in .csv.
+        settings: what it does not say.
+        unit: of points that name none; see ``load_points``.
+
+    Raises:
+        ProgramError: if it cannot be read, or something in it is not understood.
+    """
+    if Path(file).suffix.lower() == POINTS_ENDING:
+        return load_points(file, settings, unit)
+    try:
+        data = Path(file).read_bytes()
+    except OSError as error:
+        raise ProgramError(file, 0, 0, "", f"cannot be read: {error}") from error
+    return read_program(data, settings, file)
+
+
+def load_work(
+    file: Path, settings: ProgramSettings | None = None, unit: str | None = None
+) -> Program | DriveFile:
+    """Read a program, points or a drive file; the arguments are those of ``load_program``.
+
+    Raises:
+        FileError: if it cannot be read, or something in it has no meaning.
+    """
+    return load_program(file, settings, unit) if is_program(file) else load_drive(file)
