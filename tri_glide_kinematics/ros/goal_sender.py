@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from array import array
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,9 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 
 from tri_glide_interfaces.action import FollowPath, MoveTo
+from tri_glide_interfaces.msg import Output as OutputMessage
 from tri_glide_kinematics.motion.path import FlatPath
+from tri_glide_kinematics.programs import Output
 from tri_glide_kinematics.ros.cdr import read_kinds_within_bytes
 from tri_glide_kinematics.vectors import Vector3
 
@@ -94,12 +98,19 @@ class GoalSender:
         point.x, point.y, point.z = position
         return SentGoal(self._move_to, goal)
 
-    def follow(self, path: FlatPath, frame: str = "") -> SentGoal:
-        """Go along a ``path`` from where the platform is."""
+    def follow(self, path: FlatPath, frame: str = "", outputs: Sequence[Output] = ()) -> SentGoal:
+        """Go along a ``path`` from where the platform is; ``outputs`` change at its joints."""
         goal = FollowPath.Goal()
         goal.header.frame_id = frame
-        goal.kinds = path.kinds
-        goal.numbers = path.numbers.tolist()
-        goal.tolerances = path.tolerances.tolist()
-        goal.speeds = np.where(np.isfinite(path.speeds), path.speeds, 0.0).tolist()
+        goal.kinds = array("B", path.kinds.tobytes())
+        goal.numbers = array("d", path.numbers.tobytes())
+        goal.tolerances = array("d", path.tolerances.tobytes())
+        goal.speeds = array("d", np.where(np.isfinite(path.speeds), path.speeds, 0.0).tobytes())
+        goal.output_segments = [output.joint for output in outputs]
+        goal.outputs = [output_message(output) for output in outputs]
         return SentGoal(self._follow_path, goal)
+
+
+def output_message(output: Output) -> OutputMessage:
+    """Return the message of an ``output`` that changes."""
+    return OutputMessage(name=output.name, number=output.number, value=float(output.value))
