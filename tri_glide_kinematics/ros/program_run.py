@@ -62,8 +62,8 @@ SWITCHED_OFF = ("spindle", "flood", "mist")
 # In these states the machine rests when its speed is 0, and nobody else has it move.
 RESTING = (MachineState.IDLE, MachineState.FAULT, MachineState.DISABLED, MachineState.WAITING)
 
-# How a goal ends that somebody else has ended, while the platform still moves.
-ENDED_IN_MOTION = (GoalCode.STOPPED, GoalCode.FAULT, GoalCode.DISABLED)
+# Whoever ends a goal like this moves the platform, or nobody tells whether it moves.
+NOT_OURS = (GoalCode.SUPERSEDED, GoalCode.SHUTDOWN)
 
 
 class ProgramLink:
@@ -145,6 +145,8 @@ class ProgramRun:
         self._place: Vector3 | None = None
         # Whether the platform may be elsewhere than where the program has left it.
         self._is_elsewhere = True
+        # Whether it is of no use to wait until the platform rests.
+        self._is_out_of_hand = False
         self._kept_at = -math.inf
         self._kept_last: KeptLine | None = None
         self._course = self._run()
@@ -332,8 +334,9 @@ class ProgramRun:
                 give_up = now + REST_TIMEOUT
             heard = now if self._link.goals.is_ready else heard
             if now - heard > SILENCE or now > give_up:
-                lost = now - heard > SILENCE
-                text = "ik_node is gone" if lost else "the platform may still move"
+                self._is_out_of_hand = True
+                is_gone = now - heard > SILENCE
+                text = "ik_node is gone" if is_gone else "the platform may still move"
                 self.reports.append(StepReport(step, "lost", time=now - begin, text=text))
                 break
             if goal.feedback is not None:
@@ -377,6 +380,7 @@ class ProgramRun:
                     text = f"at line {self.line}: {text}"
         elif before is not None:
             length = math.dist(before, self._place)
+        self._is_out_of_hand = result.code in NOT_OURS
         name = GoalCode(result.code).name.lower().replace("_", " ")
         return StepReport(step, name, goal.has_succeeded, taken, length, deviation, text)
 
@@ -399,8 +403,7 @@ class ProgramRun:
     def _rests(self) -> bool:
         """Whether the platform rests, or somebody else moves it, as far as is known."""
         machine = self._link.machine
-        result = next((each.result for each in reversed(self.reports) if each.time), "")
-        if machine is None or result in ("superseded", "lost", "shutdown"):
+        if machine is None or self._is_out_of_hand:
             return True
         return machine.state in RESTING and not machine.speed > 0.0
 
