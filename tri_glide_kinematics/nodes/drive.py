@@ -148,7 +148,8 @@ class _Terminal:
         is_asked = False
         while run.state is not RunState.ENDED and len(came) < 2:
             run.look()
-            if came:
+            if came and run.state in (RunState.RUNNING, RunState.WAITING):
+                self.say("interrupted: the platform comes to rest")
                 run.stop("interrupted")
             if run.state is RunState.WAITING:
                 is_asked = is_asked or self._ask(run)

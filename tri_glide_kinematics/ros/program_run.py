@@ -182,10 +182,11 @@ class ProgramRun:
         is_good = not self.reports
         while is_good and self._stopped_why is None and self._rest:
             piece = self._take()
+            name = self._name_of(piece)
             yield from self._do(piece)
             is_good = self.reports[-1].is_good
             if not is_good and self.reports[-1].text:
-                self._say(f"{self._name_of(piece)}: {self.reports[-1].text}")
+                self._say(f"{name}: {self.reports[-1].text}")
             is_next = self._rest and line_of(self._rest[0]) > line_of(piece)
             if is_good and self.single_block and is_next and not isinstance(piece, ProgramStop):
                 self.line = line_of(self._rest[0])
