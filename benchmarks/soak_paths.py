@@ -33,7 +33,12 @@ from testing.program_writer import written_program
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import Trajectory, time_path
-from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse, are_within
+from tri_glide_kinematics.motion.limit_use import (
+    LIMIT_TOLERANCE,
+    CommandStream,
+    LimitUse,
+    are_within,
+)
 from tri_glide_kinematics.motion.path import PathPlaceError, PlatformPath, check_place
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import RELATIVE_ROUNDING, MotionError, ShapedTrajectory
@@ -162,7 +167,7 @@ def soak_programs(count: int, seed: int) -> int:
     print(f"outputs are told {found.farthest} cycles beside their place at most")
     print(f"largest distance from the path as programmed {found.distance:.6f} of the tolerance")
     print(f"largest velocity, acceleration, jerk by differences {found.use:.6f} of the limits")
-    within = found.use <= 1.0 + min(TOLERANCES) and found.distance <= 1.0
+    within = found.use <= 1.0 + LIMIT_TOLERANCE and found.distance <= 1.0
     return 0 if within and not found.missing and found.farthest <= 1 else 1
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tri_glide_kinematics.nodes.drive import load_drivable, main
-from tri_glide_kinematics.programs import ProgramError, ProgramStop, StopKind, is_program
+from tri_glide_kinematics.nodes.drive import main
+from tri_glide_kinematics.programs import is_program
 
 CONFIG = Path(__file__).parents[2] / "config"
 SETTINGS = CONFIG / "program_settings.yaml"
@@ -41,27 +41,6 @@ def test_all_other_files_are_files_of_steps(name):
     assert not is_program(Path("folder.gcode", name))
 
 
-def test_an_output_on_a_path_is_refused_with_its_line(tmp_path):
-    file = tmp_path / "part.nc"
-    file.write_text("G0 X0 Y0 Z20\nM3 S100\nG1 X10 F600\nM2\n")
-    with pytest.raises(ProgramError, match=r"line 2.*spindle.*at rest only.*G4 P0") as caught:
-        load_drivable(file, SETTINGS)
-    assert caught.value.line == 2
-    # The advice helps; M2 switches the spindle off.
-    file.write_text("G0 X0 Y0 Z20\nG4 P0\nM3 S100\nG1 X10 F600\nM2\n")
-    assert len(load_drivable(file, SETTINGS).steps) == 6
-
-
-@pytest.mark.parametrize("optional_stops", [False, True])
-def test_m1_stops_only_if_that_is_wanted(tmp_path, optional_stops):
-    file = tmp_path / "part.nc"
-    file.write_text("G0 X1\nM1\nX0\nM0\nX1\nM2\n")
-    program = load_drivable(file, SETTINGS, optional_stops)
-    stops = [step.kind for step in program.steps if isinstance(step, ProgramStop)]
-    optional = [StopKind.OPTIONAL] if optional_stops else []
-    assert stops == [*optional, StopKind.PAUSE, StopKind.END]
-
-
 def test_check_tells_lines_duration_length_and_what_is_not_done(command):
     text = "G21 G90\nG0 X0 Y0 Z50\nG1 X30 F600 E1\nG4 P2\nX0\nM2\n"
     code, written = command(text)
@@ -89,12 +68,28 @@ def test_check_takes_the_machine_of_the_parameters(command, tmp_path):
     assert "part.gcode: line " in written.err
 
 
+def test_check_takes_the_shaper_of_the_parameters(command, tmp_path):
+    shaped = tmp_path / "shaped.yaml"
+    shaped.write_text(
+        "/**:\n  ros__parameters:\n    shaper: zv\n    mode_frequencies: [20.0]\n"
+        "    mode_dampings: [0.05]\n"
+    )
+    code, written = command("G0 X20\nY20\nM2\n", parameters=shaped)
+    assert code == 0, written.err
+    assert "without the time that the shaper takes" in written.out
+    # It cuts bends, so one without a tolerance is refused, as by ik_node.
+    arc = "G61\nG0 X20\nG3 X-20 I-20 F6000\nM2\n"
+    assert command(arc)[0] == 0
+    code, written = command(arc, parameters=shaped)
+    assert code == 1
+    assert "part.gcode: line 3: segment 2 of the path bends" in written.err
+
+
 @pytest.mark.parametrize(
     ("text", "error"),
     [
         ("G0 X1\nG1 X2 X3 F600\nM2\n", "part.gcode: line 2, column 7: X3: X stands twice"),
         ("G0 X1\nG1 X400 F600\nM2\n", "part.gcode: line 2: "),
-        ("G0 X1\nG1 X2 F600\nM62 P1\nX3\nM2\n", "part.gcode: line 3: the output digital"),
     ],
 )
 def test_check_names_what_is_wrong(command, text, error):
@@ -102,6 +97,16 @@ def test_check_names_what_is_wrong(command, text, error):
     assert code == 1
     assert error in written.err
     assert not SUMMARY.search(written.out)
+
+
+def test_check_takes_the_rest_from_a_line(command):
+    text = "G0 X0 Z50\nG1 X60 F600\nX0\nM2\n"
+    code, written = command(text, "--from", "3")
+    assert code == 0, written.err
+    assert "4 lines, from line 3 on, inside the workspace: 6." in written.out
+    code, written = command(text, "--from", "9")
+    assert code == 1
+    assert "line 9: nothing is done from here on: line 4 is the last" in written.err
 
 
 def test_check_names_a_file_that_is_missing(command, tmp_path):
@@ -113,9 +118,12 @@ def test_check_names_a_file_that_is_missing(command, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
-        (["steps.yaml", "--settings", "a.yaml"], "are for programs"),
-        (["steps.yaml", "--optional-stops"], "are for programs"),
+        (["steps.yaml", "--settings", "a.yaml"], "--settings is for programs"),
+        (["steps.yaml", "--optional-stops"], "--optional-stops is for programs"),
+        (["steps.yaml", "--from", "3"], "--from is for programs"),
         (["part.nc", "--parameters", "a.yaml"], "--parameters is for --check"),
+        (["part.nc", "--check", "--go-on"], "--go-on is not for --check"),
+        (["part.nc", "--from", "3", "--go-on"], "not allowed with"),
     ],
 )
 def test_options_that_would_be_ignored_are_refused(monkeypatch, capsys, arguments, reason):

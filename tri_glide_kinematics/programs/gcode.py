@@ -7,6 +7,7 @@ anything moves. Positions are those of the platform in metres, whatever the unit
 
 from __future__ import annotations
 
+import hashlib
 import math
 from array import array
 from collections.abc import Callable, Mapping, Sequence
@@ -152,6 +153,7 @@ class _Interpreter:
         self._file = file
         self._settings = settings
         self._customs = settings.customs
+        self._size, self._digest = len(data), hashlib.sha256(data).hexdigest()
         texts = TEXTS | self._customs.told | settings.ignored
         skips, extrudes = settings.block_delete, self._customs.extrudes
         self._reader = WordReader(file, data, texts, skips, extrudes)
@@ -176,6 +178,7 @@ class _Interpreter:
         self._part_of_feed = 1.0
         self._spindle = 0.0
         self._spindle_speed = 0.0
+        self._coolant: set[str] = set()
         self._shift = [0.0, 0.0, 0.0]
         self._find_shift()
         # Where the platform is sent, and where the last segment ends, which is hardly elsewhere.
@@ -196,7 +199,8 @@ class _Interpreter:
         self._finish_run()
         if not self._steps:
             raise ProgramError(self._file, 0, 0, "", "it says nothing that can be done")
-        return Program(self._file, tuple(self._steps), tuple(self._told.values()), lines)
+        told = tuple(self._told.values())
+        return Program(self._file, tuple(self._steps), told, lines, self._size, self._digest)
 
     # Lines
 
@@ -489,6 +493,7 @@ class _Interpreter:
             if code in _COOLANT:
                 for name, is_on in _COOLANT[code]:
                     self._put_out(name, 0, is_on)
+                    (self._coolant.add if is_on else self._coolant.discard)(name)
             elif code in _DIGITAL:
                 number = line.whole("P")
                 if number is None:
@@ -732,6 +737,8 @@ class _Interpreter:
             elif code in _ENDS:
                 if self._spindle:
                     self._put_out("spindle", 0, 0.0)
+                for name in sorted(self._coolant):
+                    self._put_out(name, 0, 0.0)
                 self._rest(ProgramStop(StopKind.END, self._line))
                 self._ended = True
 

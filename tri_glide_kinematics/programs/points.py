@@ -10,6 +10,7 @@ at the point, the tolerance to its end. Points are positions in the frame of the
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import numpy as np
@@ -74,7 +75,9 @@ def load_points(
     lines = table.lines.astype(np.int32)
     run = PathRun((x, y, z), segments, lines[ends], np.zeros(len(ends), dtype=np.bool_), ())
     end = ProgramStop(StopKind.END, int(lines[-1]))
-    return Program(str(file), (run, end), (), int(lines[-1]))
+    data = Path(file).read_bytes()
+    digest = hashlib.sha256(data).hexdigest()
+    return Program(str(file), (run, end), (), int(lines[-1]), len(data), digest)
 
 
 def _columns(

@@ -201,7 +201,7 @@ class PathPlanner:
         self._workspace = workspace
 
     def begun(
-        self, path: PlatformPath, limits: SliderLimits, shaper: Shaper | None = None
+        self, path: PlatformPath, limits: SliderLimits, shaper: Shaping | None = None
     ) -> Interruptible[PathHeights]:
         """Return a ``path`` as driven, seen from the sliders; all of it is inside the workspace.
 
@@ -218,7 +218,9 @@ class PathPlanner:
             driven = yield from path.driven_in_pieces()
         else:
             segments = yield from PlatformPath.segments.in_pieces(path)
-            driven = yield from DrivenPath.of(segments, _shaped_corners(shaper, limits))
+            driven = yield from DrivenPath.of(
+                segments, _shaped_corners(shaper.covering(None), limits)
+            )
         return (yield from self._seen(driven))
 
     def _seen(self, driven: DrivenPath, place: float = 0.0) -> Interruptible[PathHeights]:
@@ -572,8 +574,7 @@ def time_path(
             limits, if the path has no segment, or if a bend has no tolerance for a shaper.
     """
     planner = PathPlanner(workspace)
-    anywhere = None if shaper is None else shaper.covering(None)
-    heights = at_once(planner.begun(path, limits, anywhere))
+    heights = at_once(planner.begun(path, limits, shaper))
     if shaper is None:
         return at_once(planner.to_the_end(heights, Planned(limits)))
     chosen = shaper.covering(heights.driven.places())
