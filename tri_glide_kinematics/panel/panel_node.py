@@ -78,6 +78,8 @@ class PanelNode(Node):
         self._steps = Steps()
         self._notice_file = Path(values["notice_file"]) if values["notice_file"] else None
         self._notice = ""
+        again = values["start_again_file"]
+        self._start_again_file = Path(again) if again else None
         self._told: dict[int, tuple[Strip, float]] = {}
         # By page, how much of the history it has.
         self._told_history: dict[int, int] = {}
@@ -112,6 +114,10 @@ class PanelNode(Node):
         release.on_click(requests.release)
         self._page.put_above(stop, release)
         PagesBar(gui, requests)
+        self._start_again = gui.add_button(
+            "Start again what has ended", color="orange", icon=viser.Icon.REFRESH, visible=False
+        )
+        self._start_again.on_click(requests.on(lambda _: self._ask_to_start_again()))
         tabs = gui.add_tab_group()
         with tabs.add_tab("Drive"):
             self._drive = DriveTab(gui, requests, self._move_to, self._move_by)
@@ -149,7 +155,21 @@ class PanelNode(Node):
             # Nobody has anything to say before it is there.
             with suppress(OSError):
                 text = self._notice_file.read_text(encoding="utf-8", errors="replace")
-                self._notice = text[:LONGEST_NOTICE].strip()
+                self._take_notice(text[:LONGEST_NOTICE].strip())
+
+    def _take_notice(self, notice: str) -> None:
+        if notice != self._notice:
+            self._notice = notice
+            self._requests.history.add(WARNING, notice or "all nodes run again")
+            self._start_again.visible = bool(notice) and self._start_again_file is not None
+
+    def _ask_to_start_again(self) -> None:
+        if self._start_again_file is None:
+            return
+        try:
+            self._start_again_file.touch()
+        except OSError as error:
+            self._requests.refuse(f"nothing started: {error.strerror or error}")
 
     def _forget(self) -> None:
         self._facts, self._asked_at = None, -math.inf
