@@ -116,6 +116,13 @@ class PortTakenError(KinematicsError):
         super().__init__(f"port {port} of {host} is in use: choose another one with -p port:=...")
 
 
+def set_theme(gui: viser.GuiApi, *, is_dark: bool) -> None:
+    """Show all that belongs to viser in dark or light colours."""
+    gui.configure_theme(
+        show_logo=False, show_share_button=False, control_width="medium", dark_mode=is_dark
+    )
+
+
 class Page:
     """viser's server, and what lies above its page.
 
@@ -148,7 +155,7 @@ class Page:
         self._watches: set[asyncio.Task[None]] = set()
         self._socket._client_connect_cb.insert(0, self._watch)
         light_plainly(server.scene)
-        server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
+        set_theme(server.gui, is_dark=False)
 
     @property
     def address(self) -> str:
@@ -171,11 +178,28 @@ class Page:
             "css": room.joinpath("page.css").read_text(encoding="utf-8"),
             "stop": stop._impl.uuid,
             "release": release._impl.uuid,
+            **{name: button._impl.uuid for name, button in self._themes().items()},
             "renewals": RENEWALS,
             "silence": SILENCE,
         }
         script = room.joinpath("page.js").read_text(encoding="utf-8")
         self._settings = script.replace("SETTINGS", json.dumps(settings), 1)
+
+    def _themes(self) -> dict[str, viser.GuiButtonHandle]:
+        """Return buttons that no one sees, with which a page asks for dark or light colours."""
+
+        def button(is_dark: bool) -> viser.GuiButtonHandle:
+            made = self.server.gui.add_button("theme", visible=False)
+
+            async def show(event: Any) -> None:
+                # Of this page alone.
+                if event.client is not None:
+                    set_theme(event.client.gui, is_dark=is_dark)
+
+            made.on_click(show)
+            return made
+
+        return {"dark": button(True), "light": button(False)}
 
     def greet(self, client: viser.ClientHandle) -> None:
         """Put all that lies above the page there."""

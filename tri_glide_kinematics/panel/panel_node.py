@@ -122,8 +122,12 @@ class PanelNode(Node):
         with tabs.add_tab("Drive"):
             self._drive = DriveTab(gui, requests, self._move_to, self._move_by)
         with tabs.add_tab("Points"):
-            PointsTab(gui, requests, points_file, self._measured_position, self._follow)
-        self._view = LiveView(server, tabs, requests, self._move_to)
+            PointsTab(
+                gui, requests, points_file, self._measured_position, self._follow, self._move_to
+            )
+        self._view = LiveView(
+            server, tabs, requests, lambda place: self._move_to(place, self._drive.go_speed)
+        )
         with tabs.add_tab("Swing"):
             self._swing = SwingTab(gui, requests)
         with tabs.add_tab("Mechanisms"):
@@ -326,12 +330,12 @@ class PanelNode(Node):
         setpoint = self._feeds.motion.commanded
         return self._position(setpoint.heights if setpoint is not None else None)
 
-    def _move_to(self, position: Vector3) -> None:
+    def _move_to(self, position: Vector3, speed: float) -> None:
         self._steps.drop()
         if self._is_known():
-            self._link.move_to(position)
+            self._link.move_to(position, speed)
 
-    def _move_by(self, step: Vector3) -> None:
+    def _move_by(self, step: Vector3, speed: float) -> None:
         """Go on by a step, from where the last one leads to if it is not there yet."""
         if not self._is_known():
             return
@@ -345,7 +349,7 @@ class PanelNode(Node):
         if target is None:
             self._requests.refuse("no step: the position of the platform is not known")
         else:
-            self._link.move_to(target)
+            self._link.move_to(target, speed)
 
     def _follow(self, points: list[Vector3], tolerance: float, speed: float) -> None:
         self._steps.drop()
