@@ -175,7 +175,9 @@ def keys(panel: Panel, page: Page) -> Iterator[Page]:
     """Return the operator's page, on which keys and gamepad jog."""
     switch = field("Keys, gamepad")
     page.click(switch)
-    page.wait_for("document.querySelector('[data-key=ArrowRight]')", "the keys", spin=panel.spin)
+    page.wait_for(
+        "document.querySelector('[data-key=ArrowRight]') !== null", "the keys", spin=panel.spin
+    )
     yield page
     key(page, "keyUp", "ArrowRight")
     page.evaluate("window.pad = null")
@@ -226,7 +228,9 @@ def test_who_types_or_has_not_switched_keys_on_moves_nothing(panel: Panel, page:
     panel.client.spin_for(0.3)
     key(page, "keyUp", "PageUp")
     page.click(field("Keys, gamepad"))
-    page.wait_for("document.querySelector('[data-key=PageUp]')", "the keys", spin=panel.spin)
+    page.wait_for(
+        "document.querySelector('[data-key=PageUp]') !== null", "the keys", spin=panel.spin
+    )
     page.click(field("x, y, z", 0))
     key(page, "keyDown", "ArrowUp")
     panel.client.spin_for(0.3)
