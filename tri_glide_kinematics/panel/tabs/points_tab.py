@@ -175,7 +175,7 @@ class PointsTab:
             )
             self._name = OperatorsInput(requests, gui.add_text("Name", ""))
             self._place = OperatorsInput(
-                requests, gui.add_vector3("x, y, z", (0.0, 0.0, 0.0), step=0.1)
+                requests, gui.add_vector3("x, y, z", (0.0, 0.0, 0.0), step=0.01)
             )
             actions = {"go to": self._go, "change": self._change, "remove": self._remove}
             one = gui.add_button_group("This one", tuple(actions))
