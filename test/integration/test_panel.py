@@ -704,6 +704,22 @@ def test_a_second_page_cannot_take_the_controls_unasked(
     hand_over(panel, second, page)
 
 
+def test_keys_of_a_page_without_the_controls_are_not_even_sent(
+    panel: Panel, keys: Page, rival: tuple[Browser, Page]
+) -> None:
+    _, second = rival
+    second.wait_for(
+        "document.querySelector('[data-key=PageUp]') !== null", "the keys", spin=panel.spin
+    )
+    sent = "window.sent = 0; const viser = window.__viserMutable, send = viser.sendMessage;"
+    second.evaluate(f"{{ {sent} viser.sendMessage = (m) => {{ window.sent += 1; send(m); }}; }}")
+    key(second, "keyDown", "PageUp")
+    panel.client.spin_for(0.3)
+    key(second, "keyUp", "PageUp")
+    assert second.evaluate("window.sent") == 0
+    assert panel.is_at_rest
+
+
 def hand_over(panel: Panel, giver: Page, taker: Page) -> None:
     """Have one page give the controls, and another take them."""
     panel.click_for_words(giver, button("give up"), "nobody has the controls", "pages")

@@ -156,7 +156,8 @@ def test_points_are_named_changed_and_gone_to(rig: Rig) -> None:
     assert rig.names == ["point 0", "point 1", "point 2"]
     rig.press("Number", 2)
     assert rig.tab._name.value == "point 1"
-    rig.press("x, y, z", (1.0, 2.0, 300.0))
+    for axis, number in zip("xyz", (1.0, 2.0, 300.0)):
+        rig.press(f"{axis} [mm]", number)
     rig.press("This one", "change")
     rig.press("This one", "go to")
     # Slowly, unless somebody asks for more.

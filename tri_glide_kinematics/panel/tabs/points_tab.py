@@ -174,9 +174,10 @@ class PointsTab:
                 lambda _: self._show_chosen(),
             )
             self._name = OperatorsInput(requests, gui.add_text("Name", ""))
-            self._place = OperatorsInput(
-                requests, gui.add_vector3("x, y, z", (0.0, 0.0, 0.0), step=0.01)
-            )
+            self._place = [
+                OperatorsInput(requests, gui.add_number(f"{axis} [mm]", 0.0, step=0.01))
+                for axis in "xyz"
+            ]
             actions = {"go to": self._go, "change": self._change, "remove": self._remove}
             one = gui.add_button_group("This one", tuple(actions))
             one.on_click(requests.on(lambda what: actions[what]()))
@@ -248,9 +249,9 @@ class PointsTab:
         index = int(self._choice.value) - 1
         if index in range(len(self.points)):
             point = self.points[index]
-            x, y, z = (round(1000.0 * part, DIGITS) for part in point.position)
             self._name.set(point.name)
-            self._place.set((x, y, z))
+            for field, part in zip(self._place, point.position):
+                field.set(round(1000.0 * part, DIGITS) + 0.0)
 
     def _go(self) -> None:
         if (index := self._index) is not None:
@@ -269,7 +270,7 @@ class PointsTab:
             ):
                 self._requests.refuse(f"another point has the name {name!r}")
                 return
-            x, y, z = (0.001 * float(part) for part in self._place.value)
+            x, y, z = (0.001 * float(field.value) for field in self._place)
             self._put((*self.points[:index], Point((x, y, z), name), *self.points[index + 1 :]))
 
     def _remove(self) -> None:
@@ -327,7 +328,10 @@ class PointsTab:
         head = ("", "x", "y", "z [mm]") if self.points else ("no points yet",)
         rows: list[tuple[str, ...]] = [head]
         rows += [
-            (f"{number} {point.name}", *(f"{1000.0 * part:.2f}" for part in point.position))
+            (
+                f"{number} {point.name}",
+                *(f"{round(1000.0 * part, 2) + 0.0:.2f}" for part in point.position),
+            )
             for number, point in enumerate(self.points, 1)
         ]
         self._table.content = table(rows)
