@@ -34,7 +34,7 @@ def commands_at(heights, in_pieces=False):
 
 def test_a_target_waits_while_limits_have_their_turn():
     commands, engine = commands_at((0.6, 0.6, 0.6))
-    commands.put_limits(LIMITS, 0.5)
+    commands.put_limits(LIMITS, 0.5, 1.0)
     assert commands.carry_out(moving=False) is None
     target = Move(TARGET)
     commands.put(target)
@@ -49,7 +49,7 @@ def test_a_target_waits_while_limits_have_their_turn():
 
 def test_the_same_limits_again_take_no_turn():
     commands, _ = commands_at((0.6, 0.6, 0.6))
-    commands.put_limits(LIMITS, 1.0)
+    commands.put_limits(LIMITS, 1.0, 1.0)
     commands.put(Move(TARGET))
     assert commands.carry_out(moving=False) is not None
 

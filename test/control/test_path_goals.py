@@ -370,3 +370,41 @@ def test_what_the_platform_does_not_come_to_is_not_told(rig, way):
     assert late == []
     assert not rig.controller.newest_target.outputs
     assert ("other" in rig.controller.passed_outputs) == (way == "path")
+
+
+def test_each_of_many_changes_of_the_override_is_in_force_while_a_path_is_driven(rig):
+    flat = FlatPath.of([0] * 4, [x for p in SQUARE for x in p], (), (0.01,), 0.001)
+    goal = rig.controller.pursue(
+        Follow.made(lambda _: flat.path_from(MACHINE.forward(rig.heights)), "square")
+    )
+    rig.cycle(200)
+    for scale in (2.0, 0.5, 1.0, 1.5, 0.7):
+        rig.controller.set_limits(LIMITS, 1.0, scale)
+        rig.cycle(150)
+        assert goal.outcome is None
+        assert rig.engine.path_speed_scale == scale
+        assert rig.controller.progress.speed == pytest.approx(0.01 * scale, rel=0.01)
+    assert ended(rig, goal, 20_000).code is GoalCode.SUCCEEDED
+
+
+def test_the_progress_tells_place_speed_and_what_is_left(rig):
+    assert rig.controller.progress == (MACHINE.forward(rig.heights), 0.0, 0, 0.0, 0.0)
+    goal = under_way(rig)
+    told = rig.controller.progress
+    assert told.position == pytest.approx(place(rig), abs=1e-12)
+    assert told.speed > 0.0 and told.segment == 0
+    assert told.way_remaining == rig.controller.path_progress.way_remaining
+    ended(rig, goal)
+    rig.controller.move_to((0.0, 0.0, 0.3))
+    rig.cycle_until(MOVING)
+    rig.cycle(20)
+    told = rig.controller.progress
+    assert told.way_remaining == pytest.approx(0.3 - place(rig)[2], abs=1e-9)
+    assert told.time_remaining == rig.controller.remaining > 0.0
+    rig.cycle_until(IDLE)
+    rig.jog((0.0, 0.0, 0.02))
+    rig.cycle(20)
+    assert math.isnan(rig.controller.progress.time_remaining)
+    rig.controller.disable()
+    rig.cycle(200)
+    assert math.isnan(rig.controller.progress.speed)

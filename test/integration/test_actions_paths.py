@@ -20,10 +20,11 @@ from testing.goal_storm import GoalStorm
 from testing.goals import GoalClient
 from testing.processes import launched
 from tri_glide_interfaces.action import FollowPath
-from tri_glide_interfaces.msg import MachineState
+from tri_glide_interfaces.msg import MachineState, Output
 from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.motion.engine import GoalCode
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 
 LINE, ARC_THROUGH, ARC_ABOUT = (
     FollowPath.Goal.LINE,
@@ -109,6 +110,76 @@ def test_arcs_speeds_and_full_circles(bench):
     )
     result = bench.ends(goal, SUCCEEDED, GoalCode.SUCCEEDED, "path of 3 segments is reached")
     assert result.position.x == pytest.approx(0.02, abs=0.0005)
+
+
+def test_outputs_are_told_at_their_place_and_the_state_tells_where_it_is(bench):
+    bench.quickly_to(NEAR)
+    bench.set_speed(1.0)
+    outputs = bench.client.record(Output, f"{bench.client.namespace}/outputs", LATEST_OUTPUTS)
+    first, known = len(bench.machine.commands), len(bench.machine.states)
+    goal = bench.goals.follow(
+        SQUARE,
+        speeds=[0.05],
+        output_segments=[0, 1, 1, 3],
+        outputs=[
+            Output(name="digital", number=number, value=number / 2.0) for number in (4, 5, 6, 7)
+        ],
+    )
+    bench.ends(goal, SUCCEEDED, GoalCode.SUCCEEDED, "path of 4 segments is reached")
+    bench.client.wait_for(lambda: len(outputs) == 4, "all outputs")
+    assert [(each.name, each.number, each.value) for each in outputs] == [
+        ("digital", number, number / 2.0) for number in (4, 5, 6, 7)
+    ]
+    bench.machine.catch_up()
+    told = list(bench.machine.states)[known:]
+    driving = [state for state in told if state.state == MachineState.MOVING]
+    # The way to go is some 3.2 s long.
+    assert len(driving) > 20
+    positions = np.array([(s.position.x, s.position.y, s.position.z) for s in driving])
+    assert distances_from([NEAR, *SQUARE], positions).max() <= TOLERANCE
+    assert max(state.speed for state in driving) == pytest.approx(0.05, rel=0.01)
+    ways = [state.way_remaining for state in driving if not math.isnan(state.way_remaining)]
+    assert ways == sorted(ways, reverse=True) and ways[0] > 0.1
+    times = [state.time_remaining for state in driving if state.time_remaining > 0.5]
+    assert times == sorted(times, reverse=True)
+    assert {state.segment for state in driving} == {0, 1, 2, 3}
+    # At the end nothing is left, and nothing more is told.
+    last = bench.machine.states[-1]
+    assert (last.speed, last.way_remaining, last.time_remaining) == (0.0, 0.0, 0.0)
+    count, before = len(bench.machine.states), len(bench.machine.commands)
+    bench.client.wait_for(lambda: len(bench.machine.commands) > before + 150, "rest")
+    assert len(bench.machine.states) == count
+    assert len(places(bench, first)) > 1000
+
+
+def test_a_goal_whose_outputs_cannot_be_is_refused_before_anything_moves(bench):
+    bench.quickly_to(NEAR)
+    output = Output(name="fan", value=1.0)
+    goal = bench.goals.follow(SQUARE, output_segments=[4], outputs=[output])
+    text = "output_segments[0] = 4 must be at most 3, the last segment"
+    bench.ends(goal, ABORTED, GoalCode.REFUSED, text)
+    assert math.dist(places(bench)[-1], NEAR) < 1e-6
+
+
+def test_a_speed_override_changes_the_speed_of_a_path_that_is_driven(bench):
+    bench.quickly_to(NEAR)
+    bench.set_speed(1.0)
+    goal = bench.goals.follow(SQUARE, speeds=[0.02])
+    states = bench.machine.states
+
+    def goes_at(speed):
+        return lambda: states and abs(states[-1].speed - speed) < 0.02 * speed
+
+    bench.client.wait_for(goes_at(0.02), "0.02 m/s")
+    for scale in (2.0, 0.5):
+        parameters = {"path_speed_scale": scale}
+        assert bench.client.set_parameters("ik_node", parameters).successful
+        bench.client.wait_for(goes_at(0.02 * scale), f"{scale} times the speed")
+        assert states[-1].path_speed_scale == scale
+    assert not bench.client.set_parameters("ik_node", {"path_speed_scale": 2.1}).successful
+    assert bench.client.set_parameters("ik_node", {"path_speed_scale": 1.0}).successful
+    goal.cancel()
+    bench.ends(goal, CANCELED, GoalCode.CANCELED, "cancelled")
 
 
 def test_a_cancelled_path_rests_on_it(bench):

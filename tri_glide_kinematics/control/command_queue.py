@@ -269,9 +269,10 @@ class CommandQueue:
         command = self._begun
         if command is None:
             return None
-        # A path has been taken though its next part is planned already; limits need all plans.
+        # A path has been taken, and limits are in force, though the next part is planned already.
         engine = self._engine
-        is_planned = engine.preparing_goal if command.is_target else engine.preparing
+        waits = engine.preparing_goal if command.is_target else engine.limits_pending
+        is_planned = engine.preparing and waits
         if refusal is None and (self._making is not None or is_planned):
             return None
         self._begun = None

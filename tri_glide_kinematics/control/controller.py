@@ -208,8 +208,9 @@ class MotionController:
                 return MotionProgress(*here)
             way = max(path.way_remaining, 0.0)
             return MotionProgress(*here, path.segment, way, path.time_remaining)
-        way = math.nan if engine.target is None else math.dist(position, engine.target)
-        time = engine.remaining
+        if engine.target is None:
+            return MotionProgress(*here)
+        way, time = math.dist(position, engine.target), engine.remaining
         return MotionProgress(*here, 0, way, time if math.isfinite(time) else math.nan)
 
     @property

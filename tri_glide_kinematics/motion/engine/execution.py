@@ -365,7 +365,7 @@ class PlanExecution:
             self.replace(replace(held, pending=limits))
             # The next step of tracking keeps them, if it can.
             if not self.tracks:
-                self.prepare(self.replanning.tried_again)
+                self.try_again()
 
     def carry_out(self, command: Command) -> None:
         """Do what a ``command`` asks for.
@@ -420,17 +420,30 @@ class PlanExecution:
             self.tracks = False
             self.replace(held.with_goal(goal))
             if self.preparation is not None:
-                self.prepare(self.replanning.tried_again)
+                self.try_again()
         else:
             self.prepare(self.making(goal), goal)
 
-    def prepare(self, making: Making, goal: Command | None = None, *, urgent: bool = False) -> None:
+    def try_again(self) -> None:
+        """Put pending limits in force, or brake. On a path its next part is planned for that."""
+        on_path = self.holder.held.path_plan is not None
+        lead_time = self._path_lead_time if on_path else None
+        self.prepare(self.replanning.tried_again, lead_time=lead_time)
+
+    def prepare(
+        self,
+        making: Making,
+        goal: Command | None = None,
+        *,
+        urgent: bool = False,
+        lead_time: LeadTime | None = None,
+    ) -> None:
         """Make what is held next, unless that is for later; at rest, a first piece of it.
 
         What is ``urgent`` begins now. If it is not ready after some pieces, it begins later, too.
         """
         is_long = goal is not None and goal.is_checked_whole
-        lead_time = self._goal_lead_time if is_long else self._lead_time
+        lead_time = lead_time or (self._goal_lead_time if is_long else self._lead_time)
         pieces = URGENT_PIECES if urgent else 0
         making = self._proved(making)
         lead = 0.0 if urgent or not self._in_pieces else lead_time.after(self._last_step)
@@ -635,7 +648,7 @@ class PlanExecution:
             if self.is_shaped:
                 self._prepare_next_step()
         elif self.holder.time >= self._retry_at:
-            self.prepare(self.replanning.tried_again)
+            self.try_again()
         elif math.isinf(self._retry_at) and math.isfinite(self.holder.held.goes_on_at):
             self._prepare_next_part()
 

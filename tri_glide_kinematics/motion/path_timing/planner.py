@@ -169,7 +169,7 @@ def _shortest(curve: PathHeights, start: PathStart, limits: SliderLimits) -> flo
 
 # Where the platform is faster than the path asks for it has such a way to slow down, as a part of
 # that to rest, and has to come down to such a part of its speed: one attempt after another.
-_SLOWING = ((1.0, 0.0), (2.0, 0.0), (1.0, 0.3), (2.0, 0.3), (inf, 1.0))
+_SLOWING = ((2.0, 0.0), (4.0, 0.3), (inf, 1.0))
 _NO_FASTER = 1.005
 
 # Of the tolerances, roundings take this part where there is a shaper.
@@ -293,8 +293,10 @@ class PathPlanner:
         is_slower = heights.speed_scale < plan.heights.speed_scale or plan.heights.slowing
         for curve in _slowing(heights, start, limits) if is_slower else (heights,):
             try:
+                # What is held stays as fast, and so is no guess for a motion that slows down.
+                guess = held if curve.slowing is None else None
                 with SOUND:
-                    return PathPlan(curve, (yield from plan_window(curve, start, limits, held)))
+                    return PathPlan(curve, (yield from plan_window(curve, start, limits, guess)))
             except PathTimingError as error:
                 refusal = error
                 yield
