@@ -280,6 +280,8 @@ def test_a_gamepad_jogs_while_its_dead_man_button_is_held(panel: Panel, keys: Pa
         assert panel.twists_until_rest() <= ON_THEIR_WAY
         panel.client.spin_for(0.3)
         assert panel.is_at_rest
+        # ik_node would not move by it: the page does not hold anything, either.
+        assert keys.evaluate("document.querySelector('.held') === null")
     hold_pad(keys, [], 0.0)
 
 
