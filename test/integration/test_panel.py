@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -169,6 +170,121 @@ def test_a_hidden_page_jogs_no_more(panel: Panel, page: Page, chromium: Browser)
     assert page.evaluate(f"{STRIP}.querySelector('.pages').textContent") == ""
 
 
+@pytest.fixture
+def keys(panel: Panel, page: Page) -> Iterator[Page]:
+    """Return the operator's page, on which keys and gamepad jog."""
+    switch = field("Keys, gamepad")
+    page.click(switch)
+    page.wait_for(
+        "document.querySelector('[data-key=ArrowRight]') !== null", "the keys", spin=panel.spin
+    )
+    yield page
+    key(page, "keyUp", "ArrowRight")
+    page.evaluate("window.pad = null")
+    page.click(switch)
+    page.wait_for("!document.querySelector('[data-key]')", "no keys", spin=panel.spin)
+
+
+def key(page: Page, kind: str, name: str, *, repeats: bool = False) -> None:
+    """Press or release a key."""
+    page.call("Input.dispatchKeyEvent", type=kind, key=name, code=name, autoRepeat=repeats)
+
+
+def jog_until(panel: Panel, z: float) -> None:
+    """Wait until a jog along +z has led above a height [m], and along nothing else."""
+    # A browser that draws by the processor may pause, and the jog with it.
+    panel.client.wait_for(lambda: panel.position[2] > z, "a jog for as long as it is held")
+    assert max(map(abs, panel.position[:2])) < 1e-4
+
+
+def test_a_held_key_jogs_until_it_is_released(panel: Panel, keys: Page) -> None:
+    key(keys, "keyDown", "PageUp")
+    jog_until(panel, HOME[2] + 0.006)
+    key(keys, "keyUp", "PageUp")
+    assert panel.twists_until_rest() <= ON_THEIR_WAY
+
+
+def test_a_key_that_is_held_through_a_stop_or_without_the_focus_jogs_no_more(
+    panel: Panel, keys: Page
+) -> None:
+    for end in (
+        lambda: key(keys, "keyDown", "Escape"),
+        lambda: keys.evaluate("window.dispatchEvent(new Event('blur'))"),
+    ):
+        key(keys, "keyDown", "PageUp")
+        panel.wait_for_motion()
+        end()
+        assert panel.twists_until_rest() <= ON_THEIR_WAY
+        for _ in range(5):
+            key(keys, "keyDown", "PageUp", repeats=True)
+        panel.client.spin_for(0.3)
+        assert panel.is_at_rest
+        key(keys, "keyUp", "PageUp")
+
+
+def test_who_types_or_has_not_switched_keys_on_moves_nothing(panel: Panel, page: Page) -> None:
+    twists = panel.client.record(TwistStamped, "target_twist")
+    key(page, "keyDown", "PageUp")
+    panel.client.spin_for(0.3)
+    key(page, "keyUp", "PageUp")
+    page.click(field("Keys, gamepad"))
+    page.wait_for(
+        "document.querySelector('[data-key=PageUp]') !== null", "the keys", spin=panel.spin
+    )
+    page.click(field("x, y, z", 0))
+    key(page, "keyDown", "ArrowUp")
+    panel.client.spin_for(0.3)
+    key(page, "keyUp", "ArrowUp")
+    page.click(field("Keys, gamepad"))
+    page.wait_for("!document.querySelector('[data-key]')", "no keys", spin=panel.spin)
+    assert not twists
+    assert panel.is_at_rest
+
+
+# A gamepad as a browser shows it: window.pad tells what is pressed, and where its sticks are.
+PAD = """
+window.pad = {buttons: [], axes: [0, 0, 0, 0]};
+Object.defineProperty(navigator, "getGamepads", {configurable: true, value: () => [window.pad && {
+  connected: true, mapping: "standard", axes: window.pad.axes,
+  buttons: Array.from({length: 17}, (_, n) => ({pressed: window.pad.buttons.includes(n)})),
+}, null]});
+"""
+DEAD_MAN = 5
+
+
+def hold_pad(page: Page, buttons: list[int], right_stick: float) -> None:
+    told = json.dumps({"buttons": buttons, "axes": [0.0, 0.1, 0.0, right_stick]})
+    page.evaluate(f"window.pad = {told}")
+
+
+def test_a_gamepad_jogs_while_its_dead_man_button_is_held(panel: Panel, keys: Page) -> None:
+    twists = panel.client.record(TwistStamped, "target_twist")
+    keys.evaluate(PAD)
+    # A stick alone, one that is hardly pushed, and a button alone move nothing.
+    for buttons, stick in (([], -1.0), ([DEAD_MAN], -0.3), ([DEAD_MAN], 0.0)):
+        hold_pad(keys, buttons, stick)
+        panel.client.spin_for(0.2)
+    assert not twists
+    for end in (
+        lambda: hold_pad(keys, [], -1.0),
+        lambda: hold_pad(keys, [DEAD_MAN], 0.0),
+        lambda: keys.evaluate("window.pad = null"),
+        # It holds the button through the stop.
+        lambda: key(keys, "keyDown", "Escape"),
+    ):
+        hold_pad(keys, [], 0.0)
+        panel.client.spin_for(0.2)
+        hold_pad(keys, [DEAD_MAN], -1.0)
+        jog_until(panel, panel.position[2] + 0.003)
+        end()
+        assert panel.twists_until_rest() <= ON_THEIR_WAY
+        panel.client.spin_for(0.3)
+        assert panel.is_at_rest
+        # ik_node would not move by it: the page does not hold anything, either.
+        assert keys.evaluate("document.querySelector('.held') === null")
+    hold_pad(keys, [], 0.0)
+
+
 def choose_step(page: Page, size: str) -> None:
     page.click(button(size))
     page.wait_for(f"document.body.innerText.includes('each press moves by {size} mm')", size)
@@ -215,7 +331,7 @@ def fault(panel: Panel, page: Page) -> None:
 
 def send_elsewhere(panel: Panel, page: Page) -> None:
     panel.client.send_pose((0.0, 0.01, 0.252))
-    panel.wait_for_words(page, "0.252", "reason")
+    panel.wait_for_words(page, "(0, 10, 252) mm", "reason")
 
 
 @pytest.mark.parametrize("interrupt", [stop, disable, fault, send_elsewhere])
@@ -428,6 +544,50 @@ def show_swing(panel: Panel, page: Page) -> None:
     )
 
 
+def test_what_runs_is_in_sight_on_each_tab_and_kept_with_its_time(panel: Panel, page: Page) -> None:
+    panel.client.set_parameters("ik_node", {"speed_scale": 0.02})
+    try:
+        for number, text in enumerate(("0", "0", "400")):
+            page.type(field("x, y, z", number), text)
+        page.click(button("Go"))
+        panel.wait_for_state(page, "moving")
+        for name in ("Points", "Mechanisms"):
+            page.click(tab(name))
+            panel.wait_for_words(page, "(0, 0, 400) mm", "reason")
+            panel.wait_for_words(page, " left", "left")
+            panel.wait_for_words(page, " mm/s · speed 2 %", "speed")
+            shown = page.evaluate(f"{STRIP}.querySelector('.position').textContent")
+            x, y, z = (float(each) for each in shown.split()[1:-1:2])
+            assert (x, y) == (0.0, 0.0)
+            assert 250.0 < z < 400.0
+        page.click(STOP)
+        panel.wait_for_state(page, "idle")
+    finally:
+        panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
+    page.click(f"{STRIP}.querySelector('.more')")
+    newest = f"{STRIP}.querySelector('.history li').innerText"
+    page.wait_for(f"{newest}.includes('a stop was asked for')", "the stop", spin=panel.spin)
+    assert re.match(r"\d\d:\d\d:\d\d", page.evaluate(newest))
+    page.click(f"{STRIP}.querySelector('.more')")
+    page.click(tab("Drive"))
+
+
+def test_a_page_is_dark_where_its_browser_asks_for_it(panel: Panel, page: Page) -> None:
+    def background() -> float:
+        return float(page.pixels()[-30:, -30:].mean())
+
+    light = background()
+    try:
+        features = [{"name": "prefers-color-scheme", "value": "dark"}]
+        page.call("Emulation.setEmulatedMedia", features=features)
+        dark = "document.documentElement.dataset.mantineColorScheme === 'dark'"
+        page.wait_for(dark, "the colours", spin=panel.spin)
+        assert background() < 100.0 < light
+    finally:
+        page.call("Emulation.setEmulatedMedia", features=[])
+    page.wait_for(f"!({dark})", "the colours of before", spin=panel.spin)
+
+
 @pytest.fixture
 def narrow(page: Page) -> Iterator[Page]:
     """Return the operator's page as it is on a phone."""
@@ -544,6 +704,22 @@ def test_a_second_page_cannot_take_the_controls_unasked(
     second.click(button("enable"))
     panel.machine.wait_for_state("idle")
     hand_over(panel, second, page)
+
+
+def test_keys_of_a_page_without_the_controls_are_not_even_sent(
+    panel: Panel, keys: Page, rival: tuple[Browser, Page]
+) -> None:
+    _, second = rival
+    second.wait_for(
+        "document.querySelector('[data-key=PageUp]') !== null", "the keys", spin=panel.spin
+    )
+    sent = "window.sent = 0; const viser = window.__viserMutable, send = viser.sendMessage;"
+    second.evaluate(f"{{ {sent} viser.sendMessage = (m) => {{ window.sent += 1; send(m); }}; }}")
+    key(second, "keyDown", "PageUp")
+    panel.client.spin_for(0.3)
+    key(second, "keyUp", "PageUp")
+    assert second.evaluate("window.sent") == 0
+    assert panel.is_at_rest
 
 
 def hand_over(panel: Panel, giver: Page, taker: Page) -> None:

@@ -106,18 +106,32 @@ def test_a_node_that_dies_is_told_here_and_on_the_page_which_stays(client, tmp_p
         file = tmp_path / "state" / "tri_glide_kinematics" / "panel_token"
         assert address.endswith(f"/?token={file.read_text().strip()}")
         assert stat.S_IMODE(file.stat().st_mode) == 0o600
-        with connect(
-            address.replace("http", "ws", 1), subprotocols=[Subprotocol(PROTOCOL)], max_size=None
-        ) as page:
+        address = address.replace("http", "ws", 1)
+        with connect(address, subprotocols=[Subprotocol(PROTOCOL)], max_size=None) as page:
             page.send(msgspec.msgpack.encode(CAMERA))
-            wait_for_words(page, "ramps to rest")
+            # Of the button that starts nodes again, whether it is seen.
+            buttons = {}
+            wait_for_words(page, "ramps to rest", buttons)
             os.kill(panel.pid_of("ik_node"), signal.SIGKILL)
-            wait_for_words(page, "ik_node has ended: killed by SIGKILL (signal 9)")
+            wait_for_words(page, "ik_node has ended: killed by SIGKILL (signal 9)", buttons)
             client.wait_for(lambda: "the page stays" in panel.output, "the news")
             assert "panel: ik_node has ended: killed by SIGKILL (signal 9)" in panel.output
             # A second one is told as well.
             os.kill(panel.pid_of("fk_node"), signal.SIGTERM)
-            wait_for_words(page, "fk_node has ended: exit code 0")
+            wait_for_words(page, "fk_node has ended: exit code 0", buttons)
+            # The page offers to start them again; a page without the controls gets nothing by it.
+            (uuid,) = [button for button, is_seen in buttons.items() if is_seen]
+            press = {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}}
+            with connect(address, subprotocols=[Subprotocol(PROTOCOL)], max_size=None) as other:
+                other.send(msgspec.msgpack.encode(CAMERA))
+                wait_for_words(other, "page 1 has the controls")
+                other.send(msgspec.msgpack.encode(press))
+                wait_for_words(other, "nothing done, as the controls are with page 1")
+            assert "is started again" not in panel.output
+            page.send(msgspec.msgpack.encode(press))
+            client.wait_for(lambda: panel.output.count("is started again") == 2, "the news")
+            wait_for_words(page, '"color": "ready", "state": "idle"', buttons)
+            assert not [button for button, is_seen in buttons.items() if is_seen]
         assert panel.process.poll() is None
         assert panel.interrupt() == 1
     assert panel.output.rstrip().endswith("all nodes are stopped")
@@ -132,11 +146,23 @@ def test_without_a_page_it_ends_with_an_error(client, tmp_path):
     assert "| the page: http" in panel.output
 
 
-def wait_for_words(page, words):
-    """Read what is sent to a page until it has these words."""
+def wait_for_words(page, words, buttons=None):
+    """Read what is sent to a page until it has these words.
+
+    Args:
+        page: that reads.
+        words: that are waited for.
+        buttons: gets for the button that starts nodes again, by its uuid, whether it is seen.
+    """
+    buttons = {} if buttons is None else buttons
     end = time.monotonic() + TIMEOUT
     while True:
         for message in messages_in(page.recv(TIMEOUT)):
             if message["type"] == "RunJavascriptMessage" and words in message["source"]:
                 return
+            if message["type"] == "GuiButtonMessage":
+                if message["props"]["label"].startswith("Start again"):
+                    buttons[message["uuid"]] = message["props"]["visible"]
+            elif message.get("uuid") in buttons and message["type"] == "GuiUpdateMessage":
+                buttons.update({message["uuid"]: message["updates"].get("visible", False)})
         assert time.monotonic() < end, words

@@ -8,6 +8,8 @@ import signal
 import sys
 import tempfile
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -29,14 +31,28 @@ LAST_LINES = 5  # of a node that has ended are repeated
 
 
 class ShownNode:
-    """A node as a process, whose output is shown here, too."""
+    """A node as a process, whose output is shown here, too.
 
-    def __init__(self, name: str, process: Process, log: Path) -> None:
-        """Show what a ``process`` writes into its ``log``."""
-        self.name, self.process = name, process
-        self.is_told = False
+    Attributes:
+        name: of the node.
+        process: the newest one.
+        end: how it has ended by itself, in words; empty while it runs.
+    """
+
+    def __init__(self, name: str, log: Path, start: Callable[[], Process]) -> None:
+        """Begin by ``start`` a process, which writes into its ``log``, and show what it writes."""
+        self.name, self.process = name, start()
+        self.end = ""
+        self._start = start
         self._log, self._shown = log, 0
         self._last_lines: list[str] = []
+
+    def start_again(self) -> None:
+        """Begin another process if the last one has ended."""
+        if self.end:
+            self.end = ""
+            self._last_lines = []
+            self.process = self._start()
 
     def show(self) -> None:
         """Show what it has written since it was shown last."""
@@ -71,24 +87,31 @@ def serve(port: int, points_file: str, endings: list[str]) -> None:
     colors = {"RCUTILS_COLORIZED_OUTPUT": "1"} if sys.stdout.isatty() else {}
     with tempfile.TemporaryDirectory(prefix="panel_") as name, NodeProcesses(colors) as processes:
         folder = Path(name)
-        notice = folder / "notice"
+        notice, wish = folder / "notice", folder / "start_again"
         nodes: list[ShownNode] = []
 
         def start(name: str, arguments: list[str]) -> None:
             log = folder / f"{name}.log"
-            nodes.append(ShownNode(name, processes.start(name, [*space, *arguments], log), log))
+            begin = partial(processes.start, name, [*space, *arguments], log)
+            nodes.append(ShownNode(name, log, begin))
 
         for name in NODES:
             # What stands last wins; mechanism_node has no parameters.
             parameters = file if name != "mechanism_node" else ()
             patience = PATIENCE if name == "ik_node" else ()
             start(name, [*quiet, *parameters, *patience])
-        values = {"port": port, "points_file": points_file, "notice_file": notice}
+        values = {
+            "port": port,
+            "points_file": points_file,
+            "notice_file": notice,
+            "start_again_file": wish,
+        }
         start(PAGE, [word for key in values for word in ("-p", f"{key}:={values[key]}")])
         page = nodes[-1]
-        while not page.is_told:
+        while not page.end:
             time.sleep(LOOK_PERIOD)
             look(nodes, endings, notice)
+            start_again(nodes, wish, notice)
 
 
 def look(nodes: list[ShownNode], endings: list[str], notice: Path) -> None:
@@ -96,17 +119,33 @@ def look(nodes: list[ShownNode], endings: list[str], notice: Path) -> None:
     for node in nodes:
         code = node.process.poll()
         node.show()
-        if code is None or node.is_told:
+        if code is None or node.end:
             continue
-        node.is_told = True
-        endings.append(f"{node.name} has ended: {ending(code)}")
-        print(f"panel: {endings[-1]}; {node.last_lines}", file=sys.stderr, flush=True)
+        node.end = f"{node.name} has ended: {ending(code)}"
+        endings.append(node.end)
+        print(f"panel: {node.end}; {node.last_lines}", file=sys.stderr, flush=True)
         if node.name != PAGE:
             print("panel: the page stays; Ctrl-C ends it", file=sys.stderr, flush=True)
-            # The page never reads half of it.
-            part = notice.with_suffix(".part")
-            part.write_text("; ".join(endings), encoding="utf-8")
-            part.replace(notice)
+            tell(nodes, notice)
+
+
+def start_again(nodes: list[ShownNode], wish: Path, notice: Path) -> None:
+    """Start what has ended if the page has put a ``wish`` there."""
+    if not wish.exists():
+        return
+    wish.unlink()
+    for node in nodes:
+        if node.end:
+            print(f"panel: {node.name} is started again", flush=True)
+            node.start_again()
+    tell(nodes, notice)
+
+
+def tell(nodes: list[ShownNode], notice: Path) -> None:
+    """Tell the page which nodes have ended; it never reads half of it."""
+    part = notice.with_suffix(".part")
+    part.write_text("; ".join(filter(None, (node.end for node in nodes))), encoding="utf-8")
+    part.replace(notice)
 
 
 def main() -> int:

@@ -17,8 +17,11 @@ document.head.append(style);
 const strip = document.createElement("div");
 strip.id = "tri-glide-strip";
 strip.innerHTML =
-  '<div class="state" role="status"></div><div class="words"><div class="reason"></div>' +
-  '<div class="refusal" role="alert"></div><div class="pages"></div></div>';
+  '<div class="head"><div class="state" role="status"></div>' +
+  '<button type="button" class="more" aria-expanded="false">messages</button>' +
+  '<div class="motion"><span class="position"></span><span class="speed"></span><span class="left"></span></div></div>' +
+  '<div class="words"><div class="reason"></div><div class="refusal" role="alert"></div><div class="pages"></div></div>' +
+  '<ol class="history" hidden></ol>';
 const stop = document.createElement("button");
 stop.id = "tri-glide-stop";
 stop.type = "button";
@@ -37,32 +40,97 @@ on(stop, "pointerdown", sendStop);
 on(stop, "click", (event) => { if (event.detail === 0) sendStop(); });
 on(window, "keydown", (event) => { if (event.key === "Escape") sendStop(); }, { capture: true });
 
-// A button with data-hold renews what it does, and says when it is released.
+// A button with data-hold renews what it does, and says when it is released. The mouse, a key or a gamepad hold it: all
+// of them go this way, one at a time.
 let held = null;
+let padIsFree = false; // what holds the dead-man button of a gamepad begins nothing before it was released
 const release = () => {
+  padIsFree = false;
   if (held === null) return;
   clearInterval(held.timer);
   held.button.classList.remove("held");
   held = null;
   press(settings.release);
 };
-const hold = (event) => {
-  const button = event.target.closest?.("[data-hold]");
-  if (!button || event.button !== 0 || !event.isPrimary) return;
+const begin = (button, by) => {
   release();
-  try { button.setPointerCapture(event.pointerId); } catch { /* it is gone already */ }
-  const send = () => viser().sendMessage(
-    { type: "GuiButtonHoldMessage", uuid: button.dataset.hold, frequency: settings.renewals });
-  held = { button, timer: setInterval(send, 1000 / settings.renewals) };
+  const send = () => {
+    // Another tab of the panel is open, or the page shows other buttons by now.
+    if (!button.offsetParent) release();
+    else viser().sendMessage({ type: "GuiButtonHoldMessage", uuid: button.dataset.hold, frequency: settings.renewals });
+  };
+  held = { button, by, timer: setInterval(send, 1000 / settings.renewals) };
   button.classList.add("held");
   send();
 };
+const hold = (event) => {
+  const button = event.target.closest?.("[data-hold]");
+  if (!button || event.button !== 0 || !event.isPrimary) return;
+  begin(button, "pointer");
+  try { button.setPointerCapture(event.pointerId); } catch { /* it is gone already */ }
+};
+const releaseBy = (by) => { if (held !== null && held.by === by) release(); };
 on(document, "pointerdown", hold);
-for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) on(document, name, release);
+for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) on(document, name, () => releaseBy("pointer"));
 on(document, "contextmenu", (event) => { if (event.target.closest?.("[data-hold]")) event.preventDefault(); });
 on(window, "blur", release);
 on(window, "pagehide", release);
 on(document, "visibilitychange", () => { if (document.hidden) release(); else heard = performance.now(); });
+
+// A key, or a direction of a gamepad, presses the button with this data-key: only one that is seen, while the operator has
+// switched that on, and the page has the controls and the focus.
+const buttonOf = (key) => {
+  if (!hasControls || document.hidden || !document.hasFocus()) return null;
+  return [...document.querySelectorAll("[data-key]")].find((each) => each.dataset.key === key && each.offsetParent) ?? null;
+};
+const isTyping = (target) =>
+  target.closest?.("input:not([type=checkbox]), textarea, select, [contenteditable], [role=slider], [role=tab], [role=option], [role=combobox]");
+on(window, "keydown", (event) => {
+  if (event.ctrlKey || event.altKey || event.metaKey || event.shiftKey || isTyping(event.target)) return;
+  const button = buttonOf(event.key);
+  if (!button) return;
+  // viser would turn the camera by it, and the browser scroll.
+  event.preventDefault();
+  event.stopPropagation();
+  // A key that is still held after a stop comes again and again.
+  if (event.repeat) return;
+  if (button.dataset.hold) begin(button, event.key);
+  else press(button.dataset.press);
+}, { capture: true });
+on(window, "keyup", (event) => releaseBy(event.key), { capture: true });
+
+// A gamepad (standard mapping): with a shoulder button held, the left stick or the cross moves along x and y, the right stick
+// along z. Only where a stick is clearly pushed, and along one axis at a time, at the speed of the page.
+const PUSHED = 0.5;
+const directionOf = (pad) => {
+  const is = (number) => Boolean(pad.buttons[number]?.pressed);
+  const axis = (number) => pad.axes[number] ?? 0;
+  const pushes = [
+    ["ArrowRight", Math.max(axis(0), is(15))], ["ArrowLeft", Math.max(-axis(0), is(14))],
+    ["ArrowDown", Math.max(axis(1), is(13))], ["ArrowUp", Math.max(-axis(1), is(12))],
+    ["PageDown", axis(3)], ["PageUp", -axis(3)],
+  ];
+  const [key, push] = pushes.reduce((most, each) => (each[1] > most[1] ? each : most));
+  return push > PUSHED ? key : null;
+};
+const lookAtPad = () => {
+  const pad = [...navigator.getGamepads()].find((each) => each?.connected && each.mapping === "standard");
+  const isHeld = pad && (pad.buttons[4]?.pressed || pad.buttons[5]?.pressed);
+  if (!isHeld) {
+    releaseBy("gamepad");
+    padIsFree = Boolean(pad);
+    return;
+  }
+  const key = directionOf(pad);
+  const button = key && buttonOf(key);
+  if (held?.by === "gamepad" && held.button !== button) {
+    release();
+    // The dead-man button is held on: another direction may follow.
+    padIsFree = key === null || button !== null;
+  }
+  if (held === null && button?.dataset.hold && padIsFree) begin(button, "gamepad");
+};
+const padTimer = setInterval(lookAtPad, 1000 / settings.renewals);
 
 // A button with data-press acts once.
 on(document, "click", (event) => {
@@ -70,11 +138,37 @@ on(document, "click", (event) => {
   if (button) press(button.dataset.press);
 });
 
+// What was told before, the newest first.
+const list = strip.querySelector(".history");
+const more = strip.querySelector(".more");
+on(more, "click", () => {
+  list.hidden = !list.hidden;
+  more.setAttribute("aria-expanded", String(!list.hidden));
+});
+const history = (entries) => {
+  list.replaceChildren(...entries.map(({ time, color, text, log, count }) => {
+    const item = document.createElement("li");
+    item.dataset.color = color;
+    const add = (name, words) => {
+      const part = document.createElement("span");
+      part.className = name;
+      part.textContent = words;
+      item.append(part);
+    };
+    add("time", time);
+    add("text", count > 1 ? `${text} (${count} times)` : text);
+    if (log) add("log", `log, in m: ${log}`);
+    return item;
+  }));
+};
+
+let hasControls = false;
 let heard = performance.now();
 const show = (told) => {
   heard = performance.now();
   strip.dataset.color = told.color;
-  for (const name of ["state", "reason", "refusal", "pages"]) {
+  hasControls = told.controls;
+  for (const name of ["state", "position", "speed", "left", "reason", "refusal", "pages"]) {
     const place = strip.querySelector("." + name);
     if (place.textContent !== told[name]) place.textContent = told[name];
   }
@@ -89,16 +183,26 @@ const look = setInterval(() => {
   document.body.classList.add("tri-glide-lost");
   strip.dataset.color = "fault";
   strip.querySelector(".state").textContent = "no connection";
+  for (const name of ["position", "speed", "left"]) strip.querySelector("." + name).textContent = "";
+  hasControls = false;
   strip.querySelector(".reason").textContent = "The panel does not answer: what is shown is old, and nothing can be sent.";
   stop.querySelector("small").textContent = "no connection: use the emergency stop";
 }, 250);
 
+// viser's own parts follow the browser when the panel tells them to.
+const dark = window.matchMedia("(prefers-color-scheme: dark)");
+const tellScheme = () => press(dark.matches ? settings.dark : settings.light);
+on(dark, "change", tellScheme);
+tellScheme();
+
 window.triGlide = {
   show,
+  history,
   get stopped() { return stopped; },
   remove: () => {
     listening.abort();
     clearInterval(look);
+    clearInterval(padTimer);
     if (held) clearInterval(held.timer);
     for (const each of [style, strip, stop]) each.remove();
   },

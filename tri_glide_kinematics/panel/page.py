@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from importlib.resources import files
@@ -23,6 +23,7 @@ from tri_glide_kinematics.panel.admission import QUERY, Admission
 from tri_glide_kinematics.panel.button_jogs import RENEWALS
 from tri_glide_kinematics.panel.guard import guarded_server
 from tri_glide_kinematics.panel.machine_scene import light_plainly
+from tri_glide_kinematics.panel.message_history import Entry
 
 PING_PERIOD = 0.5  # s
 # After so many periods without an answer, nobody is there.
@@ -88,6 +89,10 @@ class Strip:
         refusal: what was refused last, and why; empty for nothing.
         pages: who has the controls.
         stop: what stands below Stop.
+        position: of the platform.
+        speed: of the platform, and what changes it.
+        left: the way and the time to the end of what is done.
+        controls: whether the page has them.
     """
 
     color: str
@@ -96,6 +101,10 @@ class Strip:
     refusal: str = ""
     pages: str = ""
     stop: str = ""
+    position: str = ""
+    speed: str = ""
+    left: str = ""
+    controls: bool = False
 
 
 class PortTakenError(KinematicsError):
@@ -105,6 +114,13 @@ class PortTakenError(KinematicsError):
         """Keep the address."""
         self.host, self.port = host, port
         super().__init__(f"port {port} of {host} is in use: choose another one with -p port:=...")
+
+
+def set_theme(gui: viser.GuiApi, *, is_dark: bool) -> None:
+    """Show all that belongs to viser in dark or light colours."""
+    gui.configure_theme(
+        show_logo=False, show_share_button=False, control_width="medium", dark_mode=is_dark
+    )
 
 
 class Page:
@@ -139,7 +155,7 @@ class Page:
         self._watches: set[asyncio.Task[None]] = set()
         self._socket._client_connect_cb.insert(0, self._watch)
         light_plainly(server.scene)
-        server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
+        set_theme(server.gui, is_dark=False)
 
     @property
     def address(self) -> str:
@@ -162,11 +178,28 @@ class Page:
             "css": room.joinpath("page.css").read_text(encoding="utf-8"),
             "stop": stop._impl.uuid,
             "release": release._impl.uuid,
+            **{name: button._impl.uuid for name, button in self._themes().items()},
             "renewals": RENEWALS,
             "silence": SILENCE,
         }
         script = room.joinpath("page.js").read_text(encoding="utf-8")
         self._settings = script.replace("SETTINGS", json.dumps(settings), 1)
+
+    def _themes(self) -> dict[str, viser.GuiButtonHandle]:
+        """Return buttons that no one sees, with which a page asks for dark or light colours."""
+
+        def button(is_dark: bool) -> viser.GuiButtonHandle:
+            made = self.server.gui.add_button("theme", visible=False)
+
+            async def show(event: Any) -> None:
+                # Of this page alone.
+                if event.client is not None:
+                    set_theme(event.client.gui, is_dark=is_dark)
+
+            made.on_click(show)
+            return made
+
+        return {"dark": button(True), "light": button(False)}
 
     def greet(self, client: viser.ClientHandle) -> None:
         """Put all that lies above the page there."""
@@ -175,6 +208,11 @@ class Page:
     def show(self, client: viser.ClientHandle, strip: Strip) -> None:
         """Show a ``strip`` on one page."""
         self._run(client, f"window.triGlide?.show({json.dumps(asdict(strip))})")
+
+    def show_history(self, client: viser.ClientHandle, history: Sequence[Entry]) -> None:
+        """Show on one page what was told, the newest first."""
+        rows = [{**asdict(entry), "time": entry.clock} for entry in history]
+        self._run(client, f"window.triGlide?.history({json.dumps(rows)})")
 
     def _run(self, client: viser.ClientHandle, script: str) -> None:
         # To one page at a time: what is sent to all of them is kept for those that come later.

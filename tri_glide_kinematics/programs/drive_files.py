@@ -195,6 +195,8 @@ class _Reader:
             numbers = (*self._place(keys, "centre"), *keys.vector("axis"), angle)
         tolerance = self._unit * keys.number("tolerance", self._tolerance, least=0.0)
         speed = self._unit * keys.number("speed", self._speed, least=0.0)
+        # For people.
+        keys.text("name", "")
         keys.finish()
         return _Numbers(SEGMENTS[kind], numbers, tolerance, speed)
 

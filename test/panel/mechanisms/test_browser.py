@@ -124,29 +124,30 @@ def places(pixels, colour):
     return np.argwhere(away < SAME)
 
 
-def test_a_chosen_mechanism_is_drawn_in_the_middle_of_the_view(screen):
+def test_a_chosen_mechanism_is_drawn_beside_the_machine(screen):
     screen.choose("none")
     screen.wait_for_pixels(lambda now: len(places(now, PALE)) < 20, "an empty scene")
     screen.choose("f_mechanism_example_2")
     pixels = screen.wait_for_pixels(
-        lambda now: len(places(now, BLUE)) > 2000 and len(places(now, GREEN)) > 300, "the drawing"
+        lambda now: len(places(now, BLUE)) > 1000 and len(places(now, GREEN)) > 150, "the drawing"
     )
-    assert len(places(pixels, PALE)) > 1000
-    assert len(places(pixels, ORANGE)) > 300
+    assert len(places(pixels, PALE)) > 400
+    assert len(places(pixels, ORANGE)) > 150
     rows, columns = places(pixels, GREEN).T
     width = pixels.shape[1]
     assert 100 < rows.min() and rows.max() < 700
-    assert abs(0.5 * (columns.min() + columns.max()) - 0.5 * width) < 0.25 * width
+    # The machine is to its left.
+    assert 0.45 * width < columns.min() and columns.max() < 0.98 * width
     screen.text_appears("The cranks turn fully on this branch.")
 
 
 def test_another_position_is_followed_and_turning_points_are_marked(screen):
     screen.choose("f_mechanism_example_2")
-    before = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 2000, "the drawing")
+    before = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 1000, "the drawing")
     screen.page.click(pressable("Follow the next position"))
     screen.text_appears("The cranks turn back at")
     screen.wait_for_pixels(
-        lambda now: (np.abs(now - before).max(axis=2) > 60).sum() > 2000,
+        lambda now: (np.abs(now - before).max(axis=2) > 60).sum() > 1000,
         "another drawing",
     )
     # Beside each mark its crank angle is drawn, and the words name it, too.
@@ -155,10 +156,10 @@ def test_another_position_is_followed_and_turning_points_are_marked(screen):
 
 def test_a_crank_that_turns_by_itself_is_seen_to_turn(screen):
     screen.choose("f_mechanism_example_2")
-    before = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 2000, "the drawing")
+    before = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 1000, "the drawing")
     screen.page.click(PLAYS)
     screen.wait_for_pixels(
-        lambda now: (np.abs(now - before).max(axis=2) > 60).sum() > 3000,
+        lambda now: (np.abs(now - before).max(axis=2) > 60).sum() > 1500,
         "a turning crank",
     )
     screen.page.click(PLAYS)
@@ -179,9 +180,9 @@ def test_curves_are_drawn_and_go_on(screen):
 def test_none_gives_the_view_back(screen):
     screen.page.evaluate(f"{CHOICE}.scrollIntoView()")
     screen.choose("f_mechanism_example_2")
-    screen.wait_for_pixels(lambda now: len(places(now, GREEN)) > 300, "the drawing")
+    screen.wait_for_pixels(lambda now: len(places(now, GREEN)) > 150, "the drawing")
     screen.choose("none")
-    screen.wait_for_pixels(lambda now: len(places(now, GREEN)) < 200, "an empty scene")
+    screen.wait_for_pixels(lambda now: len(places(now, GREEN)) < 50, "an empty scene")
 
 
 @pytest.fixture
@@ -196,13 +197,13 @@ def resize(screen, size):
     screen.page.resize(size)
     is_narrow = size == PHONE
     (client,) = screen.rig.server.get_clients().values()
-    screen.rig.wait_for(lambda: (client.camera.aspect < 1.0) == is_narrow, "the page to tell it")
+    screen.rig.wait_for(lambda: (client.camera.aspect < 0.5) == is_narrow, "the page to tell it")
 
 
 def test_on_a_phone_the_drawing_lies_above_the_controls(phone):
     phone.choose("none")
     phone.choose("four_bar_textbook")
-    pixels = phone.wait_for_pixels(lambda now: len(places(now, BLUE)) > 500, "the drawing")
+    pixels = phone.wait_for_pixels(lambda now: len(places(now, BLUE)) > 150, "the drawing")
     rows, columns = places(pixels[:480], BLUE).T
-    assert len(rows) > 300 and rows.min() > 150
-    assert 20 < columns.min() and columns.max() < 385
+    assert len(rows) > 100 and rows.min() > 150
+    assert 195 < columns.min() and columns.max() < 385

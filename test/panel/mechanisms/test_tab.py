@@ -11,7 +11,8 @@ from joined_domain import joined_domain
 from mechanisms_rig import NAP, Rig, mechanism_nodes, page_server
 
 from tri_glide_interfaces.srv import SolveFMechanism
-from tri_glide_kinematics.panel.mechanisms import NONE
+from tri_glide_kinematics.panel.mechanisms import NONE, view_of
+from tri_glide_kinematics.ros.parameters import IK_NODE
 
 pytestmark = pytest.mark.nodes
 
@@ -35,6 +36,25 @@ def rig(context, nodes):
         rig = Rig(context, namespace, server)
         yield rig
         rig.close()
+
+
+@pytest.mark.parametrize("size", [(956, 720), (316, 480), (360, 640), (800, 800)])
+def test_the_machine_and_the_drawing_are_in_view(size):
+    width, height = size
+    fov = math.radians(75.0)
+    (x, y, z), look_at = view_of(fov, width / height)
+    assert look_at == (x, 0.0, z)
+    lower, upper = (
+        next(each.default for each in IK_NODE if each.name == name)
+        for name in ("lower_heights", "upper_heights")
+    )
+    # Towers of the machine, and the corners of the drawing.
+    corners = [(side, z) for side in (-0.3, 0.3) for z in (min(lower), max(upper))]
+    corners += [(side, z) for side in (0.55, 1.25) for z in (0.1, 0.8)]
+    for across, up in corners:
+        tangent = math.tan(0.5 * fov) * -y
+        assert abs(across - x) < tangent * width / height
+        assert abs(up - z) < tangent
 
 
 def segment_lengths(lines):

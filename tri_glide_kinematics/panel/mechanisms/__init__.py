@@ -21,5 +21,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.mechanisms.tab import MechanismsTab as MechanismsTab
     from tri_glide_kinematics.panel.mechanisms.tab import example_files as example_files
     from tri_glide_kinematics.panel.mechanisms.tab import questions_about as questions_about
+    from tri_glide_kinematics.panel.mechanisms.tab import view_of as view_of
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

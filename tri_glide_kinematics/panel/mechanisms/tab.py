@@ -21,8 +21,9 @@ from tri_glide_kinematics.panel.mechanisms.show import MechanismRequests, Show
 from tri_glide_kinematics.vectors import Vector3
 
 NONE = "none"
-CENTRE: Vector3 = (1.1, 0.0, 0.45)  # m, of the drawing: beside the machine, at half its height
-VIEW_MARGIN = 1.6  # what the camera sees, in drawings
+CENTRE: Vector3 = (0.9, 0.0, 0.45)  # m, of the drawing: beside the machine, at half its height
+VIEW_MARGIN = 1.6  # height of what the camera sees, at least, in drawings
+VIEW_SIDES = (-0.4, 1.4)  # m, along x: the machine and the drawing
 NARROW = 0.7  # width by height of a page that has its controls below the scene
 STEPS_PER_TURN = 720  # of the slider of the crank
 SHOWN_PER_SECOND = 20.0  # positions that are asked for while the crank turns by itself
@@ -183,7 +184,7 @@ class MechanismsTab:
                 _move(client, *self._views.pop(client.client_id))
             return
         self._views.setdefault(client.client_id, (camera.position, camera.look_at))
-        _move(client, *_view_of(camera.fov, camera.aspect))
+        _move(client, *view_of(camera.fov, camera.aspect))
 
 
 def questions_about(file: MechanismFile) -> Questions | None:
@@ -209,17 +210,19 @@ def example_files(folder: Path) -> dict[str, MechanismFile]:
     return files
 
 
-def _view_of(fov: float, aspect: float) -> tuple[Vector3, Vector3]:
-    """Return from where and whither a camera looks that sees the whole drawing.
+def view_of(fov: float, aspect: float) -> tuple[Vector3, Vector3]:
+    """Return from where and whither a camera looks that sees the machine and the whole drawing.
 
     ``fov`` is the camera's angle from top to bottom [rad], ``aspect`` width by height.
     """
-    x, y, z = CENTRE
-    height = VIEW_MARGIN * SIZE / min(1.0, aspect)
+    left, right = VIEW_SIDES
+    middle = 0.5 * (left + right)
+    _, y, z = CENTRE
+    height = max(VIEW_MARGIN * SIZE, (right - left) / aspect)
     # Where the page is narrow, the controls cover its lower half, and Stop what is above.
     down = 0.15 * height if aspect < NARROW else 0.0
     distance = height / (2.0 * math.tan(0.5 * fov))
-    return (x, y - distance, z - down), (x, y, z - down)
+    return (middle, y - distance, z - down), (middle, y, z - down)
 
 
 def _move(client: ClientHandle, position: Any, look_at: Any) -> None:

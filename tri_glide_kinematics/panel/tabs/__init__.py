@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.tabs.operator_requests import OperatorsInput as OperatorsInput
     from tri_glide_kinematics.panel.tabs.operator_requests import PagesBar as PagesBar
     from tri_glide_kinematics.panel.tabs.operator_requests import pages_text as pages_text
+    from tri_glide_kinematics.panel.tabs.points_tab import Point as Point
     from tri_glide_kinematics.panel.tabs.points_tab import PointsFileError as PointsFileError
     from tri_glide_kinematics.panel.tabs.points_tab import PointsTab as PointsTab
     from tri_glide_kinematics.panel.tabs.points_tab import load_points as load_points

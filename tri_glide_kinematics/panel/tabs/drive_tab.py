@@ -20,23 +20,32 @@ from tri_glide_kinematics.vectors import Vector3
 HOLD = "hold"
 STEPS = {"0.1": 1e-4, "1": 1e-3, "10": 1e-2}
 
-# As they lie in the pad, row by row; None leaves a place empty.
-PAD: tuple[tuple[str, Vector3] | None, ...] = (
+# As they lie in the pad, row by row, with their keys; None leaves a place empty.
+PAD: tuple[tuple[str, Vector3, str] | None, ...] = (
     None,
-    ("Y+", (0.0, 1.0, 0.0)),
-    ("Z+", (0.0, 0.0, 1.0)),
-    ("X−", (-1.0, 0.0, 0.0)),
+    ("Y+", (0.0, 1.0, 0.0), "ArrowUp"),
+    ("Z+", (0.0, 0.0, 1.0), "PageUp"),
+    ("X−", (-1.0, 0.0, 0.0), "ArrowLeft"),
     None,
-    ("X+", (1.0, 0.0, 0.0)),
+    ("X+", (1.0, 0.0, 0.0), "ArrowRight"),
     None,
-    ("Y−", (0.0, -1.0, 0.0)),
-    ("Z−", (0.0, 0.0, -1.0)),
+    ("Y−", (0.0, -1.0, 0.0), "ArrowDown"),
+    ("Z−", (0.0, 0.0, -1.0), "PageDown"),
+)
+KEYS_HINT = (
+    "arrows: X and Y, Page Up and Down: Z. Gamepad, in 'hold': with a shoulder button held, left "
+    "stick or cross: X and Y, right stick: Z"
 )
 
 # Of the platform [mm/s].
 SLOWEST_JOG, USUAL_JOG, FASTEST_JOG = 1.0, 20.0, 200.0
 
-Move = Callable[[Vector3], None]
+SPEED_HINT = "largest speed of the platform on its way; 0: as fast as the sliders can"
+# Of a way to a position [mm/s].
+USUAL_SPEED = 50.0
+
+# To a position or by a vector [m], at a speed [m/s].
+Move = Callable[[Vector3, float], None]
 
 
 class DriveTab:
@@ -45,7 +54,11 @@ class DriveTab:
     def __init__(
         self, gui: viser.GuiApi, requests: OperatorRequests, move_to: Move, move_by: Move
     ) -> None:
-        """Add all to the open container of ``gui``; moves are to a position or by a vector [m]."""
+        """Add all to the open container of ``gui``.
+
+        A move is to a position or by a vector [m], at a speed of the platform [m/s], 0 for what the
+        sliders can do.
+        """
         self._gui = gui
         self._requests = requests
         self._move_by = move_by
@@ -65,19 +78,33 @@ class DriveTab:
         speed = gui.add_slider(
             "Jog [mm/s]", min=SLOWEST_JOG, max=FASTEST_JOG, step=1.0, initial_value=USUAL_JOG
         )
-        self._speed_slider = speed
         self._speed = OperatorsInput(requests, speed)
-        self._buttons = [self._pad_button(direction) for _, direction in filter(None, PAD)]
-        self._pad = gui.add_html(self._pad_text(HOLD))
+        self._mode = HOLD
+        self._buttons = [self._pad_button(direction) for _, direction, _ in filter(None, PAD)]
+        keys = gui.add_checkbox("Keys, gamepad", False, hint=KEYS_HINT)
+        self._keys = OperatorsInput(requests, keys, lambda _: self._show_pad())
+        self._pad = gui.add_html("")
+        self._show_pad()
         mode.on_click(requests.on(self._set_mode))
         with gui.add_folder("Go to [mm]"):
             place = gui.add_vector3("x, y, z", (0.0, 0.0, 0.0), step=0.1)
             self._place = OperatorsInput(requests, place)
+            self._go_speed = OperatorsInput(
+                requests,
+                gui.add_number("at [mm/s]", USUAL_SPEED, min=0.0, step=1.0, hint=SPEED_HINT),
+            )
             go = gui.add_button("Go", color="blue", icon=viser.Icon.PLAYER_PLAY)
-            go.on_click(requests.on(lambda _: move_to(_in_metres(self._place.value))))
+            go.on_click(
+                requests.on(lambda _: move_to(_in_metres(self._place.value), self.go_speed))
+            )
             here = gui.add_button("Take the present position")
             here.on_click(requests.on(lambda _: self._take_present()))
         self._present: Vector3 | None = None
+
+    @property
+    def go_speed(self) -> float:
+        """Speed of the way to a position, of the handle, too [m/s]."""
+        return float(0.001 * self._go_speed.value)
 
     def show(self, facts: MachineFacts, position: Vector3 | None) -> None:
         """Show the speed scale that the machine has; ``position`` is where it is commanded [m]."""
@@ -95,9 +122,9 @@ class DriveTab:
             self._place.set((x, y, z))
 
     def _set_mode(self, mode: str) -> None:
+        self._mode = mode
         self._step_size = STEPS.get(mode, 0.0)
-        self._pad.content = self._pad_text(mode)
-        self._speed_slider.visible = mode == HOLD
+        self._show_pad()
 
     def _pad_button(self, direction: Vector3) -> Any:
         """Return a button that is not seen: the pad presses and holds it."""
@@ -111,13 +138,14 @@ class DriveTab:
             size = self._step_size
             if size:
                 x, y, z = direction
-                self._move_by((size * x, size * y, size * z))
+                self._move_by((size * x, size * y, size * z), 0.001 * self._speed.value)
 
         button.on_hold(hold, callback_hz=RENEWALS)
         button.on_click(requests.on(step))
         return button
 
-    def _pad_text(self, mode: str) -> str:
+    def _show_pad(self) -> None:
+        mode = self._mode
         kind = "hold" if mode == HOLD else "press"
         buttons = iter(self._buttons)
         cells = []
@@ -125,10 +153,14 @@ class DriveTab:
             if entry is None:
                 cells.append("<span></span>")
                 continue
+            name, _, key = entry
             uuid = next(buttons)._impl.uuid
-            cells.append(f'<button type="button" data-{kind}="{uuid}">{entry[0]}</button>')
+            by_key = f' data-key="{key}"' if self._keys.value else ""
+            cells.append(f'<button type="button" data-{kind}="{uuid}"{by_key}>{name}</button>')
         words = "moves while it is held" if mode == HOLD else f"each press moves by {mode} mm"
-        return f'<div class="tri-glide-pad">{"".join(cells)}</div>{note(words)}'
+        if self._keys.value:
+            words += f"; {KEYS_HINT}"
+        self._pad.content = f'<div class="tri-glide-pad">{"".join(cells)}</div>{note(words)}'
 
 
 def _in_metres(place: tuple[float, float, float]) -> Vector3:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import json
+import re
+from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import viser
 import yaml
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
+from tri_glide_kinematics.keys import load_yaml
 from tri_glide_kinematics.panel.markup import note, table
 from tri_glide_kinematics.panel.tabs.operator_requests import OperatorRequests, OperatorsInput
-from tri_glide_kinematics.programs import PathStep, load_drive
+from tri_glide_kinematics.programs import DriveFileError, PathStep, load_drive
 from tri_glide_kinematics.vectors import Vector3
 
 # Of a file that is written here: no other is overwritten.
@@ -26,14 +31,25 @@ class PointsFileError(KinematicsError):
     """A file of points cannot be written, or is none."""
 
 
-def points_text(points: Sequence[Vector3], tolerance: float, speed: float) -> str:
+class Point(NamedTuple):
+    """A taught point.
+
+    Attributes:
+        position: of the platform. Shape (3,) [m].
+        name: that the operator has given it; empty for none.
+    """
+
+    position: Vector3
+    name: str = ""
+
+
+def points_text(points: Sequence[Point], tolerance: float, speed: float) -> str:
     """Return a drive file with one path through the points, from where the platform is.
 
-    Points and the ``tolerance`` at corners are in [m]; the ``speed`` is 0 for what the sliders can
-    do [m/s].
+    The ``tolerance`` at corners is in [m]; the ``speed`` is 0 for what the sliders can do [m/s].
     """
     bounds = f"{{tolerance: {_number(1000.0 * tolerance)}, speed: {_number(1000.0 * speed)}}}"
-    rows = ",\n".join(f"  {{line: {{to: [{_in_millimetres(point)}]}}}}" for point in points)
+    rows = ",\n".join(map(_row, points))
     # In braces, so that a file that is cut off is no YAML.
     return (
         f"{FIRST_LINE}\n"
@@ -41,7 +57,7 @@ def points_text(points: Sequence[Vector3], tolerance: float, speed: float) -> st
     )
 
 
-def save_points(file: Path, points: Sequence[Vector3], tolerance: float, speed: float) -> None:
+def save_points(file: Path, points: Sequence[Point], tolerance: float, speed: float) -> None:
     """Write the points as a drive file; an older one is kept as ``NAME.bak``.
 
     Raises:
@@ -55,8 +71,8 @@ def save_points(file: Path, points: Sequence[Vector3], tolerance: float, speed: 
         raise PointsFileError(f"{file} cannot be written: {error.strerror or error}") from error
 
 
-def load_points(file: Path) -> list[Vector3]:
-    """Read the points of a drive file that holds one path of lines [m].
+def load_points(file: Path) -> list[Point]:
+    """Read the points of a drive file that holds one path of lines.
 
     Raises:
         DriveFileError: if it is no drive file.
@@ -65,8 +81,26 @@ def load_points(file: Path) -> list[Vector3]:
     steps = load_drive(file).steps
     if len(steps) != 1 or not isinstance(steps[0], PathStep) or steps[0].segments.kinds.any():
         raise PointsFileError(f"{file} holds more than one path of lines")
-    rows = steps[0].segments.numbers.reshape(-1, 3).tolist()
-    return [(x, y, z) for x, y, z in rows]
+    places = steps[0].segments.numbers.reshape(-1, 3).tolist()
+    # Of a file that was just read, and is what it should be.
+    segments = load_yaml(file, DriveFileError)["steps"][0]["path"]["segments"]
+    names = [segment["line"].get("name", "") for segment in segments]
+    return [Point((x, y, z), name) for (x, y, z), name in zip(places, names)]
+
+
+def is_points(file: Path) -> bool:
+    """Tell whether a file was written here."""
+    try:
+        with file.open(encoding="utf-8", errors="replace") as stream:
+            return stream.readline().rstrip() == FIRST_LINE
+    except OSError:
+        return False
+
+
+def _row(point: Point) -> str:
+    # JSON is YAML, whatever the name is.
+    name = f", name: {json.dumps(point.name)}" if point.name else ""
+    return f"  {{line: {{to: [{_in_millimetres(point.position)}]{name}}}}}"
 
 
 def _in_millimetres(point: Vector3) -> str:
@@ -78,12 +112,25 @@ def _number(value: float) -> str:
 
 
 USUAL_TOLERANCE = 1.0  # mm
+USUAL_SPEED = 50.0  # mm/s
+# So many steps back are kept.
+STEPS_BACK = 50
+# A file of points in the folder; no path leads out of it.
+FILE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_ -]{0,59}")
+LONGEST_NAME = 30
+NO_FILE = "choose a file"
+SUFFIX = ".yaml"
 
 Follow = Callable[[list[Vector3], float, float], None]
+GoTo = Callable[[Vector3, float], None]
 
 
 class PointsTab:
-    """Points that can be driven as a path, saved, and loaded again."""
+    """Points that can be named, edited, gone to, driven as a path, saved, and loaded again.
+
+    Attributes:
+        points: in their order.
+    """
 
     def __init__(
         self,
@@ -92,39 +139,70 @@ class PointsTab:
         file: Path,
         present: Callable[[], Vector3 | None],
         follow: Follow,
+        go_to: GoTo,
     ) -> None:
         """Add all to the open container of ``gui``.
 
-        The points are saved to a ``file`` and loaded from it; ``present`` returns where the
-        platform is [m]; ``follow`` drives through points [m], within a tolerance [m], at a speed
-        [m/s].
+        The points are saved to a ``file``, or others beside it, and loaded from there; ``present``
+        returns where the platform is [m]; ``follow`` drives through points [m], within a tolerance
+        [m], at a speed [m/s]; ``go_to`` goes to one of them.
         """
-        self.points: list[Vector3] = []
+        self.points: tuple[Point, ...] = ()
+        self._back: deque[tuple[Point, ...]] = deque(maxlen=STEPS_BACK)
         self._requests = requests
-        self._file = file
+        self._given = file
+        self._folder = file.parent
         self._present = present
         self._follow = follow
-        gui.add_button("Teach this position", icon=viser.Icon.MAP_PIN_PLUS).on_click(
-            requests.on(lambda _: self._teach())
-        )
+        self._go_to = go_to
+
+        def button(label: str, do: Callable[[], None], **look: Any) -> viser.GuiButtonHandle:
+            made = gui.add_button(label, **look)
+            made.on_click(requests.on(lambda _: do()))
+            return made
+
+        button("Teach this position", self._teach, icon=viser.Icon.MAP_PIN_PLUS)
         self._table = gui.add_html("")
-        self._edit = gui.add_button_group("Points", ("undo", "clear"))
-        self._edit.on_click(requests.on(self._remove))
+        edit = gui.add_button_group("Points", ("undo", "clear"))
+        edit.on_click(requests.on(lambda what: self._undo() if what == "undo" else self._ask()))
+        self._clear = button("Clear all points", self._clear_all, color="red", visible=False)
+        self._keep = button("Keep them", self._keep_all, visible=False)
+        with gui.add_folder("Point"):
+            self._choice = OperatorsInput(
+                requests,
+                gui.add_number("Number", 1, min=1, step=1),
+                lambda _: self._show_chosen(),
+            )
+            self._name = OperatorsInput(requests, gui.add_text("Name", ""))
+            self._place = [
+                OperatorsInput(requests, gui.add_number(f"{axis} [mm]", 0.0, step=0.01))
+                for axis in "xyz"
+            ]
+            actions = {"go to": self._go, "change": self._change, "remove": self._remove}
+            one = gui.add_button_group("This one", tuple(actions))
+            one.on_click(requests.on(lambda what: actions[what]()))
         self._tolerance = OperatorsInput(
             requests, gui.add_number("Corners [mm]", USUAL_TOLERANCE, min=0.0, step=0.1)
         )
         hint = "0: as fast as the sliders can"
         self._speed = OperatorsInput(
-            requests, gui.add_number("Speed [mm/s]", 0.0, min=0.0, step=1.0, hint=hint)
+            requests, gui.add_number("Speed [mm/s]", USUAL_SPEED, min=0.0, step=1.0, hint=hint)
         )
-        gui.add_button("Drive through them", color="blue", icon=viser.Icon.ROUTE).on_click(
-            requests.on(lambda _: self._drive())
-        )
-        self._files = gui.add_button_group("File", ("save", "load"))
-        self._files.on_click(
-            requests.on(lambda value: self._save() if value == "save" else self._load())
-        )
+        button("Drive through them", self._drive, color="blue", icon=viser.Icon.ROUTE)
+        self._file = OperatorsInput(requests, gui.add_text("File name", file.stem))
+        self._saved = gui.add_dropdown("Files", [NO_FILE])
+        self._saved_choice = OperatorsInput(requests, self._saved, self._choose_file)
+        files = gui.add_button_group("File", ("save", "load"))
+        files.on_click(requests.on(lambda value: self._save() if value == "save" else self._load()))
         self._note = gui.add_html("")
+        self._show()
+        self._list_files()
+
+    def _put(self, points: Sequence[Point]) -> None:
+        """Take other points; what was there before comes back by undo."""
+        self._back.append(self.points)
+        self.points = tuple(points)
+        self._keep_all()
         self._show()
 
     def _teach(self) -> None:
@@ -132,24 +210,113 @@ class PointsTab:
         if position is None:
             self._requests.refuse("nothing taught: the position of the platform is not known")
             return
-        self.points.append(position)
-        self._show()
+        self._put((*self.points, Point(position)))
+        self._choice.set(len(self.points))
+        self._show_chosen()
 
-    def _remove(self, what: str) -> None:
-        del self.points[-1 if what == "undo" else 0 :]
+    def _undo(self) -> None:
+        if not self._back:
+            self._requests.refuse("nothing to undo")
+            return
+        self.points = self._back.pop()
+        self._keep_all()
         self._show()
+        self._show_chosen()
+
+    def _ask(self) -> None:
+        """Ask before all are removed."""
+        if self.points:
+            self._clear.label = f"Clear all {len(self.points)} points"
+            self._clear.visible = self._keep.visible = True
+
+    def _clear_all(self) -> None:
+        if self._clear.visible:
+            self._put(())
+
+    def _keep_all(self) -> None:
+        self._clear.visible = self._keep.visible = False
+
+    @property
+    def _index(self) -> int | None:
+        """Of the chosen point, None if there is none of this number."""
+        index = int(self._choice.value) - 1
+        if index in range(len(self.points)):
+            return index
+        self._requests.refuse(f"there is no point {index + 1}, of {len(self.points)}")
+        return None
+
+    def _show_chosen(self) -> None:
+        index = int(self._choice.value) - 1
+        if index in range(len(self.points)):
+            point = self.points[index]
+            self._name.set(point.name)
+            for field, part in zip(self._place, point.position):
+                field.set(round(1000.0 * part, DIGITS) + 0.0)
+
+    def _go(self) -> None:
+        if (index := self._index) is not None:
+            self._go_to(self.points[index].position, self._bounds()[1])
+
+    def _change(self) -> None:
+        """Give the chosen point the name and the place in the fields."""
+        if (index := self._index) is not None:
+            name = self._name.value.strip()
+            if len(name) > LONGEST_NAME or not name.isprintable():
+                text = f"no name: {len(name)} characters, at most {LONGEST_NAME} that can be seen"
+                self._requests.refuse(text)
+                return
+            if name and any(
+                point.name == name for at, point in enumerate(self.points) if at != index
+            ):
+                self._requests.refuse(f"another point has the name {name!r}")
+                return
+            x, y, z = (0.001 * float(field.value) for field in self._place)
+            self._put((*self.points[:index], Point((x, y, z), name), *self.points[index + 1 :]))
+
+    def _remove(self) -> None:
+        if (index := self._index) is not None:
+            self._put((*self.points[:index], *self.points[index + 1 :]))
+            self._show_chosen()
 
     def _drive(self) -> None:
-        self._follow(self.points, *self._bounds())
+        if not self.points:
+            self._requests.refuse("nothing to drive through: there are no points yet")
+            return
+        self._follow([point.position for point in self.points], *self._bounds())
+
+    def _path(self) -> Path | None:
+        """Return the chosen file, None if its name cannot be one."""
+        name = self._file.value.strip().removesuffix(SUFFIX)
+        if name == self._given.stem:
+            return self._given
+        if FILE_NAME.fullmatch(name):
+            return self._folder / f"{name}{SUFFIX}"
+        self._requests.refuse(
+            "no file: its name has to have 1 to 60 letters, digits, spaces, - and _"
+        )
+        return None
 
     def _save(self) -> None:
-        save_points(self._file, self.points, *self._bounds())
-        self._say(f"{len(self.points)} points saved as {self._file}")
+        if (file := self._path()) is not None:
+            save_points(file, self.points, *self._bounds())
+            self._say(f"{len(self.points)} points saved as {file}")
+            self._list_files()
 
     def _load(self) -> None:
-        self.points = load_points(self._file)
-        self._show()
-        self._say(f"{len(self.points)} points of {self._file}")
+        if (file := self._path()) is not None:
+            self._put(load_points(file))
+            self._show_chosen()
+            self._say(f"{len(self.points)} points of {file}")
+
+    def _choose_file(self, name: str) -> None:
+        if name != NO_FILE:
+            self._file.set(name)
+
+    def _list_files(self) -> None:
+        """Offer the files of points that are in the folder."""
+        names = [file.stem for file in sorted(self._folder.glob(f"*{SUFFIX}")) if is_points(file)]
+        self._saved.options = [NO_FILE, *names]
+        self._saved_choice.set(NO_FILE)
 
     def _bounds(self) -> tuple[float, float]:
         return 0.001 * self._tolerance.value, 0.001 * self._speed.value
@@ -161,7 +328,10 @@ class PointsTab:
         head = ("", "x", "y", "z [mm]") if self.points else ("no points yet",)
         rows: list[tuple[str, ...]] = [head]
         rows += [
-            (str(number), *(f"{1000.0 * part:.2f}" for part in point))
+            (
+                f"{number} {point.name}",
+                *(f"{round(1000.0 * part, 2) + 0.0:.2f}" for part in point.position),
+            )
             for number, point in enumerate(self.points, 1)
         ]
         self._table.content = table(rows)

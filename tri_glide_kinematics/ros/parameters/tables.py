@@ -604,6 +604,11 @@ PANEL_NODE = (
         "",
         "file whose text the page shows beside the state, as `panel` writes it; empty for none",
     ),
+    Parameter(
+        "start_again_file",
+        "",
+        "file that the page makes to have nodes that have ended started again; empty for none",
+    ),
     *SYSTEM,
 )
 
