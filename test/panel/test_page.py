@@ -19,7 +19,7 @@ from websockets.typing import Origin, Subprotocol
 
 from testing.page_attack import message as packed
 from testing.page_reader import CAMERA
-from tri_glide_kinematics.panel.guard import UnguardedPageError, fault_of
+from tri_glide_kinematics.panel.guard import UnguardedPageError, message_of
 from tri_glide_kinematics.panel.page import Page, PortTakenError
 
 PROTOCOL = f"viser-v{viser.__version__}"
@@ -118,7 +118,7 @@ FAULTS: dict[str | bytes, str] = {
 
 @pytest.mark.parametrize(("message", "fault"), FAULTS.items(), ids=map(str, range(len(FAULTS))))
 def test_what_no_page_says(message: str | bytes, fault: str) -> None:
-    assert fault in str(fault_of(message))
+    assert fault in str(message_of(message))
 
 
 def test_what_is_dropped_is_counted_in_a_line_a_second(page: Page, log: list[str]) -> None:
