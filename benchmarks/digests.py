@@ -29,7 +29,7 @@ from benchmarks import soak_controller, soak_motion
 from benchmarks.bench_paths import drive
 from benchmarks.judge import COARSE, SCENARIOS, Findings
 from testing.path_samples import random_path
-from tri_glide_kinematics.control import ControllerStatus, line_of
+from tri_glide_kinematics.control import ControllerStatus, MotionProgress, line_of
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import RefusalLog
 from tri_glide_kinematics.ros.outputs.machine_state import machine_state
@@ -83,9 +83,9 @@ class Recorder(Findings):
 
     def told(self, status: ControllerStatus) -> None:
         """Note what a controller has told."""
-        message = machine_state(
-            status, RefusalLog(_no_line, lines_per_second=1), "", "base", _CLOCK
-        )
+        refused = RefusalLog(_no_line, lines_per_second=1)
+        # Where the setpoints are is in their digest.
+        message = machine_state(status, MotionProgress(), refused, "", "base", _CLOCK)
         message.header.stamp.sec = message.header.stamp.nanosec = 0
         self.texts.update(f"{line_of(status)}\n{message}\n".encode())
 

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.operating_state import (
         ForbiddenTransitionError as ForbiddenTransitionError,
     )
+    from tri_glide_kinematics.control.operating_state import MotionProgress as MotionProgress
     from tri_glide_kinematics.control.operating_state import OperatingState as OperatingState
     from tri_glide_kinematics.control.operating_state import Reason as Reason
     from tri_glide_kinematics.control.operating_state import StateMachine as StateMachine

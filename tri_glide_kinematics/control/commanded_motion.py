@@ -19,6 +19,7 @@ from tri_glide_kinematics.control.operating_state import (
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import (
     Command,
+    Follow,
     GoalCode,
     Jog,
     MotionEngine,
@@ -134,9 +135,11 @@ class CommandedMotion:
             self._engine.check_position(target.position)
         self._carry_out(target)
 
-    def set_limits(self, limits: SliderLimits, speed_scale: float) -> None:
+    def set_limits(
+        self, limits: SliderLimits, speed_scale: float, path_speed_scale: float = 1.0
+    ) -> None:
         """Change the limits when it is their turn; too fast a motion slows down first."""
-        self._queue.put_limits(limits, speed_scale)
+        self._queue.put_limits(limits, speed_scale, path_speed_scale)
         self.go_on()
 
     def pursue_position(self, position: Sequence[float]) -> Command:
@@ -266,6 +269,11 @@ class CommandedMotion:
             self._give_up(refusal, f"{command}: {refusal}")
         elif reason is not None:
             self._newest_target.take(command, reason, self._engine.target)
+            if isinstance(command, Follow) and command.outputs is not None:
+                path, driven = command.path, self._engine.driven_path
+                assert path is not None and driven is not None
+                places = command.outputs.places(path, driven)
+                self._newest_target.outputs.extend(zip(places, command.outputs.told))
             if self._engine.is_paused:
                 self._tell_pause()
             else:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from tri_glide_kinematics.control.command_queue import CommandQueue
 from tri_glide_kinematics.control.commanded_motion import CommandedMotion
@@ -19,6 +21,7 @@ from tri_glide_kinematics.control.operating_state import (
     Cause,
     CommandRefusedError,
     ControllerStatus,
+    MotionProgress,
     OperatingState,
     Reason,
     StateMachine,
@@ -44,6 +47,9 @@ from tri_glide_kinematics.vectors import Vector3
 
 STARTED_DISABLED = Reason(Cause.STARTED_DISABLED, "started disabled")
 
+# The setpoint is at a place if it is nearer than rounding [m].
+NOT_APART = 1e-12
+
 # A target that is too far away is a fault, which ends all goals.
 CODE_OF = {Arrival.REACHED: GoalCode.SUCCEEDED, Arrival.NOT_REACHED: GoalCode.NOT_REACHED}
 
@@ -60,6 +66,7 @@ class MotionController:
     Attributes:
         streams: of what has to be renewed; their timeouts can be changed.
         newest_target: when it counts as reached can be changed.
+        passed_outputs: of the path, where the setpoint has just been; who tells them clears it.
         move_to, jog, track, follow, set_limits: motions, as ``CommandedMotion`` says.
         pursue, pursue_position, pause, resume, cancel, leads_to: motions whose end somebody waits
             for, as ``CommandedMotion`` says.
@@ -95,6 +102,7 @@ class MotionController:
         first = (DISABLED, STARTED_DISABLED) if start_disabled else (WAITING, NO_MEASUREMENT)
         self.streams = streams
         self.newest_target = NewestTarget(in_position_bounds)
+        self.passed_outputs: list[Any] = []
         self._engine = engine
         self._supervisor = supervisor
         self._period = period
@@ -133,6 +141,7 @@ class MotionController:
             None if command is None else command.velocity,
             self.leads,
             self._engine.speed_scale,
+            self._engine.path_speed_scale,
             self._engine.shaper_pending,
         )
 
@@ -182,6 +191,26 @@ class MotionController:
         None without one, and until its length is known.
         """
         return self._engine.path_progress
+
+    @property
+    def progress(self) -> MotionProgress:
+        """Where the setpoints are, and what is left of the motion."""
+        engine = self._engine
+        if not self.leads:
+            return MotionProgress()
+        position, velocity = engine.platform
+        here = position, math.hypot(*velocity)
+        if engine.phase is MotionPhase.IDLE:
+            return MotionProgress(*here, 0, 0.0, 0.0)
+        if engine.driven_path is not None:
+            path = engine.path_progress
+            if path is None:
+                return MotionProgress(*here)
+            way = max(path.way_remaining, 0.0)
+            return MotionProgress(*here, path.segment, way, path.time_remaining)
+        way = math.nan if engine.target is None else math.dist(position, engine.target)
+        time = engine.remaining
+        return MotionProgress(*here, 0, way, time if math.isfinite(time) else math.nan)
 
     @property
     def shaper_duration(self) -> float:
@@ -286,10 +315,22 @@ class MotionController:
     def _look_after(self, now: float) -> None:
         """Do what comes after the setpoint of a cycle."""
         self._motion.look_after()
+        if self.newest_target.outputs:
+            self._pass_outputs()
         if self._engine.phase is MotionPhase.IDLE and self._queue.target is None:
             self._stand_still(now)
             if self.newest_target.cancelled:
                 self.newest_target.come_to_rest(now)
+
+    def _pass_outputs(self) -> None:
+        """Note which outputs the setpoint has passed."""
+        outputs, engine = self.newest_target.outputs, self._engine
+        if engine.driven_path is None:
+            # The path was given up. Where the platform does not get, nothing is told.
+            outputs.clear()
+        place = engine.path_place + NOT_APART
+        while outputs and outputs[0][0] <= place:
+            self.passed_outputs.append(outputs.popleft()[1])
 
     def _stand_still(self, now: float) -> None:
         """Go on from the present state, as the setpoints stand still and no target waits."""

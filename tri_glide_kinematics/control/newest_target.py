@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 from tri_glide_kinematics.control.operating_state import Cause, Reason
 from tri_glide_kinematics.motion.engine import Command, GoalCode
@@ -107,6 +109,7 @@ class NewestTarget:
         distance: that was measured when this was decided [m]; None before that.
         driven: the target, and of a path that was extended all that it was before.
         cancelled: targets for which the machine comes to rest.
+        outputs: that are still to be told on the path, and where on it [m].
     """
 
     def __init__(self, bounds: InPositionBounds) -> None:
@@ -120,6 +123,7 @@ class NewestTarget:
         self.distance: float | None = None
         self.driven: tuple[Command, ...] = ()
         self.cancelled: list[Command] = []
+        self.outputs: deque[tuple[float, Any]] = deque()
         self._in_position: InPosition | None = None
         # Whether the sliders are at their commands, after a cancel.
         self._at_rest: InPosition | None = None
@@ -155,6 +159,7 @@ class NewestTarget:
         else:
             self.end_driven(GoalCode.SUPERSEDED, f"superseded by {command}")
             self.driven = (command,)
+            self.outputs.clear()
         self.command = command
         self.text = str(command)
         self.position = command.position or end

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, IntEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.vectors import Vector3
@@ -120,6 +121,7 @@ class ControllerStatus:
         target_velocity: Shape (3,) [m/s]; None if it has none.
         leads: whether there is a setpoint in each cycle.
         speed_scale: by how much velocities are reduced.
+        path_speed_scale: by what the speeds that paths ask for are multiplied.
         shaper_waits: whether a new shaper waits for the next rest to be in force.
     """
 
@@ -135,7 +137,26 @@ class ControllerStatus:
     target_velocity: Vector3 | None = None
     leads: bool = False
     speed_scale: float = 1.0
+    path_speed_scale: float = 1.0
     shaper_waits: bool = False
+
+
+class MotionProgress(NamedTuple):
+    """Where the setpoints are, and what is left of the motion; NaN where nothing is known.
+
+    Attributes:
+        position: of the platform. Shape (3,) [m].
+        speed: of the platform [m/s].
+        segment: of the path that is followed, from 0.
+        way_remaining: to the end of what is done [m].
+        time_remaining: until then [s].
+    """
+
+    position: Vector3 = (math.nan, math.nan, math.nan)
+    speed: float = math.nan
+    segment: int = 0
+    way_remaining: float = math.nan
+    time_remaining: float = math.nan
 
 
 class CommandRefusedError(KinematicsError):

@@ -25,7 +25,6 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
@@ -62,6 +61,7 @@ from tri_glide_kinematics.programs import (
     table,
 )
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 from tri_glide_kinematics.ros.parameters import (
     IK_NODE,
     Values,
@@ -95,9 +95,6 @@ NAP = 0.02
 PROGRESS_PERIOD = 0.1
 
 INTERRUPTED = "interrupted"
-
-# Who begins to listen later is told the latest ones.
-LATEST_OUTPUTS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class NoMachineError(KinematicsError):

@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
+from tri_glide_interfaces.msg import Output
 from tri_glide_kinematics.control import (
     Health,
     LoopStatistics,
@@ -36,6 +37,7 @@ from tri_glide_kinematics.ros.inputs import (
 )
 from tri_glide_kinematics.ros.loop import Cycle, PlanningTime
 from tri_glide_kinematics.ros.messages import (
+    LATEST_OUTPUTS,
     age_of_target,
     moving_target,
     target_position,
@@ -114,6 +116,7 @@ class IkNode(Node):
         self._stream_topics: tuple[str, ...] = ()
         self._outputs = CommandOutputs(self, values)
         self._motion_states = MotionStates(self, values)
+        self._path_outputs = self.create_publisher(Output, "outputs", LATEST_OUTPUTS)
         self._supervisor = Supervisor(supervision_bounds_of(values), values["joint_names"])
         machine = machine_of(values)
         self._engine = MotionEngine(
@@ -121,6 +124,7 @@ class IkNode(Node):
             limits_of(values),
             kind=MotionKind[values["motion"].upper()],
             speed_scale=values["speed_scale"],
+            path_speed_scale=values["path_speed_scale"],
             in_pieces=True,
         )
         self._engine.set_shaper(shaper_of(values))
@@ -137,6 +141,7 @@ class IkNode(Node):
                 f"refused a target: {text}", refusal
             ),
         )
+        self._reports.progress = lambda: self._controller.progress
         parameters.on_change(self._apply)
         self._others = OtherPublishers(self, self._outputs.publishers, self._on_others)
         services = MachineServices(
@@ -226,6 +231,11 @@ class IkNode(Node):
             return None
 
     def _tell(self, now: float, setpoint: SliderState | None) -> None:
+        passed = self._controller.passed_outputs
+        if passed:
+            for output in passed:
+                self._path_outputs.publish(output)
+            passed.clear()
         self._reports.tell()
         self._actions.answer(now + self._time_for_requests)
         if self._motion_states.is_due():
@@ -316,7 +326,9 @@ class IkNode(Node):
         self._actions.path_tolerance = values["path_tolerance"]
         self._controller.newest_target.bounds = in_position_bounds_of(values)
         self._supervisor.bounds = supervision_bounds_of(values)
-        self._controller.set_limits(limits_of(values), values["speed_scale"])
+        self._controller.set_limits(
+            limits_of(values), values["speed_scale"], values["path_speed_scale"]
+        )
         self._engine.set_shaper(shaper_of(values))
 
     def _health(self) -> Health:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 
 from tri_glide_interfaces.action import FollowPath, MoveTo
+from tri_glide_interfaces.msg import Output as OutputMessage
 from tri_glide_kinematics.motion.path import FlatPath
+from tri_glide_kinematics.programs import Output
 from tri_glide_kinematics.ros.cdr import read_kinds_within_bytes
 from tri_glide_kinematics.vectors import Vector3
 
@@ -94,12 +97,17 @@ class GoalSender:
         point.x, point.y, point.z = position
         return SentGoal(self._move_to, goal)
 
-    def follow(self, path: FlatPath, frame: str = "") -> SentGoal:
-        """Go along a ``path`` from where the platform is."""
+    def follow(self, path: FlatPath, frame: str = "", outputs: Sequence[Output] = ()) -> SentGoal:
+        """Go along a ``path`` from where the platform is, and tell the ``outputs`` of it there."""
         goal = FollowPath.Goal()
         goal.header.frame_id = frame
         goal.kinds = path.kinds
         goal.numbers = path.numbers.tolist()
         goal.tolerances = path.tolerances.tolist()
         goal.speeds = np.where(np.isfinite(path.speeds), path.speeds, 0.0).tolist()
+        goal.output_segments = [output.joint for output in outputs]
+        goal.outputs = [
+            OutputMessage(name=output.name, number=output.number, value=float(output.value))
+            for output in outputs
+        ]
         return SentGoal(self._follow_path, goal)

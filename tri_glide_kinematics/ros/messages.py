@@ -10,6 +10,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, Quaternion, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, Refusal
@@ -24,6 +25,10 @@ UNIT_TOLERANCE = 1e-3
 
 # A stamp may be ahead of the clock by this: clocks of one computer, or well synchronised ones [s].
 LARGEST_LEAD = 0.01
+
+
+# Outputs of programs and paths: who begins to listen later is told the latest ones.
+LATEST_OUTPUTS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class RefusedMessageError(KinematicsError):

@@ -71,7 +71,7 @@ def test_at_the_speeds_that_are_allowed_no_more_is_cut_than_allowed(seed):
     steps = at_once(bends.speeds(SHAPER, 1.0, 1.0))
     ways = np.linspace(begin, end, 20_001)
     rates = driven.rates(driven.spans_of(ways), ways)
-    speeds = np.minimum(steps.at(ways, rates), 5.0) / rates
+    speeds = np.minimum(steps.at(ways, rates, 0.0), 5.0) / rates
     times = np.append(0.0, np.cumsum(np.diff(ways) / np.minimum(speeds[1:], speeds[:-1])))
     when = np.arange(0.0, times[-1] + SHAPER.duration, 2e-4)
     copies = np.interp(np.subtract.outer(when, SHAPER.times).T, times, ways)

@@ -18,6 +18,7 @@ from tri_glide_kinematics.control import (
     Cause,
     CommandRefusedError,
     ControllerStatus,
+    MotionProgress,
     OperatingState,
     Reason,
 )
@@ -38,9 +39,9 @@ CONSTANTS = {
 STATES = {name: value for name, value in CONSTANTS.items() if not name.startswith(tuple(PREFIXES))}
 
 
-def told(status, refused=None, remark=""):
+def told(status, refused=None, remark="", progress=None):
     refused = refused or RefusalLog(lambda text: None, 1)
-    return machine_state(status, refused, remark, "base", Clock())
+    return machine_state(status, progress or MotionProgress(), refused, remark, "base", Clock())
 
 
 @pytest.mark.parametrize("prefix", PREFIXES)
@@ -85,9 +86,11 @@ def test_all_that_is_known_is_told():
         target_position=(0.1, 0.2, 0.3),
         leads=True,
         speed_scale=0.5,
+        path_speed_scale=1.5,
         shaper_waits=True,
     )
-    message = told(status, refused, "two senders")
+    progress = MotionProgress((0.4, 0.5, 0.6), 0.07, 3, 0.8, 9.0)
+    message = told(status, refused, "two senders", progress)
     assert (message.state, message.cause) == (
         MachineState.FAULT,
         MachineState.CAUSE_TARGET_TOO_FAR,
@@ -102,6 +105,10 @@ def test_all_that_is_known_is_told():
     assert math.isnan(message.target_velocity.x)
     assert message.sends_setpoints and not message.target_reached
     assert message.speed_scale == 0.5 and message.shaper_waits
+    assert message.path_speed_scale == 1.5
+    assert (message.position.x, message.position.y, message.position.z) == (0.4, 0.5, 0.6)
+    assert (message.speed, message.segment) == (0.07, 3)
+    assert (message.way_remaining, message.time_remaining) == (0.8, 9.0)
     assert (message.refused, message.refusal) == (1, MachineState.REFUSAL_NOT_FINITE)
     assert message.refusal_text == "refused a target pose: nan"
     assert message.header.frame_id == "base" and message.header.stamp.sec > 0
@@ -112,6 +119,8 @@ def test_what_is_not_known_is_nan_or_none():
     assert message.target_kind == MachineState.TARGET_NONE
     assert all(math.isnan(part) for part in (message.target.x, message.target_distance))
     assert message.refusal == MachineState.REFUSAL_NONE
+    unknown = (message.position.y, message.speed, message.way_remaining, message.time_remaining)
+    assert all(map(math.isnan, unknown))
 
 
 def test_each_error_of_a_command_has_a_refusal():

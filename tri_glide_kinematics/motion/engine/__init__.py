@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.commands import Move as Move
     from tri_glide_kinematics.motion.engine.commands import NewLimits as NewLimits
     from tri_glide_kinematics.motion.engine.commands import Outcome as Outcome
+    from tri_glide_kinematics.motion.engine.commands import PathOutputs as PathOutputs
     from tri_glide_kinematics.motion.engine.commands import TargetKind as TargetKind
     from tri_glide_kinematics.motion.engine.commands import Track as Track
     from tri_glide_kinematics.motion.engine.engine import MotionEngine as MotionEngine

@@ -12,12 +12,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from enum import Enum, IntEnum
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from tri_glide_kinematics.checks import finite, finite_vector
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
 from tri_glide_kinematics.motion.tracking import SLOWEST_JOG, Wanted, WantedVelocity
 from tri_glide_kinematics.motion.trajectory import (
     NoPathError,
@@ -495,10 +495,39 @@ class Track(Command):
         return None
 
 
+class PathOutputs(NamedTuple):
+    """What is told while a path is driven, each at the begin of a segment.
+
+    Attributes:
+        segments: their indices, none smaller than the one before.
+        told: what is told at each of them; nobody in here looks at it.
+        total: number of all segments. A first one that leads nowhere is no part of the path.
+    """
+
+    segments: Sequence[int]
+    told: Sequence[Any]
+    total: int
+
+    def places(self, path: PlatformPath, driven: DrivenPath) -> list[float]:
+        """Return where on the path as driven each is told [m].
+
+        Args:
+            path: that the segments are those of.
+            driven: it ends with that path.
+        """
+        own = len(path.segments)
+        first = len(driven.segments) - own
+        left_out = self.total - own
+        numbers = [first + max(segment - left_out, 0) for segment in self.segments]
+        places: list[float] = driven.joints[numbers].tolist()
+        return places
+
+
 class Follow(Command):
     """Follow a path.
 
     Attributes:
+        outputs: what is told on the way; None for nothing.
         path: as it was asked for; of one that ``extends``, what comes after the path that is
             followed. None until it is made.
         deviation: the largest distance from it as programmed may be this [m]; NaN until that is
@@ -510,7 +539,12 @@ class Follow(Command):
     is_checked_whole = True
 
     def __init__(
-        self, path: PlatformPath | None, name: str = "path", *, extends: bool = False
+        self,
+        path: PlatformPath | None,
+        name: str = "path",
+        *,
+        extends: bool = False,
+        outputs: PathOutputs | None = None,
     ) -> None:
         """Follow a ``path`` of one segment at least.
 
@@ -518,16 +552,24 @@ class Follow(Command):
             path: as it is asked for.
             name: in words.
             extends: whether it goes on from the end of the path that is followed.
+            outputs: what is told on the way.
         """
         super().__init__()
         self.path = path
+        self.outputs = outputs
         self.extends = extends
         self.deviation = math.nan
         self._name = name
         self._make: PathMaking | None = None
 
     @classmethod
-    def made(cls, make: PathMaking, name: str, extends: bool = False) -> Follow:
+    def made(
+        cls,
+        make: PathMaking,
+        name: str,
+        extends: bool = False,
+        outputs: PathOutputs | None = None,
+    ) -> Follow:
         """Return a command whose path is made when it is its turn, in pieces.
 
         Args:
@@ -535,8 +577,9 @@ class Follow(Command):
                 that is None.
             name: in words.
             extends: whether it goes on from the end of the path that is followed, if there is one.
+            outputs: what is told on the way.
         """
-        command = cls(None, name, extends=extends)
+        command = cls(None, name, extends=extends, outputs=outputs)
         command._make = make
         return command
 

@@ -76,6 +76,7 @@ class MotionEngine:
         *,
         kind: MotionKind = MotionKind.SLIDER,
         speed_scale: float = 1.0,
+        path_speed_scale: float = 1.0,
         in_pieces: bool = False,
     ) -> None:
         """Prepare the engine; ``start`` begins.
@@ -86,15 +87,18 @@ class MotionEngine:
             kind: of moves to a position. A jog is straight in both.
             speed_scale: factor of the velocity limits and of the speed of jogs, in (0, 1].
                 Accelerations and jerks are not scaled, so that a stop is never slower.
+            path_speed_scale: factor of the platform speeds that paths ask for, in (0, 2]; limits do
+                not change.
             in_pieces: whether plans are made by ``work``, and not within a command.
 
         Raises:
             NotAChoiceError: if ``kind`` is no ``MotionKind``, but its name, for example.
-            NotFiniteError: if the scale is NaN or infinite.
-            OutOfBoundsError: if it is not in (0, 1].
+            NotFiniteError: if a scale is NaN or infinite.
+            OutOfBoundsError: if it is not in its interval.
         """
         member("kind", kind, MotionKind)
-        self._holder = PlanHolder(workspace.machine, DriveLimits(limits, speed_scale))
+        drive_limits = DriveLimits(limits, speed_scale, path_speed_scale)
+        self._holder = PlanHolder(workspace.machine, drive_limits)
         self._execution = PlanExecution(self._holder, workspace, kind, in_pieces)
         self._workspace = workspace
         self._in_pieces = in_pieces
@@ -281,8 +285,13 @@ class MotionEngine:
         """Give up a new goal that is still being prepared; what is held goes on."""
         self._execution.keep_goal()
 
-    def set_limits(self, limits: SliderLimits, speed_scale: float | None = None) -> None:
-        """Change the limits of the sliders, and the scale with them if one is given.
+    def set_limits(
+        self,
+        limits: SliderLimits,
+        speed_scale: float | None = None,
+        path_speed_scale: float | None = None,
+    ) -> None:
+        """Change the limits of the sliders, and the scales with them that are given.
 
         They are in force at once if a plan inside them can be made. Otherwise the motion slows
         down inside the old ones until that is so; meanwhile ``limits_pending`` is true.
@@ -290,14 +299,18 @@ class MotionEngine:
         Args:
             limits: already checked as a set by their class.
             speed_scale: in (0, 1]; None leaves it as it is.
+            path_speed_scale: in (0, 2]; None leaves it as it is.
 
         Raises:
-            NotFiniteError: if the scale is NaN or infinite.
-            OutOfBoundsError: if it is not in (0, 1].
+            NotFiniteError: if a scale is NaN or infinite.
+            OutOfBoundsError: if it is not in its interval.
         """
+        newest = self._holder.newest_limits
         if speed_scale is None:
-            speed_scale = self._holder.newest_limits.speed_scale
-        self.carry_out(NewLimits(DriveLimits(limits, speed_scale)))
+            speed_scale = newest.speed_scale
+        if path_speed_scale is None:
+            path_speed_scale = newest.path_speed_scale
+        self.carry_out(NewLimits(DriveLimits(limits, speed_scale, path_speed_scale)))
 
     def set_speed_scale(self, speed_scale: float) -> None:
         """Change the scale of the velocities, as ``set_limits`` changes limits.
@@ -310,6 +323,20 @@ class MotionEngine:
             OutOfBoundsError: if it is not in (0, 1].
         """
         self.set_limits(self._holder.newest_limits.sliders, speed_scale)
+
+    def set_path_speed_scale(self, path_speed_scale: float) -> None:
+        """Change by what the platform speeds that paths ask for are multiplied; no limit changes.
+
+        On a path the platform goes over to the new speed without a stop.
+
+        Args:
+            path_speed_scale: in (0, 2].
+
+        Raises:
+            NotFiniteError: if it is NaN or infinite.
+            OutOfBoundsError: if it is not in (0, 2].
+        """
+        self.set_limits(self._holder.newest_limits.sliders, path_speed_scale=path_speed_scale)
 
     def set_shaper(self, shaper: Shaping | None) -> None:
         """Change the shaper of all motion; None is for none.
@@ -343,6 +370,11 @@ class MotionEngine:
     def speed_scale(self) -> float:
         """Scale in force."""
         return self._holder.limits.speed_scale
+
+    @property
+    def path_speed_scale(self) -> float:
+        """Factor in force of the platform speeds that paths ask for."""
+        return self._holder.limits.path_speed_scale
 
     @property
     def limits_pending(self) -> bool:
@@ -397,6 +429,15 @@ class MotionEngine:
         return self._holder.driven_path
 
     @property
+    def path_place(self) -> float:
+        """How far along the path as driven the setpoint is; NaN where it is on no path [m].
+
+        It is a way along the path as programmed, as the ``joints`` of the path as driven are. With
+        a shaper the setpoint is a mean of places, and so is this.
+        """
+        return self._holder.path_place
+
+    @property
     def path_progress(self) -> PathProgress | None:
         """How far the path is driven that is followed, or was followed last; None without one.
 
@@ -415,6 +456,16 @@ class MotionEngine:
             NotStartedError: before the start.
         """
         return self._holder.state
+
+    @property
+    def platform(self) -> tuple[Vector3, Vector3]:
+        """Position [m] and velocity [m/s] of the platform, by the present setpoint.
+
+        Raises:
+            NotStartedError: before the start.
+        """
+        state = self._holder.state
+        return self._machine.forward_velocity(state.heights, state.velocities)
 
     def sample_plan(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints of the held plan at ``times`` from now on.

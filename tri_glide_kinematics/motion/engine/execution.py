@@ -152,6 +152,14 @@ class PlanHolder:
         return progress(held.path.heights, held.place(self.time), held.plan, self.time)
 
     @property
+    def path_place(self) -> float:
+        """How far along the path as driven the setpoint is; NaN where it is on no path [m]."""
+        plan = self.motion.path_plan if self.motion else None
+        if plan is None:
+            return math.nan
+        return plan.place(self.time) if self.shaped is None else self.shaped.place
+
+    @property
     def state(self) -> SliderState:
         """Present setpoint.
 

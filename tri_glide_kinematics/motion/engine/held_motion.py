@@ -51,6 +51,9 @@ from tri_glide_kinematics.workspace import Workspace
 if TYPE_CHECKING:
     from tri_glide_kinematics.tri_glide import TriGlide
 
+# What a path asks for is multiplied by no more than this.
+LARGEST_PATH_SPEED_SCALE = 2.0
+
 # What a shaper leaves of velocities, accelerations and jerks to plans, as a rule.
 LEFT_TO_PLANS = (1.0, 0.98, 0.95)
 
@@ -62,6 +65,8 @@ class DriveLimits:
     Attributes:
         sliders: limits before the scale.
         speed_scale: in (0, 1].
+        path_speed_scale: factor of the platform speeds that paths ask for, in (0, 2]; it is no
+            factor of any limit.
         shaper: of the platform's motion; None for none.
         planned: what plans keep so that what the shaper makes of them keeps the limits; None where
             that is the same.
@@ -69,20 +74,23 @@ class DriveLimits:
 
     sliders: SliderLimits
     speed_scale: float
+    path_speed_scale: float = 1.0
     shaper: Shaper | None = None
     planned: Planned | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        """Check the scale.
+        """Check the scales.
 
         Raises:
-            NotFiniteError: if it is NaN or infinite.
-            OutOfBoundsError: if it is not in (0, 1].
+            NotFiniteError: if one is NaN or infinite.
+            OutOfBoundsError: if one is not in its interval.
         """
-        scale = positive("speed_scale", self.speed_scale)
-        if scale > 1.0:
-            raise OutOfBoundsError("speed_scale", scale, "at most 1")
-        object.__setattr__(self, "speed_scale", scale)
+        largest = {"speed_scale": 1.0, "path_speed_scale": LARGEST_PATH_SPEED_SCALE}
+        for name, bound in largest.items():
+            scale = positive(name, getattr(self, name))
+            if scale > bound:
+                raise OutOfBoundsError(name, scale, f"at most {bound:g}")
+            object.__setattr__(self, name, scale)
 
     @cached_property
     def scaled(self) -> SliderLimits:
@@ -93,6 +101,11 @@ class DriveLimits:
     def effective(self) -> SliderLimits:
         """Limits that plans keep."""
         return self.planned.limits if self.planned is not None else self.scaled
+
+    @property
+    def of_path_speeds(self) -> float:
+        """Factor of the platform speeds that paths ask for."""
+        return self.speed_scale * self.path_speed_scale
 
     @cached_property
     def cut(self) -> float:

@@ -149,7 +149,7 @@ class PathReplanning:
     def _with_speeds(
         self, heights: PathHeights, place: float, limits: DriveLimits
     ) -> Interruptible[PathHeights]:
-        scale, shaper, cut = limits.speed_scale, limits.shaper, limits.cut
+        scale, shaper, cut = limits.of_path_speeds, limits.shaper, limits.cut
         return (yield from self._paths.with_speeds(heights, place, scale, shaper, cut))
 
     def braked(self, held: HeldMotion, plan: PathPlan, time: float) -> Interruptible[HeldMotion]:
@@ -209,8 +209,7 @@ class PathReplanning:
             except KinematicsError:
                 pass
         longer = yield from self._longer(before, goal, plan.place(plan.duration))
-        scale, steps = plan.heights.speed_scale, plan.heights.steps
-        same_way = plan.moved_to(longer.heights.at_speed_scale(scale, steps), time)
+        same_way = plan.moved_to(longer.heights.with_speeds_of(plan.heights), time)
         return held.with_goal(goal, plan=same_way).on(longer)
 
     def _longer(

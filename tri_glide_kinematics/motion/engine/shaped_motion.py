@@ -76,6 +76,11 @@ class ShapedMotion:
         return self._trajectory.at(self.time + time)
 
     @property
+    def place(self) -> float:
+        """How far along the path of the newest plan the platform is, as the mean of places [m]."""
+        return self._trajectory.place(self.time)
+
+    @property
     def time_to_rest(self) -> float:
         """Time until the platform rests [s]."""
         return max(self._trajectory.duration - self.time, 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import inf
 
 import numpy as np
@@ -27,11 +28,13 @@ from tri_glide_kinematics.motion.trajectory import (
     PathPlan,
     PathScaling,
     PathStart,
+    PathTimingError,
     Planned,
     PlanningError,
     RuckigPlanner,
     SequencePlan,
     SliderLimits,
+    Slowing,
     TimeScaling,
     Trajectory,
     check_along,
@@ -118,6 +121,28 @@ def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interru
     raise PlanningError("no braking along the path keeps the limits from here")
 
 
+def _slowing(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Iterator[PathHeights]:
+    """Yield a path for a motion that may be faster than it asks for, in the order of attempts.
+
+    In the first one the motion has to keep the speed from its start on, if it does so there. Then
+    it has a way to slow down on, and then it need not slow down so much: the next part goes on with
+    that. In the last one it stays as fast as it is.
+
+    Args:
+        curve: the path, with the speeds that it asks for.
+        start: where the motion is, inside all limits.
+        limits: of the sliders.
+    """
+    place = np.array([start.place])
+    speed = start.speed * float(curve.derivatives(place).rates[0])
+    if speed <= float(curve.speed_limits(place)[0]):
+        yield curve
+    shortest = _shortest(curve, start, limits)
+    for factor, part in _SLOWING:
+        until = start.place + factor * shortest
+        yield curve.with_slowing(Slowing(until, _NO_FASTER * speed, part * speed))
+
+
 def _next_stop(curve: PathHeights, place: float) -> float:
     """Return the place of the next stop behind a ``place`` on the path [m]."""
     stops = curve.driven.stops
@@ -141,6 +166,11 @@ def _shortest(curve: PathHeights, start: PathStart, limits: SliderLimits) -> flo
     # Whoever brakes already may rest sooner than the jerk allows to end that.
     return max(float(final.values[-1]) - start.place, 0.5 * start.speed**2 / acceleration)
 
+
+# Where the platform is faster than the path asks for it has such a way to slow down, as a part of
+# that to rest, and has to come down to such a part of its speed: one attempt after another.
+_SLOWING = ((1.0, 0.0), (2.0, 0.0), (1.0, 0.3), (2.0, 0.3), (inf, 1.0))
+_NO_FASTER = 1.005
 
 # Of the tolerances, roundings take this part where there is a shaper.
 ROUNDED_PART = 0.3
@@ -260,9 +290,15 @@ class PathPlanner:
             PathTimingError: if none is found.
         """
         start, held = plan.on_curve(time), plan.scaling.since(time)
-        planning = plan_window(heights, start, limits, held)
-        with SOUND:
-            return PathPlan(heights, (yield from planning))
+        is_slower = heights.speed_scale < plan.heights.speed_scale or plan.heights.slowing
+        for curve in _slowing(heights, start, limits) if is_slower else (heights,):
+            try:
+                with SOUND:
+                    return PathPlan(curve, (yield from plan_window(curve, start, limits, held)))
+            except PathTimingError as error:
+                refusal = error
+                yield
+        raise refusal
 
     def to_the_end(
         self, heights: PathHeights, planned: Planned, shaper: Shaper | None = None

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.curves import Curve as Curve
     from tri_glide_kinematics.motion.trajectory.curves import HeightDerivatives as HeightDerivatives
     from tri_glide_kinematics.motion.trajectory.curves import PathHeights as PathHeights
+    from tri_glide_kinematics.motion.trajectory.curves import Slowing as Slowing
     from tri_glide_kinematics.motion.trajectory.curves import StraightLine as StraightLine
     from tri_glide_kinematics.motion.trajectory.errors import SOUND as SOUND
     from tri_glide_kinematics.motion.trajectory.errors import CutBendError as CutBendError

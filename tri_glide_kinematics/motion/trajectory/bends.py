@@ -74,15 +74,17 @@ class SpeedSteps(NamedTuple):
     asked: FloatArray
     bends: FloatArray
 
-    def at(self, ways: FloatArray, rates: FloatArray) -> FloatArray:
+    def at(self, ways: FloatArray, rates: FloatArray, still: FloatArray | float) -> FloatArray:
         """Return the largest speeds of the platform at ``ways`` [m]. Shape (n,) [m/s].
 
         Args:
             ways: places. Shape (n,) [m].
             rates: of the driven way by the place there. Shape (n,).
+            still: so fast it may be whatever the path asks for. Shape (n,) [m/s].
         """
         step = np.searchsorted(self.edges, ways, "right")
-        return np.asarray(np.minimum(self.asked[step], self.bends[step] * rates))
+        asked = np.maximum(self.asked[step], still)
+        return np.asarray(np.minimum(asked, self.bends[step] * rates))
 
 
 class Bends:

@@ -344,6 +344,20 @@ class StraightLine:
 SLOWEST = 1e-7
 
 
+class Slowing(NamedTuple):
+    """How a motion comes down to the speed that its path asks for.
+
+    Attributes:
+        until: place up to which it may be faster [m].
+        speed: that the platform may have up to there [m/s].
+        afterwards: that it may have behind it [m/s].
+    """
+
+    until: float
+    speed: float
+    afterwards: float
+
+
 class PathHeights:
     """A driven path, seen from the sliders.
 
@@ -353,9 +367,19 @@ class PathHeights:
         speed_scale: factor of the platform speeds that the path asks for.
         arms: as ``slider_state`` takes them.
         steps: speeds that a shaper needs besides; None without one.
+        slowing: of a motion that is faster where it begins; None without.
     """
 
-    __slots__ = ("_anchors", "_squares", "arms", "driven", "geometry", "speed_scale", "steps")
+    __slots__ = (
+        "_anchors",
+        "_squares",
+        "arms",
+        "driven",
+        "geometry",
+        "slowing",
+        "speed_scale",
+        "steps",
+    )
 
     def __init__(
         self,
@@ -363,21 +387,32 @@ class PathHeights:
         geometry: TriGlideGeometry,
         speed_scale: float = 1.0,
         steps: SpeedSteps | None = None,
+        slowing: Slowing | None = None,
     ) -> None:
         """Look at ``driven`` from the sliders of a machine."""
         self.driven = driven
         self.geometry = geometry
         self.speed_scale = speed_scale
         self.steps = steps
+        self.slowing = slowing
         self._anchors = np.array(geometry.anchors).T[..., np.newaxis]
         self._squares = np.square(np.array(geometry.arm_lengths))[:, np.newaxis]
         self.arms = arms_of(geometry)
 
     def at_speed_scale(self, speed_scale: float, steps: SpeedSteps | None = None) -> PathHeights:
         """Return the same with another scale of the speeds, and other ``steps``."""
-        if speed_scale == self.speed_scale and steps is self.steps:
+        if speed_scale == self.speed_scale and steps is self.steps and self.slowing is None:
             return self
         return PathHeights(self.driven, self.geometry, speed_scale, steps)
+
+    def with_speeds_of(self, other: PathHeights) -> PathHeights:
+        """Return the same with the speeds that hold for an ``other`` one."""
+        speeds = other.speed_scale, other.steps, other.slowing
+        return PathHeights(self.driven, self.geometry, *speeds)
+
+    def with_slowing(self, slowing: Slowing) -> PathHeights:
+        """Return the same for a motion that is faster where it begins."""
+        return PathHeights(self.driven, self.geometry, self.speed_scale, self.steps, slowing)
 
     def timing_error(self, place: float, reason: str) -> PathTimingError:
         """Return the error that no motion is found at a ``place`` [m], for a ``reason``."""
@@ -387,9 +422,14 @@ class PathHeights:
     def speed_limits(self, ways: FloatArray) -> FloatArray:
         """Return the largest speeds of the platform at ``ways``. Shape (n,) [m/s]."""
         speeds = self.speed_scale * self.driven.speed_limits(ways)
+        still: FloatArray | float = 0.0
+        if self.slowing is not None:
+            until, speed, afterwards = self.slowing
+            still = np.where(ways < until, speed, afterwards)
+            speeds = np.maximum(speeds, still)
         if self.steps is not None:
             rates = self.driven.rates(self.driven.spans_of(ways), ways)
-            speeds = np.minimum(speeds, self.steps.at(ways, rates))
+            speeds = np.minimum(speeds, self.steps.at(ways, rates, still))
         return np.maximum(speeds, SLOWEST)
 
     def relative(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

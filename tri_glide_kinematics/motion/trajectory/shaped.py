@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
-from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan
+from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan, PathPlan
 from tri_glide_kinematics.motion.trajectory.bends import PathDriven, path_driven
 from tri_glide_kinematics.motion.trajectory.errors import CutBendError, SliderLimitError
 from tri_glide_kinematics.motion.trajectory.knots import ascending
@@ -63,6 +63,9 @@ SAME_TIME = 1e-11
 
 # Velocity, acceleration and jerk by the coefficients of a Taylor series.
 _TO_DERIVATIVES = np.array((1.0, 2.0, 6.0))[:, np.newaxis, np.newaxis]
+
+# Where a plan goes on along the path of the one before, their places differ by less [m].
+APART = 1e-6
 
 # Where a limit is exceeded by more than this, it does not matter by how much.
 _COARSE = 0.1
@@ -222,6 +225,37 @@ class ShapedTrajectory(Trajectory):
             # Times are sums here, and the last copy may not be at its end yet but for rounding.
             self._final = state = SliderState(state.heights, AT_REST, AT_REST)
         return state
+
+    def place(self, time: float) -> float:
+        """Return the mean of the places on the path that the last plan leads along [m].
+
+        What was driven before that path counts as the place where it begins.
+
+        Args:
+            time: of the setpoint [s].
+        """
+        # The parts of the path, and where the first of them begins on it.
+        first, begins_at = len(self.driven), 0.0
+        for part in reversed(self.driven):
+            plan = part.plan
+            if not isinstance(plan, PathPlan):
+                break
+            following = self._begins[first] - part.begin if first < len(self.driven) else inf
+            if following < inf and abs(plan.place(following + part.skipped) - begins_at) > APART:
+                break
+            first -= 1
+            begins_at = plan.place(part.skipped)
+        mean = 0.0
+        for amplitude, delay in self._impulses:
+            before = time - delay
+            index = bisect_right(self._begins, before) - 1
+            place = begins_at
+            if index >= first:
+                begin, plan, skipped = self.driven[index]
+                assert isinstance(plan, PathPlan)
+                place = plan.place(max(before - begin, 0.0) + skipped)
+            mean += amplitude * place
+        return mean
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""

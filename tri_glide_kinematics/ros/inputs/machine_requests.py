@@ -25,7 +25,7 @@ from tri_glide_kinematics.motion.path import (
     polyline_from,
 )
 from tri_glide_kinematics.reason_log import RefusalLog
-from tri_glide_kinematics.ros.inputs.path_messages import flat_path, path_points
+from tri_glide_kinematics.ros.inputs.path_messages import flat_path, path_outputs, path_points
 from tri_glide_kinematics.ros.messages import target_position
 from tri_glide_kinematics.ros.outputs import StateReports
 from tri_glide_kinematics.ros.serving import CALLS, ActionServer, GoalEnd, PatientServices
@@ -294,6 +294,7 @@ class MotionActions:
                 lambda end: segments.path_from(end or self._commanded_position()),
                 f"path of {count} segment{'' if count == 1 else 's'}",
                 request.append,
+                path_outputs(request, count),
             )
         )
 

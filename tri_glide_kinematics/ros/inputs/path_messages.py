@@ -6,13 +6,15 @@ poses take 0.2 s. Their numbers stand in the bytes, at places that are known onc
 
 from __future__ import annotations
 
+import math
 from struct import Struct
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.errors import Refusal
+from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, Refusal, WrongShapeError
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.engine import PathOutputs
 from tri_glide_kinematics.motion.path import FlatPath, check_count
 from tri_glide_kinematics.ros.cdr import PLAIN, byte_order
 from tri_glide_kinematics.ros.messages import (
@@ -55,6 +57,31 @@ def flat_path(request: Any, base_frame: str, tolerance: float) -> FlatPath:
     return FlatPath.of(
         request.kinds, request.numbers, request.tolerances, request.speeds, tolerance
     )
+
+
+def path_outputs(request: Any, count: int) -> PathOutputs | None:
+    """Return what a goal of FollowPath of ``count`` segments tells on its way; None for nothing.
+
+    Raises:
+        WrongShapeError: if there are not as many outputs as segments at which they change.
+        OutOfBoundsError: if such a segment is none of the goal, or comes before the last one.
+        NotFiniteError: if a value is NaN or infinite.
+    """
+    segments, outputs = request.output_segments, request.outputs
+    if len(segments) != len(outputs):
+        shape = f"({len(outputs)},), one for each of outputs"
+        raise WrongShapeError("output_segments", (len(segments),), shape)
+    least = 0
+    for index, (segment, output) in enumerate(zip(segments, outputs)):
+        name = f"output_segments[{index}]"
+        if segment >= count:
+            raise OutOfBoundsError(name, segment, f"at most {count - 1}, the last segment")
+        if segment < least:
+            raise OutOfBoundsError(name, segment, f"at least {least}, as the one before it")
+        least = segment
+        if not math.isfinite(output.value):
+            raise NotFiniteError(f"outputs[{index}].value", output.value)
+    return PathOutputs(segments.tolist(), outputs, count) if len(outputs) else None
 
 
 def path_points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
+from struct import Struct
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Point, Vector3
@@ -20,6 +22,7 @@ from tri_glide_kinematics.control import (
     Cause,
     ControllerStatus,
     Health,
+    MotionProgress,
     OperatingState,
     line_of,
     status_of,
@@ -38,9 +41,14 @@ CAUSES = {cause.value: cause for cause in Cause}
 
 
 def machine_state(
-    status: ControllerStatus, refused: RefusalLog, remark: str, frame: str, clock: Clock
+    status: ControllerStatus,
+    progress: MotionProgress,
+    refused: RefusalLog,
+    remark: str,
+    frame: str,
+    clock: Clock,
 ) -> MachineState:
-    """Return the message about a ``status``, with commands that were ``refused``.
+    """Return the message about a ``status`` and the ``progress``, and what was ``refused``.
 
     The ``remark`` is something beside the state that somebody should know; empty for none.
     """
@@ -54,7 +62,12 @@ def machine_state(
         target_reached=status.target_reached,
         target_distance=math.nan if distance is None else distance,
         target_text=status.newest_target,
+        speed=progress.speed,
+        segment=progress.segment,
+        way_remaining=progress.way_remaining,
+        time_remaining=progress.time_remaining,
         speed_scale=status.speed_scale,
+        path_speed_scale=status.path_speed_scale,
         shaper_waits=status.shaper_waits,
         refused=refused.total,
         refusal=int(refused.refusal),
@@ -63,6 +76,7 @@ def machine_state(
     )
     message.header.frame_id = frame
     set_stamp(message.header.stamp, clock)
+    _write(progress.position, message.position)
     _write(status.target_position, message.target)
     _write(status.target_velocity, message.target_velocity)
     return message
@@ -87,6 +101,9 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # At the end of the node one waits for this long for those who listen [s].
 FAREWELL = 0.2
 
+# A MotionProgress.
+PROGRESS = Struct("4dI2d")
+
 # Motions that change with each message that renews them.
 RENEWED = (JOGGING, TRACKING)
 
@@ -96,11 +113,13 @@ class StateReports:
 
     Attributes:
         remark: something beside the state that somebody should know; empty for none.
+        progress: returns where the setpoints are, and what is left of the motion.
     """
 
     def __init__(self, node: Node, refused: RefusalLog, frame: str) -> None:
         """Publish on ``~/status`` and ``~/machine_state`` of ``node``, and what was ``refused``."""
         self.remark = ""
+        self.progress: Callable[[], MotionProgress] = MotionProgress
         self._frame = frame
         self._clock = node.get_clock()
         self._name = node.get_fully_qualified_name()[1:]
@@ -109,7 +128,7 @@ class StateReports:
         self._changes: deque[ControllerStatus] = deque()
         # Each place that logs has one severity, as rclpy refuses another one: this one is its own.
         self._states = ReasonLog(lambda text: self._logger.info(text), lines_per_second=5)
-        self._told: tuple[ControllerStatus, int, str] | None = None
+        self._told: tuple[ControllerStatus, bytes, int, str] | None = None
         self._health: Health | None = None
         self._logged: ControllerStatus | None = None
         self._machine_states = node.create_publisher(MachineState, TOPIC, LATCHED)
@@ -133,11 +152,16 @@ class StateReports:
 
     def publish(self, status: ControllerStatus) -> None:
         """Publish a status, unless that is told already."""
-        told = status, self._refused.total, self.remark
+        progress = self.progress()
+        # As bytes, as NaN is not equal to itself.
+        row = PROGRESS.pack(*progress.position, *progress[1:])
+        told = status, row, self._refused.total, self.remark
         if told == self._told:
             return
         self._told = told
-        message = machine_state(status, self._refused, self.remark, self._frame, self._clock)
+        message = machine_state(
+            status, progress, self._refused, self.remark, self._frame, self._clock
+        )
         self._machine_states.publish(message)
         health = status_of(status, self._refused, self.remark)
         if health != self._health:

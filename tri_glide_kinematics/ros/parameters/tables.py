@@ -116,6 +116,16 @@ LIMITS = (
         live=True,
         told=True,
     ),
+    Parameter(
+        "path_speed_scale",
+        1.0,
+        "factor of the platform speeds that paths ask for (speed override); limits do not change",
+        "",
+        0.01,
+        2.0,
+        live=True,
+        told=True,
+    ),
 )
 NO_SHAPER = "none"
 SHAPING = (
