@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.files import state_folder
 from tri_glide_kinematics.ros.starting import (
     COMPUTER,
     NodeProcesses,
@@ -83,7 +84,13 @@ def serve(port: int, points_file: str, endings: list[str]) -> None:
             parameters = file if name != "mechanism_node" else ()
             patience = PATIENCE if name == "ik_node" else ()
             start(name, [*quiet, *parameters, *patience])
-        values = {"port": port, "points_file": points_file, "notice_file": notice}
+        values = {
+            "port": port,
+            "points_file": points_file,
+            "notice_file": notice,
+            # The namespace is another one at the next start.
+            "progress_file": state_folder() / "program_progress_panel.yaml",
+        }
         start(PAGE, [word for key in values for word in ("-p", f"{key}:={values[key]}")])
         page = nodes[-1]
         while not page.is_told:

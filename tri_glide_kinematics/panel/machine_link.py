@@ -42,6 +42,7 @@ class MachineLink:
 
     Attributes:
         server: full name of ``ik_node``.
+        on_resume: is asked first whether it goes on by itself when ``resume`` is pressed.
     """
 
     def __init__(self, node: Node, on_refusal: Say) -> None:
@@ -58,6 +59,7 @@ class MachineLink:
         self._node = node
         self._goals = GoalSender(node)
         self.server = self._goals.server
+        self.on_resume: Callable[[], bool] = lambda: False
         self._goal: SentGoal | None = None
         self._wanted_scale: float | None = None
         self._is_setting = False
@@ -85,7 +87,8 @@ class MachineLink:
 
     def trigger(self, name: str) -> None:
         """Ask for ``pause`` or ``resume``."""
-        self._call(name, self._triggers[name], Trigger.Request())
+        if name != "resume" or not self.on_resume():
+            self._call(name, self._triggers[name], Trigger.Request())
 
     def enable(self, data: bool) -> None:
         """Enable or disable the machine."""

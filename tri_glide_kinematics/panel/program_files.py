@@ -9,11 +9,12 @@ from os import getpid, scandir
 from pathlib import Path
 from typing import BinaryIO
 
+import viser
 from viser import _messages as messages
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import OutsideFolderError, file_in
-from tri_glide_kinematics.panel.tabs.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.tabs import OperatorRequests
 
 # Of one file: some 2,000,000 lines [bytes].
 LARGEST = 100_000_000
@@ -166,6 +167,10 @@ class Uploads:
 
     The page sends no more pieces than it is asked for. Pieces that nobody has asked for are
     dropped, as is the file of a page that gives up the controls.
+
+    Attributes:
+        folder: that they come into.
+        on_file: gets the name of a whole file, where the node spins.
     """
 
     def __init__(
@@ -173,17 +178,12 @@ class Uploads:
         folder: ProgramFolder,
         requests: OperatorRequests,
         ask: Callable[[int, str, int], None],
-        on_file: Callable[[str], None],
     ) -> None:
-        """Write into a ``folder``.
-
-        ``ask`` asks a page for the pieces of a file, by its key, up to a number; ``on_file`` gets
-        the name of a whole file, where the node spins.
-        """
-        self._folder = folder
+        """Write into a ``folder``; ``ask`` asks a page for pieces of a file, by its key."""
+        self.folder = folder
+        self.on_file: Callable[[str], None] = lambda _: None
         self._requests = requests
         self._ask = ask
-        self._on_file = on_file
         self._incoming: _Incoming | None = None
 
     @property
@@ -207,9 +207,9 @@ class Uploads:
         except KinematicsError as error:
             self._requests.refuse(str(error))
 
-    def closed(self, page: int) -> None:
+    async def closed(self, client: viser.ClientHandle) -> None:
         """Drop the file of a page that has vanished."""
-        if self._incoming is not None and self._incoming.page == page:
+        if self._incoming is not None and self._incoming.page == client.client_id:
             self._drop()
 
     def _begin(self, page: int, message: messages.FileTransferStartUpload) -> None:
@@ -219,7 +219,7 @@ class Uploads:
         size = checked_size(name, message.size_bytes)
         self._drop()
         key = str(message.transfer_uuid)[:64]
-        self._incoming = _Incoming(page, key, name, size, self._folder.begin())
+        self._incoming = _Incoming(page, key, name, size, self.folder.begin())
         self._ask(page, key, PIECES_AHEAD)
 
     def _add(self, page: int, message: messages.FileTransferPart) -> None:
@@ -245,8 +245,8 @@ class Uploads:
     def _finish(self, incoming: _Incoming) -> None:
         self._incoming = None
         incoming.stream.close()
-        self._folder.keep(incoming.name)
-        self._requests.wish(lambda: self._on_file(incoming.name))
+        self.folder.keep(incoming.name)
+        self._requests.wish(lambda: self.on_file(incoming.name))
 
     def _give_up(self, reason: str) -> None:
         name = self._incoming.name if self._incoming is not None else "the file"
@@ -258,4 +258,4 @@ class Uploads:
             incoming, self._incoming = self._incoming, None
             with suppress(OSError):
                 incoming.stream.close()
-            self._folder.drop()
+            self.folder.drop()
