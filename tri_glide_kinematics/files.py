@@ -22,6 +22,26 @@ class OutsideFolderError(KinematicsError):
         self.folder = folder
 
 
+class NoHomeError(KinematicsError):
+    """The user has no folder for what is kept from one start to the next."""
+
+
+def state_folder() -> Path:
+    """Return the folder of what is kept for this user, by the XDG Base Directory Specification.
+
+    Raises:
+        NoHomeError: if the user has no home.
+    """
+    state = Path(os.environ.get("XDG_STATE_HOME", ""))
+    # By the specification, a relative path has no meaning.
+    if not state.is_absolute():
+        try:
+            state = Path.home() / ".local" / "state"
+        except RuntimeError as error:
+            raise NoHomeError(str(error)) from error
+    return state / "tri_glide_kinematics"
+
+
 def file_in(folder: Path, name: str) -> Path:
     """Return the path of a file in a folder, links followed.
 

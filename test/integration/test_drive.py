@@ -13,9 +13,9 @@ import yaml
 
 from testing.commands import KINEMATICS
 from tri_glide_interfaces.msg import Output
-from tri_glide_kinematics.nodes import drive as drive_command
-from tri_glide_kinematics.nodes.drive import LATEST_OUTPUTS, NoMachineError, StepDriver
-from tri_glide_kinematics.programs import ProgressLine, WaitStep
+from tri_glide_kinematics.programs import DriveFile, RunState, WaitStep
+from tri_glide_kinematics.ros import program_run
+from tri_glide_kinematics.ros.program_run import LATEST_OUTPUTS, ProgramLink, ProgramRun
 from tri_glide_kinematics.ros.starting import executable
 
 TIMEOUT = 60.0  # s
@@ -152,10 +152,12 @@ def test_a_file_with_a_mistake_moves_nothing(drive):
 
 
 def test_without_a_machine_it_says_what_is_missing(client, monkeypatch):
-    monkeypatch.setattr(drive_command, "START_TIMEOUT", 0.3)
-    waiting = StepDriver(client.node, client.spin_once, ProgressLine(), lambda: 0)
-    with pytest.raises(NoMachineError, match=f"actions of {client.namespace}/ik_node after 0.3 s"):
-        waiting.drive([WaitStep(1.0)])
+    monkeypatch.setattr(program_run, "START_TIMEOUT", 0.3)
+    steps = DriveFile("", (WaitStep(1.0), WaitStep(2.0)))
+    run = ProgramRun(ProgramLink(client.node), steps)
+    client.wait_for(lambda: run.look() or run.state is RunState.ENDED, "the end")
+    assert [report.result for report in run.reports] == ["lost", "not driven"]
+    assert f"the actions of {client.namespace}/ik_node after 0.3 s" in run.reports[0].text
 
 
 def told_duration(command):
@@ -197,7 +199,6 @@ def test_the_example_program_is_driven_to_its_end(running_machine, drive):
     [
         ("X1 X2", "part.gcode: line 3, column 4: X2: X stands twice"),
         ("X900", "part.gcode: line 3: "),
-        ("M62 P1\nX3", "part.gcode: line 3: the output digital"),
     ],
 )
 def test_a_program_with_a_mistake_moves_nothing(running_machine, drive, wrong, error):

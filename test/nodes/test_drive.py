@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tri_glide_kinematics.nodes.drive import is_program, load_drivable, main
-from tri_glide_kinematics.programs import ProgramError, ProgramStop, StopKind
+from tri_glide_kinematics.nodes.drive import is_program, main
 
 CONFIG = Path(__file__).parents[2] / "config"
 SETTINGS = CONFIG / "program_settings.yaml"
@@ -39,27 +38,6 @@ def test_a_program_is_known_by_the_end_of_its_name(name):
 @pytest.mark.parametrize("name", ["a.yaml", "gcode", "a.gcode.yaml", "nc", "a"])
 def test_all_other_files_are_files_of_steps(name):
     assert not is_program(Path("folder.gcode", name))
-
-
-def test_an_output_on_a_path_is_refused_with_its_line(tmp_path):
-    file = tmp_path / "part.nc"
-    file.write_text("G0 X0 Y0 Z20\nM3 S100\nG1 X10 F600\nM2\n")
-    with pytest.raises(ProgramError, match=r"line 2.*spindle.*at rest only.*G4 P0") as caught:
-        load_drivable(file, SETTINGS)
-    assert caught.value.line == 2
-    # The advice helps; M2 switches the spindle off.
-    file.write_text("G0 X0 Y0 Z20\nG4 P0\nM3 S100\nG1 X10 F600\nM2\n")
-    assert len(load_drivable(file, SETTINGS).steps) == 6
-
-
-@pytest.mark.parametrize("optional_stops", [False, True])
-def test_m1_stops_only_if_that_is_wanted(tmp_path, optional_stops):
-    file = tmp_path / "part.nc"
-    file.write_text("G0 X1\nM1\nX0\nM0\nX1\nM2\n")
-    program = load_drivable(file, SETTINGS, optional_stops)
-    stops = [step.kind for step in program.steps if isinstance(step, ProgramStop)]
-    optional = [StopKind.OPTIONAL] if optional_stops else []
-    assert stops == [*optional, StopKind.PAUSE, StopKind.END]
 
 
 def test_check_tells_lines_duration_length_and_what_is_not_done(command):
@@ -94,7 +72,6 @@ def test_check_takes_the_machine_of_the_parameters(command, tmp_path):
     [
         ("G0 X1\nG1 X2 X3 F600\nM2\n", "part.gcode: line 2, column 7: X3: X stands twice"),
         ("G0 X1\nG1 X400 F600\nM2\n", "part.gcode: line 2: "),
-        ("G0 X1\nG1 X2 F600\nM62 P1\nX3\nM2\n", "part.gcode: line 3: the output digital"),
     ],
 )
 def test_check_names_what_is_wrong(command, text, error):
@@ -113,9 +90,12 @@ def test_check_names_a_file_that_is_missing(command, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
-        (["steps.yaml", "--settings", "a.yaml"], "are for programs"),
-        (["steps.yaml", "--optional-stops"], "are for programs"),
+        (["steps.yaml", "--settings", "a.yaml"], "--settings is for programs"),
+        (["steps.yaml", "--optional-stops"], "--optional-stops is for programs"),
+        (["steps.yaml", "--from", "3"], "--from is for programs"),
         (["part.nc", "--parameters", "a.yaml"], "--parameters is for --check"),
+        (["part.nc", "--check", "--go-on"], "--go-on is not for --check"),
+        (["part.nc", "--from", "3", "--go-on"], "not allowed with"),
     ],
 )
 def test_options_that_would_be_ignored_are_refused(monkeypatch, capsys, arguments, reason):

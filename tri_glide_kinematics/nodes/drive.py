@@ -15,53 +15,35 @@ import select
 import sys
 import termios
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import rclpy
-from geometry_msgs.msg import Point
-from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from tri_glide_interfaces.action import FollowPath
-from tri_glide_interfaces.msg import Output as OutputMessage
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.picture_commands import find_file
 from tri_glide_kinematics.programs import (
-    NOT_DRIVEN,
     DriveFile,
-    Dwell,
-    MoveStep,
-    Output,
-    PathRun,
-    PathStep,
     Program,
     ProgramCheck,
-    ProgramError,
-    ProgramStep,
-    ProgramStop,
     ProgressLine,
-    Step,
-    StepReport,
-    StopKind,
-    WaitStep,
+    RunState,
     check_program,
+    default_kept_file,
+    from_line,
     in_millimetres,
-    is_whole,
-    line_of,
+    line_to_go_on_from,
     load_drive,
     load_program,
     load_settings,
     table,
 )
-from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
-from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 from tri_glide_kinematics.ros.parameters import (
     IK_NODE,
     Values,
@@ -70,23 +52,17 @@ from tri_glide_kinematics.ros.parameters import (
     machine_of,
     workspace_limits_of,
 )
+from tri_glide_kinematics.ros.program_run import START_TIMEOUT, ProgramLink, ProgramRun
 from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down
-from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 # How the names of programs in G-code end.
 PROGRAM_ENDINGS = (".gcode", ".nc", ".ngc", ".tap")
+ENDINGS_TEXT = ", ".join(PROGRAM_ENDINGS)
 
 # Files in config/ that are taken where none is named.
 PARAMETERS = Path("tri_glide.yaml")
 SETTINGS = Path("program_settings.yaml")
-
-# Until ik_node is found, and until it is taken to be gone [s].
-START_TIMEOUT = 10.0
-SILENCE = 3.0
-
-# After an interruption, until one waits no longer for the platform to rest [s].
-REST_TIMEOUT = 10.0
 
 # How long one listens before one looks up [s].
 NAP = 0.02
@@ -94,259 +70,14 @@ NAP = 0.02
 # How often the line of progress is written [s].
 PROGRESS_PERIOD = 0.1
 
-INTERRUPTED = "interrupted"
-
 
 class NoMachineError(KinematicsError):
     """Nobody offers the actions; the text says what was looked for."""
 
 
-class StepDriver:
-    """Sends the steps of a file, each when the one before it has ended."""
-
-    def __init__(
-        self,
-        node: Node,
-        listen: Callable[[float], None],
-        progress: ProgressLine,
-        interruptions: Callable[[], int],
-    ) -> None:
-        """Prepare to drive as a part of ``node``.
-
-        ``listen`` takes in what comes back, for so long at most [s].
-
-        ``interruptions`` returns how often somebody has interrupted. The first time the platform
-        comes to rest; the second time that is not waited for.
-        """
-        self._node = node
-        self._goals = GoalSender(node)
-        self._outputs = node.create_publisher(OutputMessage, "outputs", LATEST_OUTPUTS)
-        self._listen = listen
-        self._progress = progress
-        self._interruptions = interruptions
-        self._place: Vector3 | None = None
-        self._said = -math.inf
-        # Whether the platform may be elsewhere than where a program has left it.
-        self._is_elsewhere = True
-
-    def parameters(self) -> Values:
-        """Return the parameters of the machine.
-
-        Raises:
-            NoMachineError: if nobody tells them.
-        """
-        client = AsyncParameterClient(self._node, "ik_node")
-        self._wait(client.services_are_ready, "tells the parameters")
-        answer = client.get_parameters([entry.name for entry in IK_NODE])
-        self._wait(answer.done, "tells the parameters")
-        told = map(parameter_value_to_python, answer.result().values)
-        return {entry.name: entry.checked(value) for entry, value in zip(IK_NODE, told)}
-
-    def drive(self, steps: Sequence[Step | ProgramStep], frame: str = "") -> list[StepReport]:
-        """Drive all steps, and return what became of each.
-
-        Places are in a ``frame``; in that of the machine, if none is named.
-
-        Raises:
-            NoMachineError: if there is nobody who offers the actions.
-        """
-        self._wait(lambda: self._goals.is_ready, "offers the actions")
-        reports: list[StepReport] = []
-        for number, step in enumerate(steps, 1):
-            line = line_of(step)
-            what = f"line {line}" if line else f"step {number} of {len(steps)}"
-            if self._interruptions() or not all(report.is_good for report in reports):
-                reports.append(StepReport(step, NOT_DRIVEN))
-                continue
-            reports.append(self._drive(step, what, frame))
-            if not reports[-1].is_good:
-                self._progress.say(f"{what}: {reports[-1].text}")
-        # What was put out last has to arrive before the command ends.
-        self._outputs.wait_for_all_acked(Duration(seconds=SILENCE))
-        return reports
-
-    def _wait(self, is_there: Callable[[], bool], what: str) -> None:
-        end = time.monotonic() + START_TIMEOUT
-        while not is_there() and not self._interruptions():
-            if time.monotonic() > end:
-                raise NoMachineError(
-                    f"nobody {what} of {self._goals.server} after {START_TIMEOUT:g} s: "
-                    "is it running, in this domain and this namespace?"
-                )
-            self._listen(NAP)
-
-    def _drive(self, step: Step | ProgramStep, what: str, frame: str) -> StepReport:
-        if isinstance(step, MoveStep):
-            self._progress.say(f"{what}: move")
-            return self._pursue(step, what, self._goals.move_to(step.position, frame, step.speed))
-        if isinstance(step, PathStep):
-            self._progress.say(f"{what}: path of {len(step.segments)} segments")
-            return self._pursue(step, what, self._goals.follow(step.segments, frame))
-        if isinstance(step, PathRun):
-            return self._run(step, what, frame)
-        if isinstance(step, Output):
-            self._progress.say(f"{what}: output {step.name} {step.number} is {step.value:g}")
-            number, value = step.number, float(step.value)
-            self._outputs.publish(OutputMessage(name=step.name, number=number, value=value))
-            return StepReport(step, "succeeded", True)
-        if isinstance(step, ProgramStop):
-            return self._stop(step, what)
-        return self._rest(step, what)
-
-    def _run(self, run: PathRun, what: str, frame: str) -> StepReport:
-        """Follow a path of a program, from where it begins."""
-        if self._is_elsewhere:
-            self._progress.say(f"{what}: to the begin of the path")
-            way = self._goals.move_to(run.start, frame, kind="linear")
-            report = self._pursue(run, what, way)
-            if not report.is_good:
-                return report
-            self._is_elsewhere = False
-        if self._interruptions():
-            return StepReport(run, INTERRUPTED)
-        self._progress.say(f"{what}: path of {len(run.segments)} segments")
-        return self._pursue(run, what, self._goals.follow(run.segments, frame))
-
-    def _stop(self, stop: ProgramStop, what: str) -> StepReport:
-        """Wait until somebody presses Enter; at the end of a program, for nothing."""
-        if stop.kind is StopKind.END:
-            self._progress.say(f"{what}: end of the program")
-            return StepReport(stop, "succeeded", True)
-        name = stop.kind.value
-        if not sys.stdin.isatty():
-            text = f"{name} waits for Enter, and there is no terminal: the program stops here"
-            return StepReport(stop, "stopped", text=text)
-        wanted = f", tool {stop.tool}" if stop.kind is StopKind.TOOL else ""
-        # An Enter of before was not meant for this stop.
-        termios.tcflush(sys.stdin, termios.TCIFLUSH)
-        self._progress.say(f"{what}: {name}{wanted}: press Enter to go on")
-        begin = time.monotonic()
-        while not self._interruptions():
-            self._listen(NAP)
-            if select.select([sys.stdin], [], [], 0.0)[0]:
-                taken = time.monotonic() - begin
-                # Meanwhile somebody may have moved the platform.
-                self._is_elsewhere = True
-                if sys.stdin.readline():
-                    return StepReport(stop, "succeeded", True, taken)
-                return StepReport(stop, "stopped", time=taken, text="the input has ended")
-        return StepReport(stop, INTERRUPTED, time=time.monotonic() - begin)
-
-    def _rest(self, step: WaitStep | Dwell, what: str) -> StepReport:
-        self._progress.say(f"{what}: wait for {step.duration:g} s")
-        begin = time.monotonic()
-        while (left := begin + step.duration - time.monotonic()) > 0.0:
-            if self._interruptions():
-                return StepReport(step, INTERRUPTED, time=time.monotonic() - begin)
-            self._show(f"{what}: {left:.1f} s left")
-            self._listen(min(left, NAP))
-        return StepReport(step, "succeeded", True, time.monotonic() - begin)
-
-    def _pursue(self, step: Step | PathRun, what: str, goal: SentGoal) -> StepReport:
-        """Wait for the end of a ``goal``, and cancel it when interrupted."""
-        begin = heard = time.monotonic()
-        give_up = math.inf
-        while goal.result is None:
-            now = time.monotonic()
-            if self._interruptions() and give_up == math.inf:
-                self._progress.say("interrupted: the platform comes to rest")
-                goal.cancel()
-                give_up = now + REST_TIMEOUT
-            heard = now if self._goals.is_ready else heard
-            if now - heard > SILENCE:
-                return StepReport(step, "lost", time=now - begin, text="ik_node is gone")
-            if now > give_up or self._interruptions() > 1:
-                text = "not waited for: the platform may still move"
-                return StepReport(step, INTERRUPTED, time=now - begin, text=text)
-            if self._place is None and goal.feedback is not None:
-                self._place = _vector(goal.feedback.position)
-            if give_up == math.inf:
-                self._show(f"{what}: {_progress_of(goal, step)}")
-            self._listen(NAP)
-        return self._ended(step, goal, time.monotonic() - begin)
-
-    def _ended(self, step: Step | PathRun, goal: SentGoal, taken: float) -> StepReport:
-        result = goal.result
-        before, self._place = self._place, _vector(result.position)
-        is_path = isinstance(result, FollowPath.Result)
-        length = deviation = None
-        if is_path:
-            length = _driven(step, goal)
-            # Of a path that was not driven there is none.
-            if not math.isnan(result.largest_deviation):
-                deviation = result.largest_deviation
-        elif before is not None:
-            length = math.dist(before, self._place)
-        name = GoalCode(result.code).name.lower().replace("_", " ")
-        text = result.text
-        if isinstance(step, PathRun) and is_path and goal.feedback is not None:
-            text = f"at line {line_of(step, goal.feedback.segment)}: {text}"
-        return StepReport(step, name, goal.has_succeeded, taken, length, deviation, text)
-
-    def _show(self, text: str) -> None:
-        now = time.monotonic()
-        if now - self._said >= PROGRESS_PERIOD:
-            self._said = now
-            self._progress.show(text)
-
-
-def _progress_of(goal: SentGoal, step: Step | PathRun) -> str:
-    told = goal.feedback
-    if told is None:
-        return "sent"
-    left = "" if math.isnan(told.time_remaining) else f", {told.time_remaining:.1f} s left"
-    is_path = isinstance(told, FollowPath.Feedback)
-    if not is_path or not isinstance(step, (PathStep, PathRun)):
-        return f"{in_millimetres(told.way_remaining, 1)} to go{left}"
-    whole = in_millimetres(told.way + told.way_remaining, 1)
-    segment = f"segment {told.segment + 1} of {len(step.segments)}"
-    if line := line_of(step, told.segment):
-        segment = f"now line {line}"
-    return f"{segment}, {in_millimetres(told.way, 1)} of {whole}{left}"
-
-
-def _driven(step: Step | PathRun, goal: SentGoal) -> float | None:
-    """Return the length of the way along a path [m]; None if nothing was told about it."""
-    told = goal.feedback
-    if goal.has_succeeded:
-        if isinstance(step, PathStep) and step.path is not None:
-            return step.path.length
-        return None if told is None else float(told.way + told.way_remaining)
-    return None if told is None else float(told.way)
-
-
-def _vector(point: Point) -> Vector3:
-    return point.x, point.y, point.z
-
-
 def is_program(file: Path) -> bool:
     """Return whether a file is a program in G-code, by the end of its name."""
     return file.suffix.lower() in PROGRAM_ENDINGS
-
-
-def load_drivable(file: Path, settings_file: Path, optional_stops: bool = False) -> Program:
-    """Read a program that can be driven as a whole.
-
-    Args:
-        file: with the program.
-        settings_file: with what it does not say.
-        optional_stops: whether M1 stops, whatever the settings say.
-
-    Raises:
-        SettingsError: if the settings cannot be read.
-        ProgramError: if something in it is not understood, or an output changes on the way.
-    """
-    settings = replace(load_settings(settings_file), optional_stop=optional_stops)
-    program = load_program(file, settings)
-    for step in program.steps:
-        if isinstance(step, PathRun) and step.outputs:
-            first = step.outputs[0]
-            reason = (
-                f"the output {first.name} changes on a path, and this command changes outputs at "
-                "rest only: stop before it, with G4 P0 on a line of its own"
-            )
-            raise ProgramError(file, first.line, 0, "", reason)
-    return program
 
 
 def check_on_machine(program: Program, values: Values) -> ProgramCheck:
@@ -361,18 +92,102 @@ def check_on_machine(program: Program, values: Values) -> ProgramCheck:
     return check_program(program, workspace, limits)
 
 
-def _tell_check(program: Program, check: ProgramCheck) -> None:
-    """Print what is known about a program before it is driven."""
+def _tell_check(program: Program, check: ProgramCheck, line: int = 1) -> None:
+    """Print what is known about a program, or its rest from a ``line`` on, before it is driven."""
     for told in program.told:
         print(f"drive: {program.file}: line {told.line}: {told.word} is not done: {told.reason}")
+    begin = f", from line {line} on" if line > 1 else ""
     print(
-        f"drive: {program.file}: {program.lines} lines, inside the workspace: "
+        f"drive: {program.file}: {program.lines} lines{begin}, inside the workspace: "
         f"{check.duration:.2f} s, {in_millimetres(check.length, 1)}",
         flush=True,
     )
 
 
-def _drive(work: Program | DriveFile) -> int:
+class _Terminal:
+    """Drives one file: says what is done, and hears Enter and Ctrl-C."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._progress = ProgressLine()
+        self._said = -math.inf
+
+    def listen(self) -> None:
+        """Take in what comes back."""
+        rclpy.spin_once(self._node, timeout_sec=NAP)
+
+    def parameters(self) -> Values:
+        """Return the parameters of the machine.
+
+        Raises:
+            NoMachineError: if nobody tells them.
+        """
+        server = self._node.get_namespace().rstrip("/") + "/ik_node"
+        client = AsyncParameterClient(self._node, "ik_node")
+        end = time.monotonic() + START_TIMEOUT
+        answer = None
+        while answer is None or not answer.done():
+            if time.monotonic() > end:
+                raise NoMachineError(
+                    f"nobody tells the parameters of {server} after {START_TIMEOUT:g} s: is it "
+                    "running, in this domain and this namespace?"
+                )
+            if answer is None and client.services_are_ready():
+                answer = client.get_parameters([entry.name for entry in IK_NODE])
+            self.listen()
+        told = map(parameter_value_to_python, answer.result().values)
+        return {entry.name: entry.checked(value) for entry, value in zip(IK_NODE, told)}
+
+    def drive(self, run: ProgramRun, came: Sequence[int]) -> None:
+        """Look after a ``run`` to its end; ``came`` has the signals that have come.
+
+        The first one lets the platform come to rest; the second one is not waited for.
+        """
+        is_asked = False
+        while run.state is not RunState.ENDED and len(came) < 2:
+            run.look()
+            if came:
+                run.stop("interrupted")
+            if run.state is RunState.WAITING:
+                is_asked = is_asked or self._ask(run)
+                if is_asked and select.select([sys.stdin], [], [], 0.0)[0]:
+                    is_asked = False
+                    if sys.stdin.readline():
+                        run.go_on()
+                    else:
+                        run.stop("the input has ended")
+            elif run.state is RunState.RUNNING:
+                self._show(run.doing)
+            self.listen()
+
+    def say(self, text: str) -> None:
+        """Say something that stays."""
+        self._progress.say(text)
+
+    def _ask(self, run: ProgramRun) -> bool:
+        """Ask for Enter; return whether there is anybody who could press it."""
+        if not sys.stdin.isatty():
+            what = run.waits_at.kind.value if run.waits_at else "a single block"
+            run.stop(f"{what} waits for Enter, and there is no terminal: the program stops here")
+            return False
+        # An Enter of before was not meant for this stop.
+        termios.tcflush(sys.stdin, termios.TCIFLUSH)
+        self.say(f"{run.doing}: press Enter to go on")
+        return True
+
+    def _show(self, text: str) -> None:
+        now = time.monotonic()
+        if now - self._said >= PROGRESS_PERIOD:
+            self._said = now
+            self._progress.show(text)
+
+
+def _begin(options: argparse.Namespace) -> int:
+    """Return the line where a program begins, as somebody has chosen it."""
+    return int(vars(options)["from"])
+
+
+def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
     """Drive the content of a file, and return the exit code."""
     choose_transport()
     # Signals are handled here alone: rclpy's handlers would end all talk with the machine before it
@@ -380,30 +195,36 @@ def _drive(work: Program | DriveFile) -> int:
     rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = Node("drive")
-        came: list[int] = []
-        driver = StepDriver(
-            node,
-            lambda longest: rclpy.spin_once(node, timeout_sec=longest),
-            ProgressLine(),
-            lambda: len(came),
-        )
-        frame = ""
+        terminal = _Terminal(node)
+        kept = None
+        line = 1
         if isinstance(work, Program):
-            _tell_check(work, check_on_machine(work, driver.parameters()))
-        else:
-            frame = work.frame
+            kept = options.progress or default_kept_file(node.get_namespace())
+            line = line_to_go_on_from(kept, work) if options.go_on else _begin(options)
+            rest = from_line(work, line)
+            _tell_check(rest, check_on_machine(rest, terminal.parameters()), line)
+        run = ProgramRun(
+            ProgramLink(node),
+            work,
+            start_line=line,
+            single_block=options.single_block,
+            kept=kept,
+            say=terminal.say,
+        )
         # They are counted: the second one ends the command, not the process.
         signals = EndSignals()
         signals.call(lambda: None)
-        came = signals.came
-        reports = driver.drive(work.steps, frame)
+        terminal.drive(run, signals.came)
     finally:
         shut_down()
-    print(f"\n{table(reports)}\n")
-    if came:
-        print("drive: interrupted")
-        return 128 + came[0]
-    return 0 if is_whole(reports) else 1
+    print(f"\n{table(run.reports)}\n")
+    if signals.came:
+        where = f" at line {run.line}" if run.line else ""
+        print(f"drive: interrupted{where}")
+        if run.state is not RunState.ENDED:
+            print("drive: not waited for: the platform may still move")
+        return 128 + signals.came[0]
+    return 0 if run.is_whole else 1
 
 
 def main() -> int:
@@ -437,30 +258,68 @@ def main() -> int:
     parser.add_argument(
         "--optional-stops", action="store_true", help="M1 waits for Enter, as M0 and M6 do"
     )
+    begin = parser.add_mutually_exclusive_group()
+    begin.add_argument(
+        "--from",
+        type=int,
+        default=1,
+        metavar="LINE",
+        help="begin at this line of a program; what the lines before it have set holds",
+    )
+    begin.add_argument(
+        "--go-on",
+        action="store_true",
+        help="begin at the line that was driven when the program was last driven and not ended",
+    )
+    parser.add_argument(
+        "--single-block",
+        action="store_true",
+        help="wait for Enter before each line of a program that does something",
+    )
+    parser.add_argument(
+        "--progress",
+        type=Path,
+        metavar="FILE",
+        help="where it is kept how far a program came (default: a file for each machine in "
+        "tri_glide_kinematics/ in $XDG_STATE_HOME, ~/.local/state)",
+    )
     arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
-    of_programs = arguments.settings or arguments.parameters or arguments.optional_stops
-    if of_programs and not is_program(arguments.file):
-        parser.error(
-            "--settings, --parameters and --optional-stops are for programs: their names end in "
-            + ", ".join(PROGRAM_ENDINGS)
+
+    def refuse(names: Iterable[str], reason: str) -> None:
+        for name in names:
+            parser.error(f"--{name.replace('_', '-')} {reason}")
+
+    given = {name for name, value in vars(arguments).items() if value != parser.get_default(name)}
+    if not is_program(arguments.file):
+        refuse(given - {"file", "check"}, "is for programs: their names end in " + ENDINGS_TEXT)
+    if arguments.check:
+        refuse(
+            given & {"go_on", "single_block", "progress"},
+            "is not for --check, which drives nothing",
         )
-    if arguments.parameters and not arguments.check:
-        parser.error("--parameters is for --check: what is driven has the parameters of ik_node")
+    else:
+        refuse(
+            given & {"parameters"}, "is for --check: what is driven has the parameters of ik_node"
+        )
     try:
         file = find_file(arguments.file)
         work: Program | DriveFile
         if is_program(file):
-            settings = find_file(arguments.settings or SETTINGS)
-            print(f"drive: {file} with the settings of {settings}", flush=True)
-            work = load_drivable(file, settings, arguments.optional_stops)
+            settings_file = find_file(arguments.settings or SETTINGS)
+            print(f"drive: {file} with the settings of {settings_file}", flush=True)
+            settings = load_settings(settings_file)
+            stops = arguments.optional_stops
+            work = load_program(file, replace(settings, optional_stop=stops))
         else:
             work = load_drive(file)
         if not arguments.check:
-            return _drive(work)
+            return _drive(work, arguments)
         if isinstance(work, Program):
             parameters = find_file(arguments.parameters or PARAMETERS)
             values = file_values(str(parameters), "/ik_node", IK_NODE)
-            _tell_check(work, check_on_machine(work, values))
+            line = _begin(arguments)
+            rest = from_line(work, line)
+            _tell_check(rest, check_on_machine(rest, values), line)
         else:
             print(f"drive: {file} has {len(work.steps)} steps")
         return 0

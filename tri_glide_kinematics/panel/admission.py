@@ -22,6 +22,7 @@ from typing import Protocol
 from urllib.parse import parse_qs
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.files import NoHomeError, state_folder
 
 QUERY = "token"
 # The cookie lasts for so long after the page was last opened [s].
@@ -197,14 +198,10 @@ def default_token_file() -> Path:
     Raises:
         TokenFileError: if the user has no home.
     """
-    state = Path(os.environ.get("XDG_STATE_HOME", ""))
-    # By the specification, a relative path has no meaning.
-    if not state.is_absolute():
-        try:
-            state = Path.home() / ".local" / "state"
-        except RuntimeError as error:
-            raise TokenFileError(Path("~"), str(error)) from error
-    return state / "tri_glide_kinematics" / "panel_token"
+    try:
+        return state_folder() / "panel_token"
+    except NoHomeError as error:
+        raise TokenFileError(Path("~"), str(error)) from error
 
 
 def kept_token(file: Path) -> str:

@@ -18,11 +18,16 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.drive_files import WaitStep as WaitStep
     from tri_glide_kinematics.programs.drive_files import in_millimetres as in_millimetres
     from tri_glide_kinematics.programs.drive_files import is_whole as is_whole
-    from tri_glide_kinematics.programs.drive_files import line_of as line_of
     from tri_glide_kinematics.programs.drive_files import load_drive as load_drive
     from tri_glide_kinematics.programs.drive_files import table as table
     from tri_glide_kinematics.programs.gcode import load_program as load_program
     from tri_glide_kinematics.programs.gcode import read_program as read_program
+    from tri_glide_kinematics.programs.kept import KeptError as KeptError
+    from tri_glide_kinematics.programs.kept import KeptLine as KeptLine
+    from tri_glide_kinematics.programs.kept import RunState as RunState
+    from tri_glide_kinematics.programs.kept import default_kept_file as default_kept_file
+    from tri_glide_kinematics.programs.kept import line_to_go_on_from as line_to_go_on_from
+    from tri_glide_kinematics.programs.kept import load_kept as load_kept
     from tri_glide_kinematics.programs.program import Dwell as Dwell
     from tri_glide_kinematics.programs.program import Output as Output
     from tri_glide_kinematics.programs.program import PathRun as PathRun
@@ -31,6 +36,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.program import ProgramStop as ProgramStop
     from tri_glide_kinematics.programs.program import StopKind as StopKind
     from tri_glide_kinematics.programs.program import Told as Told
+    from tri_glide_kinematics.programs.program import from_line as from_line
+    from tri_glide_kinematics.programs.program import line_of as line_of
     from tri_glide_kinematics.programs.settings import Dialect as Dialect
     from tri_glide_kinematics.programs.settings import ProgramSettings as ProgramSettings
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError

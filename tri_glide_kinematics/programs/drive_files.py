@@ -23,6 +23,7 @@ from tri_glide_kinematics.programs.program import (
     PathRun,
     ProgramStep,
     ProgramStop,
+    line_of,
 )
 from tri_glide_kinematics.vectors import Vector3
 
@@ -277,13 +278,6 @@ def table(reports: Sequence[StepReport]) -> str:
         f"{number:>4}  {kind:6}  {result:11}{time:>10}{length:>13}{speed:>14}{deviation:>19}"
         for number, kind, result, time, length, speed, deviation in rows
     )
-
-
-def line_of(step: Step | ProgramStep, segment: int = 0) -> int:
-    """Return the line of a program that says a step, or a segment of it; 0 if no program does."""
-    if isinstance(step, PathRun):
-        return int(step.lines[segment])
-    return step.line if isinstance(step, (Dwell, Output, ProgramStop)) else 0
 
 
 def _row(number: int, report: StepReport) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ anything moves. Positions are those of the platform in metres, whatever the unit
 
 from __future__ import annotations
 
+import hashlib
 import math
 from array import array
 from collections.abc import Callable, Mapping, Sequence
@@ -165,6 +166,7 @@ class _Interpreter:
         self._file = file
         self._settings = settings
         self._customs = settings.customs
+        self._size, self._digest = len(data), hashlib.sha256(data).hexdigest()
         texts = TEXTS | self._customs.told | settings.ignored
         skips, extrudes = settings.block_delete, self._customs.extrudes
         self._reader = WordReader(file, data, texts, skips, extrudes)
@@ -209,7 +211,8 @@ class _Interpreter:
         self._finish_run()
         if not self._steps:
             raise ProgramError(self._file, 0, 0, "", "it says nothing that can be done")
-        return Program(self._file, tuple(self._steps), tuple(self._told.values()), lines)
+        told = tuple(self._told.values())
+        return Program(self._file, tuple(self._steps), told, lines, self._size, self._digest)
 
     # Lines
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.path import FlatPath
+from tri_glide_kinematics.programs.words import ProgramError
 from tri_glide_kinematics.vectors import Vector3
 
 
@@ -58,6 +59,30 @@ class PathRun:
     lines: NDArray[np.int32]
     rapid: NDArray[np.bool_]
     outputs: tuple[Output, ...]
+
+    def before(self, segment: int) -> PathRun:
+        """Return what leads to the begin of a ``segment``, at least one."""
+        outputs = tuple(each for each in self.outputs if each.joint < segment)
+        return self._part(0, segment, self.start, outputs)
+
+    def behind(self, segment: int) -> tuple[ProgramStep, ...]:
+        """Return what is done from the begin of a ``segment`` on, one at least.
+
+        An output that changes right there changes before the platform moves.
+        """
+        start = self.segments.start_of(segment, self.start)
+        moved = [
+            each._replace(joint=each.joint - segment)
+            for each in self.outputs
+            if each.joint >= segment
+        ]
+        first = [each for each in moved if not each.joint]
+        inner = tuple(each for each in moved if each.joint)
+        return (*first, self._part(segment, len(self.lines), start, inner))
+
+    def _part(self, first: int, end: int, start: Vector3, outputs: tuple[Output, ...]) -> PathRun:
+        segments = self.segments.part(first, end)
+        return PathRun(start, segments, self.lines[first:end], self.rapid[first:end], outputs)
 
 
 class Dwell(NamedTuple):
@@ -112,9 +137,60 @@ class Program:
         steps: in their order.
         told: what is not done, each once.
         lines: how many there are.
+        size: of its text [bytes].
+        sha256: of its text, in hexadecimal digits.
     """
 
     file: str
     steps: tuple[ProgramStep, ...]
     told: tuple[Told, ...]
     lines: int
+    size: int
+    sha256: str
+
+
+def from_line(program: Program, line: int) -> Program:
+    """Return the rest of a ``program``: what the ``line`` and all lines behind it do.
+
+    What the lines before it have set holds: units, offsets, speeds, tolerances. The outputs that
+    they have changed change first, each once, to what it is then. Of the tools that they ask for,
+    the last one is told. A line within a path cuts it where its segment begins.
+
+    Raises:
+        ProgramError: if there is nothing that the rest could do.
+    """
+    steps: list[ProgramStep] = []
+    changed: dict[tuple[str, int], Output] = {}
+    tool: ProgramStop | None = None
+    for step in program.steps:
+        outputs = step.outputs if isinstance(step, PathRun) else (step,)
+        for output in outputs:
+            if isinstance(output, Output) and output.line < line:
+                # The one that was changed last comes last.
+                changed.pop(output[:2], None)
+                changed[output[:2]] = output._replace(joint=0)
+        if isinstance(step, PathRun):
+            segment = int(np.searchsorted(step.lines, line))
+            if segment < len(step.lines):
+                behind = step.behind(segment) if segment else (step,)
+                steps += (each for each in behind if line_of(each) >= line)
+        elif step.line >= line:
+            steps.append(step)
+        elif isinstance(step, ProgramStop) and step.kind is StopKind.TOOL:
+            tool = step
+    if not steps:
+        last = max(map(line_of, program.steps))
+        reason = f"nothing is done from here on: line {last} is the last one that does something"
+        raise ProgramError(program.file, line, 0, "", reason)
+    told = program.told
+    if tool is not None:
+        reason = f"tool {tool.tool} has to be in the machine already"
+        told = (*told, Told("M6", tool.line, reason))
+    return replace(program, steps=(*changed.values(), *steps), told=told)
+
+
+def line_of(step: object, segment: int = 0) -> int:
+    """Return the line of a program that says a step, or a segment of it; 0 if no program does."""
+    if isinstance(step, PathRun):
+        return int(step.lines[segment])
+    return step.line if isinstance(step, (Dwell, Output, ProgramStop)) else 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 from typing import Any
 
@@ -98,16 +99,18 @@ class GoalSender:
         return SentGoal(self._move_to, goal)
 
     def follow(self, path: FlatPath, frame: str = "", outputs: Sequence[Output] = ()) -> SentGoal:
-        """Go along a ``path`` from where the platform is, and tell the ``outputs`` of it there."""
+        """Go along a ``path`` from where the platform is; ``outputs`` change at its joints."""
         goal = FollowPath.Goal()
         goal.header.frame_id = frame
-        goal.kinds = path.kinds
-        goal.numbers = path.numbers.tolist()
-        goal.tolerances = path.tolerances.tolist()
-        goal.speeds = np.where(np.isfinite(path.speeds), path.speeds, 0.0).tolist()
+        goal.kinds = array("B", path.kinds.tobytes())
+        goal.numbers = array("d", path.numbers.tobytes())
+        goal.tolerances = array("d", path.tolerances.tobytes())
+        goal.speeds = array("d", np.where(np.isfinite(path.speeds), path.speeds, 0.0).tobytes())
         goal.output_segments = [output.joint for output in outputs]
-        goal.outputs = [
-            OutputMessage(name=output.name, number=output.number, value=float(output.value))
-            for output in outputs
-        ]
+        goal.outputs = [output_message(output) for output in outputs]
         return SentGoal(self._follow_path, goal)
+
+
+def output_message(output: Output) -> OutputMessage:
+    """Return the message of an ``output`` that changes."""
+    return OutputMessage(name=output.name, number=output.number, value=float(output.value))

@@ -138,6 +138,36 @@ class FlatPath:
         """Return the number of segments."""
         return len(self.kinds)
 
+    def part(self, first: int, end: int) -> FlatPath:
+        """Return the segments from ``first`` on, up to the one before ``end``."""
+        begin = int(self.offsets[first])
+        stop = int(self.offsets[end]) if end < len(self) else len(self.numbers)
+        return FlatPath(
+            self.kinds[first:end],
+            self.numbers[begin:stop],
+            self.offsets[first:end] - begin,
+            self.tolerances[first:end],
+            self.speeds[first:end],
+        )
+
+    def start_of(self, segment: int, start: Vector3) -> Vector3:
+        """Return where a ``segment`` begins [m], if the path begins at ``start`` [m].
+
+        Raises:
+            SegmentError: if an arc before it is none.
+        """
+        # An arc or helix about an axis does not name its end, all others do.
+        known = segment
+        while known and self.kinds[known - 1] >= SegmentKind.ARC_ABOUT:
+            known -= 1
+        here = start
+        if known:
+            end = int(self.offsets[known - 1] + SIZES[self.kinds[known - 1]])
+            here = _vector(self.numbers[end - 3 : end])
+        for number in range(known, segment):
+            here = self._single(number, here).end
+        return here
+
     def path_from(self, start: Vector3) -> Interruptible[PlatformPath]:
         """Return the path that begins at ``start`` [m].
 

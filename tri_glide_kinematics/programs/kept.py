@@ -1,0 +1,119 @@
+"""How far a program came, kept on disk: after a lost power supply it is known.
+
+There is one such file for each machine, about the program that was driven last.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+import yaml
+
+from tri_glide_kinematics.files import state_folder, write_file
+from tri_glide_kinematics.keys import FileError, Keys, load_yaml
+from tri_glide_kinematics.programs.program import Program
+
+
+class KeptError(FileError):
+    """A program cannot go on from what is kept: it cannot be read, or is about another program."""
+
+
+class KeptKeys(Keys):
+    """The keys of the file, each read by its name; a mistake is a ``KeptError``."""
+
+    error_class = KeptError
+
+
+class RunState(Enum):
+    """What a run of a program does."""
+
+    RUNNING = "running"
+    WAITING = "waiting"
+    STOPPING = "stopping"
+    ENDED = "ended"
+
+
+@dataclass(frozen=True)
+class KeptLine:
+    """How far a program came.
+
+    Attributes:
+        program: the file that it is from.
+        size: of its text [bytes].
+        sha256: of its text, in hexadecimal digits.
+        line: that was driven, or would have been the next one.
+        state: at that time.
+        is_whole: whether all of it has been driven.
+    """
+
+    program: str
+    size: int
+    sha256: str
+    line: int
+    state: RunState
+    is_whole: bool = False
+
+    @classmethod
+    def of(cls, program: Program, line: int, state: RunState, is_whole: bool = False) -> KeptLine:
+        """Return how far a ``program`` came."""
+        file = str(Path(program.file).absolute())
+        return cls(file, program.size, program.sha256, line, state, is_whole)
+
+    def write(self, file: Path) -> None:
+        """Write this to a ``file``, whose folder is made if there is none.
+
+        Raises:
+            OSError: if it cannot be written; what was there before still is.
+        """
+        file.parent.mkdir(parents=True, exist_ok=True)
+        content = {**vars(self), "state": self.state.value}
+        write_file(file, yaml.safe_dump(content, sort_keys=False))
+
+
+def default_kept_file(namespace: str = "") -> Path:
+    """Return where it is kept how far the last program of the machine in a ``namespace`` came.
+
+    Raises:
+        NoHomeError: if the user has no home.
+    """
+    name = "_".join(("program_progress", *filter(None, namespace.split("/"))))
+    return state_folder() / f"{name}.yaml"
+
+
+def load_kept(file: Path) -> KeptLine:
+    """Read what is kept in a ``file``.
+
+    Raises:
+        KeptError: if it cannot be read, or something in it has no meaning.
+    """
+    keys = KeptKeys(str(file), "", load_yaml(file, KeptError))
+    state, is_whole = keys.text("state"), keys.value("is_whole")
+    if state not in [each.value for each in RunState]:
+        raise keys.error(f"is {state!r}, must be the state of a run", "state")
+    if not isinstance(is_whole, bool):
+        raise keys.error("must be true or false", "is_whole")
+    size, line = (int(keys.number(key, least=0.0)) for key in ("size", "line"))
+    texts = keys.text("program"), keys.text("sha256")
+    keys.finish()
+    return KeptLine(texts[0], size, texts[1], line, RunState(state), is_whole)
+
+
+def line_to_go_on_from(file: Path, program: Program) -> int:
+    """Return the line from which a ``program`` goes on, by what is kept in a ``file``.
+
+    Raises:
+        KeptError: if nothing can be read there, it is about another program, the program has
+            changed since, or all of it has been driven.
+    """
+    kept = load_kept(file)
+    if (kept.size, kept.sha256) != (program.size, program.sha256):
+        if Path(kept.program) == Path(program.file).absolute():
+            reason = f"{program.file} has changed since it was driven up to line {kept.line}"
+        else:
+            reason = f"the program that was driven last is {kept.program}, not {program.file}"
+        raise KeptError(file, "", f"{reason}: choose the line yourself")
+    if kept.is_whole:
+        raise KeptError(file, "", f"{program.file} has been driven to its end")
+    return kept.line
