@@ -7,6 +7,10 @@ are judged by the bounds of the certificate and by differences at 1 kHz.
 Run it as ``python -m benchmarks.soak_paths --count 10000``; it exits with 1 if a path breaks a
 limit or its tolerance, or is not driven to its end.
 
+With ``--programs`` the paths are those of programs of our own writer in its five dialects, read and
+driven by a controller, each with a speed override that changes at random; judged is besides in
+which cycle each output is told.
+
 With ``--shaped`` each path is driven with a shaper of its own, for one mode or two; judged is the
 shaped motion.
 """
@@ -23,7 +27,9 @@ import numpy as np
 
 from benchmarks.bench_paths import differences_of, drive
 from benchmarks.judge import LIMITS, WIDE
+from testing.driven_programs import DrivenProgram, drive_program
 from testing.path_samples import ROUNDING, Piece, distances, largest_part, random_path
+from testing.program_writer import written_program
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import Trajectory, time_path
@@ -31,6 +37,7 @@ from tri_glide_kinematics.motion.limit_use import TOLERANCES, CommandStream, Lim
 from tri_glide_kinematics.motion.path import PathPlaceError, PlatformPath, check_place
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import RELATIVE_ROUNDING, MotionError, ShapedTrajectory
+from tri_glide_kinematics.programs import Dialect
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace
@@ -139,13 +146,36 @@ def soak_shaped(count: int, seed: int) -> int:
     return 0 if within and found.distance <= 1.0 and found.end < ROUNDING else 1
 
 
+def soak_programs(count: int, seed: int) -> int:
+    """Drive so many programs and print what was found; return whether something is wrong."""
+    found = DrivenProgram()
+    begin = time.monotonic()
+    for number in range(count):
+        rng = np.random.default_rng((seed, number))
+        dialect = list(Dialect)[number % len(Dialect)]
+        found.add(drive_program(written_program(rng, dialect), rng))
+        if (number + 1) % REPORT == 0:
+            print(f"    {number + 1} programs, {time.monotonic() - begin:.0f} s", flush=True)
+    print(f"{count} programs, {found.runs} paths driven in {found.cycles} cycles")
+    print(f"{found.refused} paths left the workspace")
+    print(f"{found.outputs} outputs, {found.missing} paths on which they were not all told")
+    print(f"outputs are told {found.farthest} cycles beside their place at most")
+    print(f"largest distance from the path as programmed {found.distance:.6f} of the tolerance")
+    print(f"largest velocity, acceleration, jerk by differences {found.use:.6f} of the limits")
+    within = found.use <= 1.0 + min(TOLERANCES) and found.distance <= 1.0
+    return 0 if within and not found.missing and found.farthest <= 1 else 1
+
+
 def main() -> int:
     """Drive random paths and print what was found."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=500, help="number of paths that are driven")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--shaped", action="store_true", help="with a shaper")
+    parser.add_argument("--programs", action="store_true", help="paths of random programs")
     options = parser.parse_args()
+    if options.programs:
+        return soak_programs(options.count, options.seed)
     if options.shaped:
         return soak_shaped(options.count, options.seed)
     rng = np.random.default_rng(options.seed)

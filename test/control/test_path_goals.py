@@ -7,11 +7,12 @@ import random
 
 import pytest
 from controller_rig import LIMITS, MACHINE, Rig, ended
+from motion_machine import SHAPER
 
 from tri_glide_kinematics.control import IDLE, MOVING, PAUSED, Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion import MotionKind, MotionPhase
-from tri_glide_kinematics.motion.engine import Follow, GoalCode
+from tri_glide_kinematics.motion.engine import Follow, GoalCode, PathOutputs
 from tri_glide_kinematics.motion.path import FlatPath
 
 SQUARE = [(0.02, 0.0, 0.25), (0.02, 0.02, 0.25), (0.0, 0.02, 0.25), (0.0, 0.0, 0.25)]
@@ -28,22 +29,22 @@ def rig():
     return rig
 
 
-def target(rig, points, extends=False):
-    flat = FlatPath.of([0] * len(points), [x for p in points for x in p], (), (), 0.001)
+def target(rig, points, extends=False, outputs=None, tolerance=0.001):
+    flat = FlatPath.of([0] * len(points), [x for p in points for x in p], (), (), tolerance)
 
     def make(end):
         return flat.path_from(end or MACHINE.forward(rig.controller.commanded_heights))
 
-    return Follow.made(make, f"path of {len(points)} segments", extends)
+    return Follow.made(make, f"path of {len(points)} segments", extends, outputs)
 
 
-def pursue(rig, points=SQUARE, extends=False):
-    return rig.controller.pursue(target(rig, points, extends))
+def pursue(rig, points=SQUARE, extends=False, outputs=None, tolerance=0.001):
+    return rig.controller.pursue(target(rig, points, extends, outputs, tolerance))
 
 
-def under_way(rig, points=SQUARE):
+def under_way(rig, points=SQUARE, outputs=None):
     rig.controller.set_limits(LIMITS, 0.3)
-    goal = pursue(rig, points)
+    goal = pursue(rig, points, outputs=outputs)
     for _ in range(2000):
         rig.cycle()
         # The way is known a little after the motion has begun.
@@ -270,3 +271,102 @@ def test_a_path_that_is_planned_waits_on_while_the_goal_before_it_is_cancelled(r
     rig.cycle()
     rig.controller.cancel(before)
     assert ended(rig, goal).code is GoalCode.SUCCEEDED
+
+
+# One output at the begin of each segment of the square.
+AT_EACH = PathOutputs((0, 1, 2, 3), ("a", "b", "c", "d"), 4)
+
+
+def told(rig, goal, most=5000):
+    """Return what is told until a goal ends, each with the place of the setpoint in that cycle."""
+    found = []
+    for _ in range(most):
+        if goal.outcome is not None:
+            return found
+        rig.cycle()
+        found += [(output, place(rig)) for output in rig.controller.passed_outputs]
+        rig.controller.passed_outputs.clear()
+    raise AssertionError("it does not end")
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.001])
+@pytest.mark.parametrize("shaper", [None, SHAPER])
+def test_each_output_is_told_in_the_cycle_in_which_its_segment_begins(rig, tolerance, shaper):
+    if shaper is not None and tolerance == 0.0:
+        tolerance = 1e-5
+    rig.engine.set_shaper(shaper)
+    goal = pursue(rig, outputs=AT_EACH, tolerance=tolerance)
+    rig.controller.passed_outputs.clear()
+    before, found = place(rig), []
+    while goal.outcome is None:
+        rig.cycle()
+        here = place(rig)
+        found += [(output, before, here) for output in rig.controller.passed_outputs]
+        rig.controller.passed_outputs.clear()
+        before = here
+    assert [output for output, *_ in found] == ["a", "b", "c", "d"]
+    assert goal.outcome.code is GoalCode.SUCCEEDED
+    driven = rig.engine.driven_path
+    for (_, before, here), joint in zip(found, driven.joints):
+        there, along = driven.derivatives([joint], 1)[:, 0]
+        # With a shaper, which cuts the corner, the place of the setpoint is the mean of places.
+        slack = 1e-9 if shaper is None else math.dist(before, here)
+        assert (there - before) @ along > -slack
+        assert (here - there) @ along > -slack
+        assert math.dist(here, there) < math.dist(before, here) + tolerance + 1e-9
+
+
+def test_outputs_at_one_place_are_told_in_their_order_and_those_of_a_longer_path_too(rig):
+    goals = [
+        pursue(rig, outputs=PathOutputs((3, 3), ("a", "b"), 4)),
+        pursue(rig, BEYOND, extends=True, outputs=PathOutputs((0, 1), ("c", "d"), 2)),
+    ]
+    found = told(rig, goals[1])
+    assert [output for output, _ in found] == ["a", "b", "c", "d"]
+    assert found[2][1] == pytest.approx(SQUARE[-1], abs=0.002)
+    assert found[3][1] == pytest.approx(BEYOND[0], abs=0.002)
+
+
+def test_a_first_segment_that_leads_nowhere_does_not_shift_the_places(rig):
+    points = [MACHINE.forward(rig.heights), *SQUARE]
+    found = told(rig, pursue(rig, points, outputs=PathOutputs((0, 1, 2), ("a", "b", "c"), 5)))
+    assert [output for output, _ in found] == ["a", "b", "c"]
+    assert found[1][1] == pytest.approx((0.0, 0.0, 0.25), abs=1e-3)
+    assert found[2][1] == pytest.approx(SQUARE[0], abs=0.002)
+
+
+def test_an_output_is_told_once_though_the_path_is_paused_around_its_place(rig):
+    goal = pursue(rig, outputs=AT_EACH)
+    found, pauses = [], 0
+    while goal.outcome is None:
+        rig.cycle(7)
+        found += rig.controller.passed_outputs
+        rig.controller.passed_outputs.clear()
+        if rig.controller.state is MOVING and pauses < 30:
+            pauses += 1
+            rig.controller.pause()
+        elif rig.controller.state is PAUSED and rig.engine.phase is MotionPhase.PAUSED:
+            rig.controller.resume()
+    assert pauses > 10
+    assert found == ["a", "b", "c", "d"]
+
+
+@pytest.mark.parametrize("way", ["stop", "cancel", "pose", "path"])
+def test_what_the_platform_does_not_come_to_is_not_told(rig, way):
+    goal = under_way(rig, outputs=AT_EACH)
+    rig.controller.passed_outputs.clear()
+    assert rig.controller.newest_target.outputs
+    if way == "stop":
+        rig.controller.stop()
+    elif way == "cancel":
+        rig.controller.cancel(goal)
+    elif way == "pose":
+        rig.controller.move_to((0.0, 0.02, 0.26))
+    else:
+        pursue(rig, SQUARE, outputs=PathOutputs((3,), ("other",), 4))
+    rig.cycle(1)
+    rig.cycle_until(IDLE)
+    late = [output for output in rig.controller.passed_outputs if output in ("c", "d")]
+    assert late == []
+    assert not rig.controller.newest_target.outputs
+    assert ("other" in rig.controller.passed_outputs) == (way == "path")

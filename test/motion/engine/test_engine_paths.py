@@ -7,7 +7,18 @@ from functools import partial
 
 import numpy as np
 import pytest
-from motion_machine import DT, HOME, LIMITS, MACHINE, TARGET, WORKSPACE, engine, place, within
+from motion_machine import (
+    DT,
+    HOME,
+    LIMITS,
+    MACHINE,
+    SHAPER,
+    TARGET,
+    WORKSPACE,
+    engine,
+    place,
+    within,
+)
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformPath
@@ -398,3 +409,102 @@ def test_however_slow_a_path_is_it_is_planned(speed_scale):
     states = go(moving, 0.05)
     assert moving.phase is MotionPhase.FOLLOWING
     assert within(heights_of(states))
+
+
+def platform_speeds(states):
+    """Return the speed of the platform between setpoints. Shape (n - 1,) [m/s]."""
+    return np.linalg.norm(np.diff(places_of(states), axis=0), axis=1) / DT
+
+
+def steadily(speed, in_pieces, shaper=None):
+    """Return an engine on a circle that asks for a speed [m/s], and what it has driven."""
+    path = PlatformPath.start(START)
+    for _ in range(4):
+        path = path.arc_about(at(-0.03, 0.0), (0.0, 0.0, 1.0), 2.0 * np.pi, 1e-3, speed)
+    moving = engine(in_pieces=in_pieces)
+    moving.set_shaper(shaper)
+    moving.follow(path)
+    return moving, go(moving, 0.8)
+
+
+@each_mode
+@pytest.mark.parametrize("shaper", [None, SHAPER])
+@pytest.mark.parametrize("scale", [0.3, 1.5])
+def test_a_speed_override_is_in_force_soon_and_the_platform_never_stops(in_pieces, shaper, scale):
+    asked = 0.05
+    moving, states = steadily(asked, in_pieces, shaper)
+    moving.set_path_speed_scale(scale)
+    after = go(moving, 0.5)
+    assert moving.path_speed_scale == scale and not moving.limits_pending
+    speeds = platform_speeds(after)
+    # A slower one may be undershot for a moment.
+    assert speeds.min() > 0.4 * min(scale, 1.0) * asked
+    assert speeds.max() < max(scale, 1.0) * asked * 1.01
+    assert speeds[-200:] == pytest.approx(scale * asked, rel=0.01)
+    moving.set_path_speed_scale(1.0)
+    after += go(moving, 0.5)
+    assert platform_speeds(after)[-100:] == pytest.approx(asked, rel=0.01)
+    assert within(heights_of(states + after))
+
+
+def test_a_speed_override_is_no_factor_of_a_limit():
+    limits = SliderLimits.uniform(0.05, 10.0, 200.0)
+    moving, states = begun(square(), in_pieces=False, limits=limits, path_speed_scale=2.0)
+    states += go_to_rest(moving)
+    assert within(heights_of(states), limits)
+    slow, others = begun(square(), in_pieces=False, limits=limits, path_speed_scale=0.5)
+    others += go_to_rest(slow)
+    # The square asks for no speed.
+    assert len(others) == len(states)
+
+
+@each_mode
+def test_overrides_and_scales_at_random_keep_all_limits_and_go_on(in_pieces):
+    random = np.random.default_rng(7)
+    moving, states = steadily(0.1, in_pieces)
+    least = 1.0
+    for _ in range(12):
+        scale = float(random.choice((0.2, 0.5, 0.9, 1.0, 1.6, 2.0)))
+        moving.set_path_speed_scale(scale)
+        least = min(least, scale)
+        more = go(moving, float(random.choice((0.01, 0.05, 0.2))))
+        states += more
+        assert moving.phase is MotionPhase.FOLLOWING
+        assert platform_speeds(states[-len(more) - 1 :]).min() > 0.3 * least * 0.1
+    assert within(heights_of(states))
+
+
+def test_a_lower_speed_scale_slows_a_path_down_that_asks_for_a_speed_and_stops_nothing():
+    moving, states = steadily(0.1, in_pieces=False)
+    moving.set_speed_scale(0.4)
+    after = go(moving, 0.4)
+    assert moving.speed_scale == 0.4
+    speeds = platform_speeds(after)
+    assert speeds.min() > 0.02
+    assert speeds[-100:] == pytest.approx(0.04, rel=0.01)
+    assert within(heights_of(states + after))
+
+
+@each_mode
+@pytest.mark.parametrize("shaper", [None, SHAPER])
+def test_the_place_on_the_path_is_that_of_the_setpoint(in_pieces, shaper):
+    moving = engine(in_pieces=in_pieces)
+    moving.set_shaper(shaper)
+    assert math.isnan(moving.path_place)
+    # There and back, with a stop between; then another path.
+    moving.follow(PlatformPath.start(START).line_to(at(0.02, 0.0)).line_to(at(0.0, 0.0)))
+    ways = []
+    for step in range(2000):
+        go(moving, DT)
+        way = moving.path_place
+        if not math.isnan(way):
+            ways.append(way)
+            assert place(moving) == pytest.approx(at(0.02 - abs(way - 0.02), 0.0), abs=1e-9)
+        if step > 100 and moving.phase is MotionPhase.IDLE:
+            break
+    assert (np.diff(ways) >= -1e-15).all()
+    assert ways[-1] == pytest.approx(0.04, abs=1e-12)
+    moving.follow(PlatformPath.start(START).line_to(at(0.0, 0.01)))
+    go(moving, 50 * DT)
+    assert 0.0 <= moving.path_place < 0.01
+    assert place(moving) == pytest.approx(at(0.0, moving.path_place), abs=1e-9)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 import struct
 from contextlib import suppress
@@ -15,7 +16,8 @@ from rclpy.serialization import serialize_message
 
 from testing.pieces import median_piece
 from tri_glide_interfaces.action import FollowPath
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_interfaces.msg import Output
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import ROWS, at_once
 from tri_glide_kinematics.motion.path import (
     MOST_SEGMENTS,
@@ -23,7 +25,7 @@ from tri_glide_kinematics.motion.path import (
     TooManySegmentsError,
     polyline_from,
 )
-from tri_glide_kinematics.ros.inputs import AT_A_TIME, flat_path, path_points
+from tri_glide_kinematics.ros.inputs import AT_A_TIME, flat_path, path_outputs, path_points
 from tri_glide_kinematics.ros.messages import RefusedMessageError
 
 BASE = "tri_glide_base"
@@ -169,3 +171,32 @@ def test_goals_are_read_as_arrays_and_in_their_frame():
     goal.header.frame_id = "world"
     with pytest.raises(RefusedMessageError, match="path has frame_id 'world'"):
         flat_path(goal, BASE, 0.002)
+
+
+def goal_with(segments, values):
+    outputs = [Output(name="pin", number=1, value=value) for value in values]
+    return FollowPath.Goal(output_segments=segments, outputs=outputs)
+
+
+def test_outputs_of_a_goal_are_told_in_their_order():
+    assert path_outputs(goal_with([], []), 3) is None
+    outputs = path_outputs(goal_with([0, 2, 2], [1.0, 2.0, 3.0]), 3)
+    assert list(outputs.segments) == [0, 2, 2]
+    assert [output.value for output in outputs.told] == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    ("segments", "values", "text"),
+    [
+        ([1], [], r"output_segments has shape (1,), expected (0,), one for each of outputs"),
+        ([], [1.0], r"output_segments has shape (0,), expected (1,), one for each of outputs"),
+        ([3], [1.0], r"output_segments[0] = 3 must be at most 2, the last segment"),
+        ([1, 0], [1.0] * 2, r"output_segments[1] = 0 must be at least 1, as the one before it"),
+        ([1], [math.nan], r"outputs[0].value = nan is not a finite number"),
+    ],
+)
+def test_outputs_that_cannot_be_are_refused_with_number_and_bound(segments, values, text):
+    with pytest.raises(KinematicsError) as refusal:
+        path_outputs(goal_with(segments, values), 3)
+    assert str(refusal.value) == text
+    assert refusal.value.refusal is not Refusal.OTHER

@@ -237,7 +237,7 @@ def _tightened(limits: CellLimits, own: FloatArray) -> CellLimits:
 
 def _narrowed(own: FloatArray, parts: FloatArray) -> FloatArray:
     """Return smaller parts of the limits where the bounds exceed them."""
-    factor = np.where(parts > 1.0, (1.0 - _BEYOND) / parts, 1.0)
+    factor = np.where(parts > 1.0, (1.0 - _BEYOND) / np.maximum(parts, 1.0), 1.0)
     around = factor.copy()
     around[:, 1:] = np.minimum(around[:, 1:], np.sqrt(factor[:, :-1]))
     around[:, :-1] = np.minimum(around[:, :-1], np.sqrt(factor[:, 1:]))
