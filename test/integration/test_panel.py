@@ -215,7 +215,7 @@ def fault(panel: Panel, page: Page) -> None:
 
 def send_elsewhere(panel: Panel, page: Page) -> None:
     panel.client.send_pose((0.0, 0.01, 0.252))
-    panel.wait_for_words(page, "0.252", "reason")
+    panel.wait_for_words(page, "(0, 10, 252) mm", "reason")
 
 
 @pytest.mark.parametrize("interrupt", [stop, disable, fault, send_elsewhere])

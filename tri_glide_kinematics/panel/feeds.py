@@ -7,7 +7,6 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,8 +18,8 @@ from sensor_msgs.msg import Imu
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tri_glide_interfaces.msg import MachineState, MotionState
-from tri_glide_kinematics.control import Cause, OperatingState
 from tri_glide_kinematics.motion.trajectory import SliderState
+from tri_glide_kinematics.panel.machine_status import MachineStatus
 from tri_glide_kinematics.ros.cdr import STAMP_END, STAMP_OFFSET, byte_order
 from tri_glide_kinematics.ros.loop import UrgentInputs
 from tri_glide_kinematics.ros.outputs import (
@@ -29,69 +28,9 @@ from tri_glide_kinematics.ros.outputs import (
     PROGRAMMED,
     TARGET,
     Motion,
-    cause_of,
     read_motion,
-    state_of,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-
-READY, MOTION, WARNING, FAULT = "ready", "motion", "warning", "fault"
-
-COLORS = {
-    OperatingState.IDLE: READY,
-    OperatingState.MOVING: MOTION,
-    OperatingState.JOGGING: MOTION,
-    OperatingState.TRACKING: MOTION,
-    OperatingState.STOPPING: WARNING,
-    OperatingState.WAITING: WARNING,
-    OperatingState.DISABLED: WARNING,
-    OperatingState.PAUSED: WARNING,
-    OperatingState.FAULT: FAULT,
-}
-
-
-@dataclass(frozen=True)
-class MachineStatus:
-    """What ``ik_node`` says about itself.
-
-    Attributes:
-        state: None before it has said anything, or if it is none that is known here.
-        cause: of the state; None likewise.
-        reason: of the state in words, with a remark if there is one.
-        refused: number of commands that were refused.
-        last_refusal: what was refused last, and why, in words.
-        shaper_waits: whether a new shaper waits for the next rest to be in force.
-    """
-
-    state: OperatingState | None = None
-    cause: Cause | None = None
-    reason: str = ""
-    refused: int = 0
-    last_refusal: str = ""
-    shaper_waits: bool = False
-
-    @classmethod
-    def of(cls, message: MachineState) -> MachineStatus:
-        """Read a message of ``~/machine_state``."""
-        return cls(
-            state_of(message),
-            cause_of(message),
-            "; ".join(filter(None, (message.reason, message.remark))),
-            message.refused,
-            message.refusal_text,
-            message.shaper_waits,
-        )
-
-    @property
-    def word(self) -> str:
-        """The state in a word; empty if it is not known."""
-        return "" if self.state is None else self.state.name.lower()
-
-    @property
-    def color(self) -> str:
-        """The colour of the state."""
-        return WARNING if self.state is None else COLORS[self.state]
-
 
 # As many as come in some frames at the usual rate: the curves show every one.
 SOME = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -275,7 +214,7 @@ class Feeds:
         return (self.motion.subscription,)
 
     def _on_state(self, message: MachineState) -> None:
-        self.status = MachineStatus.of(message)
+        self.status = MachineStatus(message)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:

@@ -19,14 +19,13 @@ from std_srvs.srv import SetBool, Trigger
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
+from tri_glide_kinematics.panel.machine_status import place_text
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.ros.parameters import IK_NODE, Values
 from tri_glide_kinematics.vectors import Vector3
 
 # A twist that is lost is renewed by the next one.
 LATEST_ONLY = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-# How a goal may end without having been replaced, or stopped by the operator.
-WORTH_TELLING = (GoalCode.REFUSED, GoalCode.NOT_REACHED)
 AT_REST = (0.0, 0.0, 0.0)
 TABLE = {parameter.name: parameter for parameter in IK_NODE}
 
@@ -40,9 +39,12 @@ Say = Callable[[str], object]
 class MachineLink:
     """Clients and publishers of the panel, all made at its start: a new client is slow.
 
+    What ``ik_node`` refuses and counts in its state is told from there, in the words of the page.
+
     Attributes:
         server: full name of ``ik_node``.
         on_resume: is asked first whether it goes on by itself when ``resume`` is pressed.
+        asked: the place that was asked for last, None if it was a path [m].
     """
 
     def __init__(self, node: Node, on_refusal: Say) -> None:
@@ -60,6 +62,7 @@ class MachineLink:
         self._goals = GoalSender(node)
         self.server = self._goals.server
         self.on_resume: Callable[[], bool] = lambda: False
+        self.asked: Vector3 | None = None
         self._goal: SentGoal | None = None
         self._wanted_scale: float | None = None
         self._is_setting = False
@@ -94,9 +97,10 @@ class MachineLink:
         """Enable or disable the machine."""
         self._call("enable" if data else "disable", self._enable, SetBool.Request(data=data))
 
-    def move_to(self, position: Vector3) -> SentGoal:
-        """Go to a position [m]."""
-        return self._sent(self._goals.move_to(position))
+    def move_to(self, position: Vector3, speed: float = 0.0) -> SentGoal:
+        """Go to a position [m]; with a ``speed`` [m/s] straight, and no faster than that."""
+        self.asked = position
+        return self._sent(self._goals.move_to(position, speed=speed))
 
     def follow(self, points: Sequence[Vector3], tolerance: float, speed: float) -> SentGoal:
         """Go through some points [m], at their corners within a ``tolerance`` [m].
@@ -111,6 +115,7 @@ class MachineLink:
             [speed],
             tolerance,
         )
+        self.asked = None
         return self._sent(self._goals.follow(path))
 
     def set_speed_scale(self, scale: float) -> None:
@@ -158,8 +163,10 @@ class MachineLink:
         """The newest goal that was sent and has not ended."""
         if self._goal is not None and self._goal.result is not None:
             goal, self._goal = self._goal, None
-            if goal.result.code in WORTH_TELLING:
-                self._on_refusal(goal.result.text)
+            if goal.result.code == GoalCode.NOT_REACHED:
+                place = goal.result.position
+                measured = place_text((place.x, place.y, place.z))
+                self._on_refusal(f"not reached: the platform is measured at {measured}")
         return self._goal
 
     def cancel(self) -> None:
@@ -181,7 +188,8 @@ class MachineLink:
             return
 
         def take(future: Any) -> None:
-            if not future.result().success:
+            # A refusal to enable is counted.
+            if not future.result().success and client is not self._enable:
                 self._on_refusal(f"{what}: {future.result().message}")
 
         client.call_async(request).add_done_callback(take)

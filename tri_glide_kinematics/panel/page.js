@@ -17,8 +17,11 @@ document.head.append(style);
 const strip = document.createElement("div");
 strip.id = "tri-glide-strip";
 strip.innerHTML =
-  '<div class="state" role="status"></div><div class="words"><div class="reason"></div>' +
-  '<div class="refusal" role="alert"></div><div class="pages"></div></div>';
+  '<div class="head"><div class="state" role="status"></div>' +
+  '<button type="button" class="more" aria-expanded="false">messages</button>' +
+  '<div class="motion"><span class="position"></span><span class="speed"></span><span class="left"></span></div></div>' +
+  '<div class="words"><div class="reason"></div><div class="refusal" role="alert"></div><div class="pages"></div></div>' +
+  '<ol class="history" hidden></ol>';
 const stop = document.createElement("button");
 stop.id = "tri-glide-stop";
 stop.type = "button";
@@ -104,11 +107,37 @@ const sendPieces = async (key, asked) => {
   }
 };
 
+// What was told before, the newest first.
+const list = strip.querySelector(".history");
+const more = strip.querySelector(".more");
+on(more, "click", () => {
+  list.hidden = !list.hidden;
+  more.setAttribute("aria-expanded", String(!list.hidden));
+});
+const history = (entries) => {
+  list.replaceChildren(...entries.map(({ time, color, text, log, count }) => {
+    const item = document.createElement("li");
+    item.dataset.color = color;
+    const add = (name, words) => {
+      const part = document.createElement("span");
+      part.className = name;
+      part.textContent = words;
+      item.append(part);
+    };
+    add("time", time);
+    add("text", count > 1 ? `${text} (${count} times)` : text);
+    if (log) add("log", `log, in m: ${log}`);
+    return item;
+  }));
+};
+
+let hasControls = false;
 let heard = performance.now();
 const show = (told) => {
   heard = performance.now();
   strip.dataset.color = told.color;
-  for (const name of ["state", "reason", "refusal", "pages"]) {
+  hasControls = told.controls;
+  for (const name of ["state", "position", "speed", "left", "reason", "refusal", "pages"]) {
     const place = strip.querySelector("." + name);
     if (place.textContent !== told[name]) place.textContent = told[name];
   }
@@ -123,6 +152,8 @@ const look = setInterval(() => {
   document.body.classList.add("tri-glide-lost");
   strip.dataset.color = "fault";
   strip.querySelector(".state").textContent = "no connection";
+  for (const name of ["position", "speed", "left"]) strip.querySelector("." + name).textContent = "";
+  hasControls = false;
   strip.querySelector(".reason").textContent = "The panel does not answer: what is shown is old, and nothing can be sent.";
   stop.querySelector("small").textContent = "no connection: use the emergency stop";
 }, 250);
@@ -130,6 +161,7 @@ const look = setInterval(() => {
 window.triGlide = {
   show,
   sendPieces,
+  history,
   get stopped() { return stopped; },
   remove: () => {
     listening.abort();

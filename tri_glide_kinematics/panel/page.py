@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from importlib.resources import files
@@ -23,6 +23,7 @@ from tri_glide_kinematics.panel.admission import QUERY, Admission
 from tri_glide_kinematics.panel.button_jogs import RENEWALS
 from tri_glide_kinematics.panel.guard import guarded_server
 from tri_glide_kinematics.panel.machine_scene import light_plainly
+from tri_glide_kinematics.panel.message_history import Entry
 from tri_glide_kinematics.panel.program_files import PIECE
 
 PING_PERIOD = 0.5  # s
@@ -89,6 +90,10 @@ class Strip:
         refusal: what was refused last, and why; empty for nothing.
         pages: who has the controls.
         stop: what stands below Stop.
+        position: of the platform.
+        speed: of the platform, and what changes it.
+        left: the way and the time to the end of what is done.
+        controls: whether the page has them.
     """
 
     color: str
@@ -97,6 +102,10 @@ class Strip:
     refusal: str = ""
     pages: str = ""
     stop: str = ""
+    position: str = ""
+    speed: str = ""
+    left: str = ""
+    controls: bool = False
 
 
 class PortTakenError(KinematicsError):
@@ -194,6 +203,11 @@ class Page:
             if socket is connection:
                 self.on_file(page, message)
                 return
+
+    def show_history(self, client: viser.ClientHandle, history: Sequence[Entry]) -> None:
+        """Show on one page what was told, the newest first."""
+        rows = [{**asdict(entry), "time": entry.clock} for entry in history]
+        self._run(client, f"window.triGlide?.history({json.dumps(rows)})")
 
     def _run(self, client: viser.ClientHandle, script: str) -> None:
         # To one page at a time: what is sent to all of them is kept for those that come later.

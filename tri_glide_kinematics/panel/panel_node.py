@@ -14,12 +14,14 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
+from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.files import state_folder
 from tri_glide_kinematics.panel.admission import default_token_file, is_loopback, kept_token
 from tri_glide_kinematics.panel.button_jogs import JogWatch, Steps
-from tri_glide_kinematics.panel.feeds import FAULT, WARNING, Feeds
+from tri_glide_kinematics.panel.feeds import Feeds
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
 from tri_glide_kinematics.panel.machine_link import NOBODY, Identity, MachineLink
+from tri_glide_kinematics.panel.machine_status import FAULT, WARNING, outside_text
 from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
 from tri_glide_kinematics.panel.program_files import ProgramFolder, Uploads
@@ -34,8 +36,8 @@ from tri_glide_kinematics.panel.tabs import (
     pages_text,
     pose_of,
 )
-from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.programs import default_kept_file
+from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.parameters import PANEL_NODE, LiveParameters, Values
 from tri_glide_kinematics.ros.program_run import ProgramLink
 from tri_glide_kinematics.ros.serving import PatientServices
@@ -48,6 +50,8 @@ FRAMES = 30.0  # 1/s
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 PATIENCE = 5.0  # s after which it is asked again
 LONGEST_NOTICE = 500  # characters
+# What may be said of a place that was asked for.
+PLACE_REFUSALS = (MachineState.REFUSAL_UNREACHABLE, MachineState.REFUSAL_OUTSIDE_WORKSPACE)
 STRIP_PERIOD = 0.5  # s after which a page is told again what it knows
 
 
@@ -81,6 +85,10 @@ class PanelNode(Node):
         self._notice_file = Path(values["notice_file"]) if values["notice_file"] else None
         self._notice = ""
         self._told: dict[int, tuple[Strip, float]] = {}
+        # By page, how much of the history it has.
+        self._told_history: dict[int, int] = {}
+        self._history_at = 0.0
+        self._state: object = None
         self._refused = 0
         link = MachineLink(self, lambda reason: self._requests.refuse(reason))
         self._requests = OperatorRequests(link, self._on_stop)
@@ -226,7 +234,7 @@ class PanelNode(Node):
         self._mechanisms.step(time.monotonic())
         self._tell(clients)
         self._program.show()
-        self._swing.show(self._facts, waits=self._feeds.status.shaper_waits)
+        self._swing.show(self._facts, waits=self._feeds.status.message.shaper_waits)
         self._swing.draw(self._feeds.swing)
         if self._facts is not None:
             self._drive.show(self._facts, self._commanded_position())
@@ -236,10 +244,20 @@ class PanelNode(Node):
         # A goal that is looked at tells how it has ended.
         _ = self._link.goal
         status = self._feeds.status
-        if status.refused > self._refused:
-            self._requests.refuse(status.last_refusal)
+        message = status.message
+        if message.refused > self._refused:
+            self._requests.refuse(self._place_words() or status.refusal, message.refusal_text)
             self._requests.end_hold()
-        self._refused = status.refused
+        self._refused = message.refused
+
+    def _place_words(self) -> str | None:
+        """Return why the place cannot be that was asked for here, if that was refused."""
+        asked, self._link.asked = self._link.asked, None
+        if self._facts is None or asked is None:
+            return None
+        if self._feeds.status.message.refusal not in PLACE_REFUSALS:
+            return None
+        return outside_text(self._facts.workspace, asked)
 
     def _look_for_ends(self) -> None:
         """Let nothing go on by itself that has ended."""
@@ -247,6 +265,11 @@ class PanelNode(Node):
         if self._jog_watch.has_ended(status.state, status.cause):
             self._requests.end_hold()
         self._steps.look(status.state)
+        state = (status.state, status.cause)
+        if self._facts is not None and status.state is not None and state != self._state:
+            self._state = state
+            text = ": ".join(filter(None, (status.word, self._reason())))
+            self._requests.history.add(status.color, text, status.message.reason)
 
     def _on_stop(self) -> None:
         self._steps.drop()
@@ -264,16 +287,46 @@ class PanelNode(Node):
                 self._page.show(client, strip)
         for number in self._told.keys() - clients.keys():
             del self._told[number]
+            self._told_history.pop(number, None)
+        self._tell_history(clients, now)
+
+    def _tell_history(self, clients: dict[int, viser.ClientHandle], now: float) -> None:
+        """Tell each page what was told, not too often."""
+        history = self._requests.history
+        if now - self._history_at < STRIP_PERIOD:
+            return
+        for number, client in clients.items():
+            if self._told_history.get(number) != history.changes:
+                self._told_history[number] = history.changes
+                self._history_at = now
+                self._page.show_history(client, tuple(history))
 
     def _strip(self, page: int) -> Strip:
-        pages, refusal = pages_text(self._requests.controls, page), self._requests.refusal
+        controls = self._requests.controls
+        refusal, pages = self._requests.refusal, pages_text(controls, page)
+        has_controls = controls.holder == page
         if self._facts is None:
             reason = self._with_notice(f"nobody answers as {self._link.server}")
-            return Strip(WARNING, "no machine", reason, refusal, pages, "not heard")
+            return Strip(
+                WARNING, "no machine", reason, refusal, pages, "not heard", controls=has_controls
+            )
         status = self._feeds.status
         color = WARNING if self._notice and status.color != FAULT else status.color
-        reason = self._with_notice(status.reason)
-        return Strip(color, status.word, reason, refusal, pages, "ramps to rest (Esc)")
+        return Strip(
+            color,
+            status.word,
+            self._with_notice(self._reason()),
+            refusal,
+            pages,
+            "ramps to rest (Esc)",
+            status.position,
+            status.speed,
+            status.left,
+            has_controls,
+        )
+
+    def _reason(self) -> str:
+        return self._feeds.status.reason(self._facts.values if self._facts is not None else {})
 
     def _with_notice(self, reason: str) -> str:
         return "; ".join(filter(None, (self._notice, reason)))

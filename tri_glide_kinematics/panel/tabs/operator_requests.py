@@ -13,6 +13,7 @@ import viser
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.button_jogs import LONGEST_GAP, HeldJog
 from tri_glide_kinematics.panel.machine_link import MachineLink
+from tri_glide_kinematics.panel.message_history import MessageHistory
 from tri_glide_kinematics.vectors import Vector3
 
 
@@ -92,6 +93,7 @@ class OperatorRequests:
         controls: who has them.
         link: to the machine.
         refusal: what was refused last, and why; empty after a while.
+        history: of what all pages were told.
         stops: how often Stop was pressed.
     """
 
@@ -100,15 +102,17 @@ class OperatorRequests:
         self.controls = Controls()
         self.link = link
         self.refusal = ""
+        self.history = MessageHistory()
         self.stops = 0
         self._on_stop = on_stop
         self._refused_at = 0.0
         self._hold = HeldJog()
         self._wishes: deque[Wish] = deque()
 
-    def refuse(self, reason: str) -> None:
-        """Show why something is not done."""
+    def refuse(self, reason: str, log: str = "") -> None:
+        """Show why something is not done; ``log`` is what ``ik_node`` has written about it."""
         self.refusal, self._refused_at = reason, time.monotonic()
+        self.history.add("refusal", reason, log)
 
     def may(self, page: int) -> bool:
         """Tell whether a ``page`` may act, and say who may if it may not."""

@@ -16,8 +16,8 @@ import viser
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
-from tri_glide_kinematics.panel.markup import code, note, table
-from tri_glide_kinematics.panel.program_files import ProgramFolder, Uploads
+from tri_glide_kinematics.panel.markup import bar, code, note, table
+from tri_glide_kinematics.panel.program_files import Uploads
 from tri_glide_kinematics.panel.program_reading import (
     CUT,
     OUTSIDE,
@@ -165,7 +165,6 @@ class ProgramTab:
         buttons.on_click(requests.on(self._press))
         slider = gui.add_slider("Override [%]", min=1, max=200, step=1, initial_value=100)
         self._override = OperatorsInput(requests, slider, self._set_override)
-        self._bar = gui.add_progress_bar(0.0, visible=False)
         self._progress = gui.add_html("")
 
     def step(self, facts: MachineFacts | None) -> None:
@@ -402,7 +401,7 @@ class ProgramTab:
         return "".join(parts)
 
     def _facts_of(self, read: ReadProgram) -> list[tuple[str, ...]]:
-        rows = [("lines", f"{read.program.lines:,}")]
+        rows: list[tuple[str, ...]] = [("lines", f"{read.program.lines:,}")]
         for name, low, high in zip("xyz", read.lower, read.upper):
             rows.append((name, f"{_millimetres(low)} to {_millimetres(high)} mm"))
         if self._check is not None:
@@ -414,7 +413,6 @@ class ProgramTab:
 
     def _show_progress(self) -> None:
         run, read = self._run, self._read
-        self._bar.visible = run is not None
         if run is None or read is None:
             self._progress.content = ""
             self._mark(None, 0)
@@ -430,8 +428,13 @@ class ProgramTab:
             parts.append(f"{_clock(left)} left")
         if run.state is RunState.WAITING:
             parts.append(f"waits: {run.doing}")
-        self._bar.value = 100.0 * min(max(part, 0.0), 1.0)
-        self._progress.content = note("; ".join(parts)) + code(self._text_of(line))
+        self._progress.content = "".join(
+            (
+                table([(f"{100.0 * part:.0f} %", bar(part))]),
+                note("; ".join(parts)),
+                code(self._text_of(line)),
+            )
+        )
         self._mark(read, line if self._is_running or not run.is_whole else 0)
 
     def _time_left(self, line: int) -> float | None:
