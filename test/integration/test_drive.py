@@ -15,7 +15,8 @@ from testing.commands import KINEMATICS
 from tri_glide_interfaces.msg import Output
 from tri_glide_kinematics.programs import DriveFile, RunState, WaitStep
 from tri_glide_kinematics.ros import program_run
-from tri_glide_kinematics.ros.program_run import LATEST_OUTPUTS, ProgramLink, ProgramRun
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
+from tri_glide_kinematics.ros.program_run import ProgramLink, ProgramRun
 from tri_glide_kinematics.ros.starting import executable
 
 TIMEOUT = 60.0  # s

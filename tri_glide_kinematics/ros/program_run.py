@@ -40,6 +40,7 @@ from tri_glide_kinematics.programs import (
     line_of,
 )
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal, output_message
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 from tri_glide_kinematics.vectors import Vector3
 
 # Until ik_node is found, and until it is taken to be gone [s].
@@ -54,7 +55,6 @@ KEEP_PERIOD = 0.8
 
 # Who begins to listen later is told the latest ones.
 LATEST = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-LATEST_OUTPUTS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 # What a program that ends before its end does not leave on.
 SWITCHED_OFF = ("spindle", "flood", "mist")

@@ -73,22 +73,9 @@ def progress(heights: PathHeights, place: float, plan: Trajectory, time: float) 
         rest = left - planned
         speed = planned / remaining if remaining > 0.0 else 0.0
         remaining = remaining + rest / speed if speed > 0.0 else math.nan
-    return PathProgress(
-        int(driven.segment_of(place)), way, left, remaining, _deviation(heights, place)
-    )
+    segment = int(driven.segment_of(place))
+    return PathProgress(segment, way, left, remaining, driven.deviation_up_to(place))
 
 
 def _way(heights: PathHeights, place: float) -> float:
     return float(heights.driven.ways(np.array([place]))[0])
-
-
-def _deviation(heights: PathHeights, place: float) -> float:
-    """Return a bound of the distance from the path as programmed, up to a ``place`` [m]."""
-    driven = heights.driven
-    begun = driven.rounded.ways - driven.widths.reaches < place
-    rounded = float(driven.widths.deviations[begun].max(initial=0.0))
-    if driven.part == 1.0:
-        return rounded
-    # A shaper leaves the path as driven by no more than roundings leave of the tolerances.
-    passed = driven.tolerances[: int(driven.segment_of(place)) + 1]
-    return rounded + (1.0 - driven.part) * float(passed.max())

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import ceil, dist
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -65,6 +66,20 @@ STRAIGHT = 1e-6
 # It is looked in such steps where a path leads [m]; one that takes more of them may lead anywhere.
 STEP = 0.01
 MOST_STEPS = 1000
+
+
+class DeviationsPassed(NamedTuple):
+    """How far a path as driven may be from the path as programmed, up to some place.
+
+    Attributes:
+        rounded: because of the first roundings up to each of them. Shape (m,) [m].
+        reach: no rounding reaches farther to one side [m].
+        left: what a shaper may add, up to the end of each segment. Shape (n,) [m]; empty without.
+    """
+
+    rounded: FloatArray
+    reach: float
+    left: FloatArray
 
 
 class DrivenPath(PiecewisePath):
@@ -271,14 +286,43 @@ class DrivenPath(PiecewisePath):
         totals = yield from accumulated(np.add, lengths)
         return ArcLength(self.breaks, totals, kinds, self.rates)
 
+    @Kept
+    def deviations_passed(self) -> Interruptible[DeviationsPassed]:
+        """How far it may be from the path as programmed, up to each joint."""
+        rounded = yield from accumulated(np.maximum, self.widths.deviations)
+        reach = 0.0
+        for some in blocks(len(rounded)):
+            reach = max(reach, float(self.widths.part(some).reaches.max()))
+            yield
+        # A shaper leaves the path as driven by no more than roundings leave of the tolerances.
+        left = np.zeros(0)
+        if self.part < 1.0:
+            left = yield from accumulated(np.maximum, self.tolerances)
+            left *= 1.0 - self.part
+        return DeviationsPassed(rounded, reach, left)
+
+    def deviation_up_to(self, place: float) -> float:
+        """Return a bound of the distance from the path as programmed, up to a ``place`` [m]."""
+        passed, ways = self.deviations_passed, self.rounded.ways
+        first, last = np.searchsorted(ways, (place, place + passed.reach)).tolist()
+        near = self.widths.part(slice(first, last))
+        begun = ways[first:last] - near.reaches < place
+        deviation = float(near.deviations[begun].max(initial=0.0))
+        if first:
+            deviation = max(deviation, float(passed.rounded[first - 1]))
+        if len(passed.left):
+            deviation += float(passed.left[int(self.segment_of(place))])
+        return deviation
+
     @property
     def is_measured(self) -> bool:
-        """Whether ``arc_length`` has been worked out."""
-        return DrivenPath.arc_length.is_kept(self)
+        """Whether all that tells how far it is driven has been worked out."""
+        return DrivenPath.deviations_passed.is_kept(self) and DrivenPath.arc_length.is_kept(self)
 
     def measured(self) -> Interruptible[ArcLength]:
-        """Return ``arc_length``, worked out interruptibly if it has not been yet."""
-        return DrivenPath.arc_length.in_pieces(self)
+        """Return ``arc_length``; what tells how far it is driven is worked out interruptibly."""
+        yield from DrivenPath.deviations_passed.in_pieces(self)
+        return (yield from DrivenPath.arc_length.in_pieces(self))
 
     def ways(self, programmed: ArrayLike) -> FloatArray:
         """Return the way driven at programmed ways, shape (n,) [m]. Shape (n,) [m]."""
