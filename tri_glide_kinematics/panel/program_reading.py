@@ -48,7 +48,7 @@ MOST_DRAWN = 20_000
 # A point this near to the line between its neighbours can be left out, to begin with [m].
 UNSEEN = 1e-5
 
-NICENESS = 10
+NICENESS = 5
 SCRIPT = "from tri_glide_kinematics.panel.program_reading import main; main()"
 
 

@@ -52,7 +52,7 @@ LONGEST_LINE = 80  # characters of it that are shown
 MOST_TOLD = 5
 MOST_LINES = 100_000_000
 
-COLORS: dict[int, RGB] = {CUT: (20, 70, 160), RAPID: (140, 140, 140), OUTSIDE: (220, 20, 20)}
+COLORS: dict[int, RGB] = {CUT: (0, 30, 130), RAPID: (110, 110, 110), OUTSIDE: (220, 0, 0)}
 PRESENT: RGB = (230, 0, 200)
 
 
