@@ -48,6 +48,9 @@ MOST_DRAWN = 20_000
 # A point this near to the line between its neighbours can be left out, to begin with [m].
 UNSEEN = 1e-5
 
+LONGEST_REASON = 500  # characters
+UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
+
 NICENESS = 5
 SCRIPT = "from tri_glide_kinematics.panel.program_reading import main; main()"
 
@@ -163,9 +166,16 @@ def answer_to(reading: Reading) -> Answer:
     except OSError as error:
         return NotRead(f"{reading.file.name} cannot be read: {error.strerror or error}")
     except ProgramError as error:
-        return NotRead(str(error).replace(str(reading.file), reading.file.name), error.line)
+        return NotRead(_shown(str(error), reading.file), error.line)
     except KinematicsError as error:
-        return NotRead(str(error))
+        return NotRead(_shown(str(error), reading.file))
+
+
+def _shown(text: str, file: Path) -> str:
+    """Return a ``text`` about a ``file`` as a page can show it, whatever stands in that file."""
+    text = text.replace(str(file), file.name)
+    shown = "".join(each if each.isprintable() else UNPRINTABLE for each in text[:LONGEST_REASON])
+    return shown if len(text) <= LONGEST_REASON else f"{shown}..."
 
 
 def drawn(program: Program, data: bytes, workspace: Workspace) -> ReadProgram:
