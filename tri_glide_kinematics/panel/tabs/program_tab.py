@@ -420,12 +420,12 @@ class ProgramTab:
         line = run.line if self._is_running or not run.is_whole else read.program.lines
         words = run.state.value if self._is_running or not run.is_whole else "done"
         parts = [f"{words}: line {line:,} of {read.program.lines:,}"]
-        left = self._time_left(line) if self._is_running else None
+        left = self._time_left(line)
         part = line / read.program.lines
-        if left is not None and self._check is not None:
-            part = 1.0 - left / max(self._check.duration, left, 1e-9)
-        if left is not None:
-            parts.append(f"{_clock(left)} left")
+        if left is not None and self._check is not None and self._check.duration:
+            part = 1.0 - left / self._check.duration
+        if left is not None and self._is_running:
+            parts.append(f"{_clock(self._told_left(line, left))} left")
         if run.state is RunState.WAITING:
             parts.append(f"waits: {run.doing}")
         self._progress.content = "".join(
@@ -438,21 +438,28 @@ class ProgramTab:
         self._mark(read, line if self._is_running or not run.is_whole else 0)
 
     def _time_left(self, line: int) -> float | None:
-        """Return how long the program takes from a ``line`` on [s]; None if that is not known."""
-        read, machine = self._read, self._link.machine
-        if read is None or self._check is None:
+        """Return how long the program takes from a ``line`` on by the check [s]; None without."""
+        if self._read is None or self._check is None:
             return None
         left = 0.0
-        for step, duration in zip(read.program.steps, self._check.durations):
-            last = line_of(step, -1)
+        for step, duration in zip(self._read.program.steps, self._check.durations):
             if line_of(step) > line:
                 left += duration
-            elif last >= line and isinstance(step, PathRun):
-                told = machine.time_remaining if machine is not None else math.nan
-                is_told = math.isfinite(told) and not self._single_block.value
+            elif isinstance(step, PathRun):
                 behind = len(step.lines) - int(np.searchsorted(step.lines, line))
-                left += told if is_told else duration * behind / len(step.lines)
+                left += duration * behind / len(step.lines)
         return left
+
+    def _told_left(self, line: int, left: float) -> float:
+        """Return the time that is ``left`` [s], for the present path as the machine tells it."""
+        machine = self._link.machine
+        if machine is None or self._read is None or self._check is None:
+            return left
+        if self._single_block.value or not math.isfinite(machine.time_remaining):
+            return left
+        pairs = zip(self._read.program.steps, self._check.durations)
+        later = sum(duration for step, duration in pairs if line_of(step) > line)
+        return later + float(machine.time_remaining)
 
     def _text_of(self, line: int) -> str:
         """Return what stands in a ``line`` of the file that was read."""
