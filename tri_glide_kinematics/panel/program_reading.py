@@ -83,6 +83,7 @@ class ReadProgram:
         points: ends of the pieces that are drawn. Shape (n, 2, 3) [m].
         looks: of each piece: CUT, RAPID or OUTSIDE. Shape (n,).
         outside: the first line that leads outside the workspace; 0 for none.
+        ways: length of each step that is a path, as programmed. Shape (steps,) [m].
         lower, upper: corners of the box around the path. Shapes (3,) [m].
     """
 
@@ -91,6 +92,7 @@ class ReadProgram:
     points: NDArray[np.float32]
     looks: NDArray[np.uint8]
     outside: int
+    ways: tuple[float, ...]
     lower: Vector3
     upper: Vector3
 
@@ -183,10 +185,13 @@ def drawn(program: Program, data: bytes, workspace: Workspace) -> ReadProgram:
     places = [np.zeros((0, 3))]
     looks: list[NDArray[np.uint8]] = []
     outside = 0
+    ways = []
     for run in program.steps:
+        ways.append(0.0)
         if not isinstance(run, PathRun):
             continue
         segments = at_once(run.segments.path_from(run.start)).segments
+        ways[-1] = float(segments.lengths.sum())
         points, segment = polyline_of(segments)
         inside = clearances(workspace, points).inside
         is_out = ~(inside[:-1] & inside[1:])
@@ -207,6 +212,7 @@ def drawn(program: Program, data: bytes, workspace: Workspace) -> ReadProgram:
         pieces.astype(np.float32),
         look[look != NOTHING],
         outside,
+        tuple(ways),
         _vector(low),
         _vector(high),
     )

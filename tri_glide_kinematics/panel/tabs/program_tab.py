@@ -425,7 +425,7 @@ class ProgramTab:
         if left is not None and self._check is not None and self._check.duration:
             part = 1.0 - left / self._check.duration
         if left is not None and self._is_running:
-            parts.append(f"{_clock(self._told_left(line, left))} left")
+            parts.append(f"{_clock(left)} left")
         if run.state is RunState.WAITING:
             parts.append(f"waits: {run.doing}")
         self._progress.content = "".join(
@@ -438,28 +438,23 @@ class ProgramTab:
         self._mark(read, line if self._is_running or not run.is_whole else 0)
 
     def _time_left(self, line: int) -> float | None:
-        """Return how long the program takes from a ``line`` on by the check [s]; None without."""
-        if self._read is None or self._check is None:
+        """Return how long the program takes from a ``line`` on [s]; None before the check."""
+        read, machine = self._read, self._link.machine
+        if read is None or self._check is None:
             return None
         left = 0.0
-        for step, duration in zip(self._read.program.steps, self._check.durations):
+        for index, (step, duration) in enumerate(zip(read.program.steps, self._check.durations)):
             if line_of(step) > line:
                 left += duration
-            elif isinstance(step, PathRun):
+            elif isinstance(step, PathRun) and line_of(step, -1) >= line:
                 behind = len(step.lines) - int(np.searchsorted(step.lines, line))
-                left += duration * behind / len(step.lines)
+                part = behind / len(step.lines)
+                # With single blocks, the machine knows no more than a line.
+                if machine is not None and self._is_running and not self._single_block.value:
+                    told = machine.way_remaining / read.ways[index]
+                    part = min(told, 1.0) if math.isfinite(told) else part
+                left += part * duration
         return left
-
-    def _told_left(self, line: int, left: float) -> float:
-        """Return the time that is ``left`` [s], for the present path as the machine tells it."""
-        machine = self._link.machine
-        if machine is None or self._read is None or self._check is None:
-            return left
-        if self._single_block.value or not math.isfinite(machine.time_remaining):
-            return left
-        pairs = zip(self._read.program.steps, self._check.durations)
-        later = sum(duration for step, duration in pairs if line_of(step) > line)
-        return later + float(machine.time_remaining)
 
     def _text_of(self, line: int) -> str:
         """Return what stands in a ``line`` of the file that was read."""
