@@ -80,7 +80,10 @@ class Panel:
         self.machine.start_simulator()
         self.machine.start_ik()
         self.programs = folder / "programs"
+        # In it, the zero of programs is that of the machine.
+        (folder / "settings.yaml").write_text("unit: mm\n")
         files = {
+            "program_settings": folder / "settings.yaml",
             "points_file": self.points_file,
             "token_file": folder / "token",
             "programs_folder": self.programs,

@@ -13,7 +13,8 @@ import yaml
 from documents import PAGES, ROOT, anchors, blocks, commands, prose, text
 from message_filling import filled, interface
 
-from tri_glide_kinematics.nodes.drive import check_on_machine, is_program, load_drivable
+from tri_glide_kinematics.nodes.drive import check_on_machine, is_program
+from tri_glide_kinematics.programs import load_program, load_settings
 from tri_glide_kinematics.ros.parameters import tables as parameters
 
 PACKAGE = "tri_glide_kinematics"
@@ -119,7 +120,7 @@ def test_driven_programs_are_there_and_what_is_told_about_them_is_so():
     assert programs
     values = {entry.name: entry.default for entry in parameters.IK_NODE}
     for file in programs:
-        program = load_drivable(file, ROOT / "config" / "program_settings.yaml")
+        program = load_program(file, load_settings(ROOT / "config" / "program_settings.yaml"))
         told = check_on_machine(program, values)
         line = f"{program.lines} lines, inside the workspace: {told.duration:.2f} s, "
         assert f"{file.name}: {line}{1000.0 * told.length:.1f} mm" in text(

@@ -13,7 +13,15 @@ import yaml
 
 from testing.commands import KINEMATICS
 from tri_glide_interfaces.msg import Output
-from tri_glide_kinematics.programs import DriveFile, RunState, WaitStep
+from tri_glide_kinematics.programs import (
+    DriveFile,
+    ProgramSettings,
+    RunState,
+    WaitStep,
+    line_of,
+    load_kept,
+    read_program,
+)
 from tri_glide_kinematics.ros import program_run
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 from tri_glide_kinematics.ros.program_run import ProgramLink, ProgramRun
@@ -271,9 +279,139 @@ def test_a_refused_goal_ends_the_program_with_its_line(running_machine, drive):
     client.enable(True)
     assert code == 1, command.output
     assert [row[:3] for row in command.rows()] == [
-        ["2", "wait", "succeeded"],
-        ["3", "path", "refused"],
+        ["2", "wait", "refused"],
+        ["3", "path", "not"],
         ["4", "wait", "not"],
         ["5", "stop", "not"],
     ]
-    assert "\ndrive: line 3: no motion while disabled" in command.output
+    assert "\ndrive: line 2: no motion while disabled" in command.output
+
+
+# A long line, and short ones behind it; outputs change on the path.
+LASTING = "M3 S500\nG0 X0 Y0 Z40\nG1 X40 F1200\nM62 P1\nX0\nM63 P1\nX40\nM2\n"
+
+
+def told(outputs, digital):
+    """Return what has changed; of digital outputs one alone, as ik_node tells those of before."""
+    numbers = {"spindle": 0, "flood": 0, "digital": digital}
+    each_one = [(each.name, each.number, each.value) for each in outputs]
+    return [each for each in each_one if numbers[each[0]] == each[1]]
+
+
+def test_outputs_on_a_path_change_without_a_stop(running_machine, drive):
+    outputs = running_machine.client.record(Output, "outputs", LATEST_OUTPUTS)
+    command = drive("G0 X0 Y0 Z40\nG1 X10 F6000\nM62 P2\nX20\nM63 P2\nX30\nM2\n")
+    assert command.end() == 0, command.output
+    running_machine.client.wait_for(lambda: len(told(outputs, 2)) >= 2, "both outputs")
+    assert told(outputs, 2) == [("digital", 2, 1.0), ("digital", 2, 0.0)]
+    assert [row[:2] for row in command.rows()] == [["1", "path"], ["7", "stop"]]
+
+
+def test_what_is_interrupted_switches_off_and_goes_on(running_machine, drive, tmp_path):
+    machine, client = running_machine, running_machine.client
+    outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
+    kept = tmp_path / "kept.yaml"
+    command = drive(LASTING, "--progress", str(kept))
+
+    def is_on_its_way():
+        is_on = ("digital", 1, 1.0) in told(outputs, 1)
+        return is_on and KINEMATICS.forward(machine.heights())[0] < 0.03
+
+    client.wait_for(is_on_its_way, "some way on line 5")
+    command.process.send_signal(signal.SIGINT)
+    assert command.end() == 128 + signal.SIGINT, command.output
+    assert "drive: interrupted at line 5" in command.output
+    client.wait_for(lambda: told(outputs, 1)[-1] == ("spindle", 0, 0.0), "the spindle to be off")
+    machine.catch_up()
+    assert not any(machine.commands[-1].velocity)
+    stopped = load_kept(kept)
+    assert (stopped.line, stopped.state, stopped.is_whole) == (5, RunState.ENDED, False)
+    # The spindle and the digital output are as they were in line 5, where the platform is then.
+    outputs.clear()
+    command = drive(LASTING, "--progress", str(kept), "--go-on")
+    assert command.end() == 0, command.output
+    assert "8 lines, from line 5 on, inside the workspace" in command.output
+    client.wait_for(lambda: len(told(outputs, 1)) >= 4, "the outputs")
+    again = [("spindle", 0, 500.0), ("digital", 1, 1.0)]
+    assert told(outputs, 1) == [*again, ("digital", 1, 0.0), ("spindle", 0, 0.0)]
+    assert load_kept(kept).is_whole
+    command = drive(LASTING, "--progress", str(kept), "--go-on")
+    assert command.end() == 1
+    assert "has been driven to its end" in command.output
+
+
+def test_a_command_that_is_killed_has_kept_its_line(running_machine, drive, tmp_path):
+    client = running_machine.client
+    kept = tmp_path / "kept.yaml"
+    lines = "".join(f"X{n % 2 + 0.1 * n:.1f}\n" for n in range(200))
+    command = drive(f"G0 X0 Y0 Z40\nG1 F600\n{lines}M2\n", "--progress", str(kept))
+
+    def line():
+        return load_kept(kept).line if kept.exists() else 0
+
+    client.wait_for(lambda: line() > 12, "some lines")
+    command.process.kill()
+    command.end()
+    driven = line()
+    client.stop()
+    running_machine.wait_for_state("idle")
+    running_machine.catch_up()
+    # In a second the platform drives 10 mm, on lines of about one.
+    place = KINEMATICS.forward(running_machine.heights())[0]
+    assert abs(1e3 * place - 0.1 * (driven - 3)) < 12.0
+    command = drive(f"G0 X0 Y0 Z40\nG1 F700\n{lines}M2\n", "--progress", str(kept), "--go-on")
+    assert command.end() == 1
+    assert f"has changed since it was driven up to line {driven}" in command.output
+
+
+def test_no_room_for_progress_is_told_once(running_machine, drive, tmp_path):
+    command = drive("G0 X10 Y0 Z40\nG4 P2\nM2\n", "--progress", str(tmp_path / "part.gcode" / "a"))
+    assert command.end() == 0, command.output
+    assert command.output.count("how far the program comes is not kept") == 1
+
+
+def test_a_single_block_waits_before_each_line(running_machine):
+    machine, client = running_machine, running_machine.client
+    outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
+    settings = ProgramSettings(offsets={"G54": (0.0, 0.0, 0.25)}, start=(0.0, 0.0, 0.29))
+    text = "G0 X0 Y0 Z40\nX10\nM62 P3\nG3 X20 I5 F3000\nG1 X30\nX40\nM2\n"
+    run = ProgramRun(ProgramLink(client.node), read_program(text, settings), single_block=True)
+    ends = {3: 10.0, 4: 10.0, 5: 20.0}
+    for line, end in ends.items():
+        looked = lambda: run.look() or run.state is RunState.WAITING  # noqa: E731
+        client.wait_for(looked, f"line {line} to be next")
+        assert run.line == line
+        assert run.waits_at is None
+        machine.catch_up()
+        place = KINEMATICS.forward(machine.heights())
+        assert place == pytest.approx((1e-3 * end, 0.0, 0.29), abs=1e-6)
+        assert not any(machine.commands[-1].velocity)
+        run.go_on()
+        assert run.state is RunState.WAITING
+        run.look()
+        assert run.state is RunState.RUNNING
+        client.wait_for(lambda: len(told(outputs, 3)) == len(run.reports) // 2, "the output")
+    run.single_block = False
+    client.wait_for(lambda: run.look() or run.state is RunState.ENDED, "the end")
+    assert run.is_whole
+    assert [line_of(each.step) for each in run.reports] == [2, 3, 4, 5, 6, 7]
+
+
+@pytest.mark.parametrize("ending", ["stop", "disable"])
+def test_the_platform_rests_before_the_spindle_is_off(running_machine, ending):
+    machine, client = running_machine, running_machine.client
+    outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
+    settings = ProgramSettings(offsets={"G54": (0.0, 0.0, 0.25)}, start=(0.0, 0.0, 0.29))
+    text = "M3 S9 M8\nM64 P4\nG1 X60 F12000\nM2\n"
+    run = ProgramRun(ProgramLink(client.node), read_program(text, settings))
+    moving = lambda: run.look() or KINEMATICS.forward(machine.heights())[0] > 0.01  # noqa: E731
+    client.wait_for(moving, "some way")
+    client.stop() if ending == "stop" else client.enable(False)
+    client.wait_for(lambda: run.look() or run.state is RunState.ENDED, "the end")
+    client.wait_for(lambda: len(told(outputs, 4)) == 5, "the outputs")
+    if ending == "disable":
+        client.enable(True)
+    assert not run.is_whole
+    assert "at line 3" in run.reports[-3].text
+    # What else is on stays on.
+    assert told(outputs, 4)[3:] == [("flood", 0, 0.0), ("spindle", 0, 0.0)]

@@ -67,6 +67,23 @@ def test_check_takes_the_machine_of_the_parameters(command, tmp_path):
     assert "part.gcode: line " in written.err
 
 
+def test_check_takes_the_shaper_of_the_parameters(command, tmp_path):
+    shaped = tmp_path / "shaped.yaml"
+    shaped.write_text(
+        "/**:\n  ros__parameters:\n    shaper: zv\n    mode_frequencies: [20.0]\n"
+        "    mode_dampings: [0.05]\n"
+    )
+    code, written = command("G0 X20\nY20\nM2\n", parameters=shaped)
+    assert code == 0, written.err
+    assert "without the time that the shaper takes" in written.out
+    # It cuts bends, so one without a tolerance is refused, as by ik_node.
+    arc = "G61\nG0 X20\nG3 X-20 I-20 F6000\nM2\n"
+    assert command(arc)[0] == 0
+    code, written = command(arc, parameters=shaped)
+    assert code == 1
+    assert "part.gcode: line 3: segment 2 of the path bends" in written.err
+
+
 @pytest.mark.parametrize(
     ("text", "error"),
     [
@@ -79,6 +96,16 @@ def test_check_names_what_is_wrong(command, text, error):
     assert code == 1
     assert error in written.err
     assert not SUMMARY.search(written.out)
+
+
+def test_check_takes_the_rest_from_a_line(command):
+    text = "G0 X0 Z50\nG1 X60 F600\nX0\nM2\n"
+    code, written = command(text, "--from", "3")
+    assert code == 0, written.err
+    assert "4 lines, from line 3 on, inside the workspace: 6." in written.out
+    code, written = command(text, "--from", "9")
+    assert code == 1
+    assert "line 9: nothing is done from here on: line 4 is the last" in written.err
 
 
 def test_check_names_a_file_that_is_missing(command, tmp_path):

@@ -50,6 +50,7 @@ from tri_glide_kinematics.ros.parameters import (
     file_values,
     limits_of,
     machine_of,
+    shaper_of,
     workspace_limits_of,
 )
 from tri_glide_kinematics.ros.program_run import START_TIMEOUT, ProgramLink, ProgramRun
@@ -89,7 +90,7 @@ def check_on_machine(program: Program, values: Values) -> ProgramCheck:
     """
     workspace = Workspace(machine_of(values), workspace_limits_of(values))
     limits = limits_of(values).with_velocity_scaled(values["speed_scale"])
-    return check_program(program, workspace, limits)
+    return check_program(program, workspace, limits, shaper_of(values))
 
 
 def _tell_check(program: Program, check: ProgramCheck, line: int = 1) -> None:
@@ -97,9 +98,10 @@ def _tell_check(program: Program, check: ProgramCheck, line: int = 1) -> None:
     for told in program.told:
         print(f"drive: {program.file}: line {told.line}: {told.word} is not done: {told.reason}")
     begin = f", from line {line} on" if line > 1 else ""
+    shaper = ", without the time that the shaper takes" if check.is_shaped else ""
     print(
         f"drive: {program.file}: {program.lines} lines{begin}, inside the workspace: "
-        f"{check.duration:.2f} s, {in_millimetres(check.length, 1)}",
+        f"{check.duration:.2f} s, {in_millimetres(check.length, 1)}{shaper}",
         flush=True,
     )
 
@@ -146,7 +148,8 @@ class _Terminal:
         is_asked = False
         while run.state is not RunState.ENDED and len(came) < 2:
             run.look()
-            if came:
+            if came and run.state in (RunState.RUNNING, RunState.WAITING):
+                self.say("interrupted: the platform comes to rest")
                 run.stop("interrupted")
             if run.state is RunState.WAITING:
                 is_asked = is_asked or self._ask(run)

@@ -46,6 +46,8 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 POINTS_FILE = "taught_points.yaml"
 PROGRAMS_FOLDER = "programs"
+# Of the package, as `drive` takes it.
+SETTINGS_FILE = "program_settings.yaml"
 FRAMES = 30.0  # 1/s
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 PATIENCE = 5.0  # s after which it is asked again
@@ -148,13 +150,13 @@ class PanelNode(Node):
         )
         self._page.on_file = uploads.take
         self._server.on_client_disconnect(uploads.closed)
-        kept = values["progress_file"]
+        kept, settings = values["progress_file"], values["program_settings"]
         return ProgramTab(
             self._server,
             self._requests,
             ProgramLink(self),
             uploads,
-            values["program_settings"],
+            Path(settings) if settings else default_parameter_file().with_name(SETTINGS_FILE),
             Path(kept) if kept else default_kept_file(self.get_namespace()),
             self._commanded_position,
         )

@@ -8,7 +8,8 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.path import PathPlaceError, SegmentError
 from tri_glide_kinematics.motion.path_timing import PathPlanner
-from tri_glide_kinematics.motion.trajectory import PathTimingError, SliderLimits
+from tri_glide_kinematics.motion.shaping import Shaping
+from tri_glide_kinematics.motion.trajectory import CutBendError, PathTimingError, SliderLimits
 from tri_glide_kinematics.programs.program import Dwell, PathRun, Program
 from tri_glide_kinematics.programs.words import ProgramError
 from tri_glide_kinematics.workspace import Workspace
@@ -22,17 +23,26 @@ class ProgramCheck:
         duration: without the time for which it waits for somebody [s].
         durations: of each step. Shape (n,) [s].
         length: of the way driven [m].
+        is_shaped: whether there is a shaper, whose own time the durations leave out.
     """
 
     duration: float
     durations: tuple[float, ...]
     length: float
+    is_shaped: bool = False
 
 
-def check_program(program: Program, workspace: Workspace, limits: SliderLimits) -> ProgramCheck:
+def check_program(
+    program: Program,
+    workspace: Workspace,
+    limits: SliderLimits,
+    shaper: Shaping | None = None,
+) -> ProgramCheck:
     """Prove that all of a program is inside the workspace, and find out how long it takes.
 
-    It is timed as a ``MotionEngine`` drives it, path by path.
+    It is timed as a ``MotionEngine`` drives it, path by path. With a ``shaper`` the path is the one
+    that is driven with it; the time that the shaper itself needs, in bends and at stops, is left
+    out.
 
     Raises:
         ProgramError: if a place of it is not inside, or no motion keeps the limits; it names the
@@ -43,23 +53,23 @@ def check_program(program: Program, workspace: Workspace, limits: SliderLimits) 
     for step in program.steps:
         if isinstance(step, PathRun):
             try:
-                duration, way = at_once(_timed(step, workspace, limits))
+                duration, way = at_once(_timed(step, workspace, limits, shaper))
             except KinematicsError as error:
                 raise _at_its_line(program, step, error) from error
             durations.append(duration)
             length += way
         else:
             durations.append(step.duration if isinstance(step, Dwell) else 0.0)
-    return ProgramCheck(sum(durations), tuple(durations), length)
+    return ProgramCheck(sum(durations), tuple(durations), length, shaper is not None)
 
 
 def _timed(
-    run: PathRun, workspace: Workspace, limits: SliderLimits
+    run: PathRun, workspace: Workspace, limits: SliderLimits, shaper: Shaping | None
 ) -> Interruptible[tuple[float, float]]:
     """Return how long a path takes [s], and how long its way is [m]."""
     path = yield from run.segments.path_from(run.start)
     planner = PathPlanner(workspace)
-    heights = yield from planner.begun(path)
+    heights = yield from planner.begun(path, shaper)
     duration = yield from planner.duration(heights, limits)
     return duration, heights.driven.arc_length.total
 
@@ -67,6 +77,6 @@ def _timed(
 def _at_its_line(program: Program, run: PathRun, error: KinematicsError) -> ProgramError:
     """Return an ``error`` about a path as one about a line of the program."""
     segment = 0
-    if isinstance(error, (PathPlaceError, PathTimingError, SegmentError)):
+    if isinstance(error, (CutBendError, PathPlaceError, PathTimingError, SegmentError)):
         segment = error.segment
     return ProgramError(program.file, int(run.lines[segment]), 0, "", str(error))

@@ -191,6 +191,7 @@ class _Interpreter:
         self._part_of_feed = 1.0
         self._spindle = 0.0
         self._spindle_speed = 0.0
+        self._coolant: set[str] = set()
         self._shift = [0.0, 0.0, 0.0]
         self._find_shift()
         # Where the platform is sent, and where the last segment ends, which is hardly elsewhere.
@@ -505,6 +506,7 @@ class _Interpreter:
             if code in _COOLANT:
                 for name, is_on in _COOLANT[code]:
                     self._put_out(name, 0, is_on)
+                    (self._coolant.add if is_on else self._coolant.discard)(name)
             elif code in _DIGITAL:
                 number = line.whole("P")
                 if number is None:
@@ -748,6 +750,8 @@ class _Interpreter:
             elif code in _ENDS:
                 if self._spindle:
                     self._put_out("spindle", 0, 0.0)
+                for name in sorted(self._coolant):
+                    self._put_out(name, 0, 0.0)
                 self._rest(ProgramStop(StopKind.END, self._line))
                 self._ended = True
 

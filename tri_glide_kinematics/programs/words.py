@@ -240,6 +240,8 @@ def _why_no_word(rest: str) -> str:
         return "parameters and expressions are not understood: write numbers instead"
     if KINDS[ord(rest[0]) % 256] == NUMBER:
         return "no letter stands before it"
+    if rest.startswith(","):
+        return "a number has a point, not a comma"
     return "this is no word: a letter and a number"
 
 

@@ -63,8 +63,8 @@ SWITCHED_OFF = ("spindle", "flood", "mist")
 # In these states the machine rests when its speed is 0, and nobody else has it move.
 RESTING = (MachineState.IDLE, MachineState.FAULT, MachineState.DISABLED, MachineState.WAITING)
 
-# How a goal ends that somebody else has ended, while the platform still moves.
-ENDED_IN_MOTION = (GoalCode.STOPPED, GoalCode.FAULT, GoalCode.DISABLED)
+# Whoever ends a goal like this moves the platform, or nobody tells whether it moves.
+NOT_OURS = (GoalCode.SUPERSEDED, GoalCode.SHUTDOWN)
 
 
 class ProgramLink:
@@ -148,6 +148,8 @@ class ProgramRun:
         self._paused_at: tuple[int, Vector3] | None = None
         # Whether the platform may be elsewhere than where the program has left it.
         self._is_elsewhere = True
+        # Whether it is of no use to wait until the platform rests.
+        self._is_out_of_hand = False
         self._kept_at = -math.inf
         self._kept_last: KeptLine | None = None
         self._course = self._run()
@@ -184,11 +186,12 @@ class ProgramRun:
         while is_good and self._stopped_why is None and self._rest:
             piece = self._take()
             self._paused_at = None
+            name = self._name_of(piece)
             yield from self._do(piece)
             yield from self._return(piece)
             is_good = self.reports[-1].is_good
             if not is_good and self.reports[-1].text:
-                self._say(f"{self._name_of(piece)}: {self.reports[-1].text}")
+                self._say(f"{name}: {self.reports[-1].text}")
             is_next = self._rest and line_of(self._rest[0]) > line_of(piece)
             if is_good and self.single_block and is_next and not isinstance(piece, ProgramStop):
                 self.line = line_of(self._rest[0])
@@ -357,8 +360,9 @@ class ProgramRun:
                 give_up = now + REST_TIMEOUT
             heard = now if self._link.goals.is_ready else heard
             if now - heard > SILENCE or now > give_up:
-                lost = now - heard > SILENCE
-                text = "ik_node is gone" if lost else "the platform may still move"
+                self._is_out_of_hand = True
+                is_gone = now - heard > SILENCE
+                text = "ik_node is gone" if is_gone else "the platform may still move"
                 self.reports.append(StepReport(step, "lost", time=now - begin, text=text))
                 break
             if goal.feedback is not None:
@@ -410,6 +414,7 @@ class ProgramRun:
                     text = f"at line {self.line}: {text}"
         elif before is not None:
             length = math.dist(before, self._place)
+        self._is_out_of_hand = result.code in NOT_OURS
         return StepReport(
             step, _name(result.code), goal.has_succeeded, taken, length, deviation, text
         )
@@ -433,8 +438,7 @@ class ProgramRun:
     def _rests(self) -> bool:
         """Whether the platform rests, or somebody else moves it, as far as is known."""
         machine = self._link.machine
-        result = next((each.result for each in reversed(self.reports) if each.time), "")
-        if machine is None or result in (SUPERSEDED, "lost", "shutdown"):
+        if machine is None or self._is_out_of_hand:
             return True
         return machine.state in RESTING and not machine.speed > 0.0
 

@@ -107,7 +107,7 @@ class ProgramTab:
         requests: OperatorRequests,
         link: ProgramLink,
         uploads: Uploads,
-        settings_file: str,
+        settings_file: Path,
         kept: Path,
         present: Callable[[], Vector3 | None],
     ) -> None:
@@ -118,7 +118,7 @@ class ProgramTab:
             requests: of the operator.
             link: by which programs run.
             uploads: into the folder of the programs.
-            settings_file: what programs do not say; empty for none.
+            settings_file: what programs do not say.
             kept: file that says how far a program came.
             present: returns where the platform is [m].
         """
@@ -258,11 +258,10 @@ class ProgramTab:
 
     def _settings(self) -> ProgramSettings:
         """Return what programs do not say themselves."""
-        file = self._settings_file
-        settings = load_settings(file) if file else ProgramSettings()
+        settings = load_settings(self._settings_file)
         if self._dialect.value != FROM_SETTINGS:
             settings = replace(settings, dialect=Dialect(self._dialect.value))
-        if settings.start is None:
+        if settings.start is None and settings.home is None:
             settings = replace(settings, start=self._present())
         return settings
 

@@ -608,8 +608,8 @@ PANEL_NODE = (
     Parameter(
         "program_settings",
         "",
-        "file with what programs do not say: dialect, offsets, tools and places, as `drive` takes "
-        "it; empty for none",
+        "file with what programs do not say: dialect, offsets, tools and places; empty for the "
+        "one that `drive` takes, config/program_settings.yaml",
     ),
     Parameter(
         "progress_file",
