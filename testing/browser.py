@@ -230,6 +230,12 @@ class Page:
                 windowsVirtualKeyCode=13,
             )
 
+    def choose_file(self, selector: str, file: Path) -> None:
+        """Choose a ``file`` in the input that a ``selector`` finds, as in the dialog for it."""
+        root = self.call("DOM.getDocument")["root"]["nodeId"]
+        node = self.call("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
+        self.call("DOM.setFileInputFiles", nodeId=node, files=[str(file)])
+
     def screenshot(self) -> bytes:
         """Return a picture of the page as PNG."""
         return base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])

@@ -70,7 +70,7 @@ class Panel:
     """A machine with a panel, seen by a client on the topics and by pages in a browser."""
 
     def __init__(self, client: Client, launcher: Launcher, folder: Path) -> None:
-        """Start simulator, ik_node and panel_node; points are saved in ``folder``."""
+        """Start simulator, ik_node and panel_node; all that is saved is in ``folder``."""
         self.client = client
         self.machine = Machine(client, launcher, listen=False)
         self.points_file = folder / "points.yaml"
@@ -79,8 +79,20 @@ class Panel:
         self._twists = client.record(TwistStamped, "target_twist")
         self.machine.start_simulator()
         self.machine.start_ik()
-        files = ("-p", f"points_file:={self.points_file}", "-p", f"token_file:={folder / 'token'}")
-        self.node: RunningNode = launcher.start("panel_node", arguments=("-p", "port:=0", *files))
+        self.programs = folder / "programs"
+        # In it, the zero of programs is that of the machine.
+        (folder / "settings.yaml").write_text("unit: mm\n")
+        files = {
+            "program_settings": folder / "settings.yaml",
+            "points_file": self.points_file,
+            "token_file": folder / "token",
+            "programs_folder": self.programs,
+            "progress_file": folder / "progress.yaml",
+        }
+        arguments = [word for name in files for word in ("-p", f"{name}:={files[name]}")]
+        self.node: RunningNode = launcher.start(
+            "panel_node", arguments=("-p", "port:=0", *arguments)
+        )
         self.machine.wait_for_state("idle")
         client.wait_for(lambda: "the page: " in self.node.output, "the panel")
         found = re.search(r"the page: (\S+)", self.node.output)

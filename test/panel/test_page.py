@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
+from typing import Any
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
@@ -18,8 +19,8 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
 
 from testing.page_attack import message as packed
-from testing.page_reader import CAMERA
-from tri_glide_kinematics.panel.guard import UnguardedPageError, fault_of
+from testing.page_reader import CAMERA, messages_in
+from tri_glide_kinematics.panel.guard import UnguardedPageError, message_of
 from tri_glide_kinematics.panel.page import Page, PortTakenError
 
 PROTOCOL = f"viser-v{viser.__version__}"
@@ -45,6 +46,10 @@ def page(log: list[str]) -> Iterator[Page]:
 def connected(page: Page, origin: str | None = None, protocol: str = PROTOCOL) -> ClientConnection:
     address = page.address.replace("http", "ws", 1)
     return connect(address, origin=origin and Origin(origin), subprotocols=[Subprotocol(protocol)])
+
+
+def _heard(socket: ClientConnection) -> list[dict[str, Any]]:
+    return messages_in(socket.recv(TIMEOUT))
 
 
 def wait_for(condition: Callable[[], object]) -> None:
@@ -118,7 +123,7 @@ FAULTS: dict[str | bytes, str] = {
 
 @pytest.mark.parametrize(("message", "fault"), FAULTS.items(), ids=map(str, range(len(FAULTS))))
 def test_what_no_page_says(message: str | bytes, fault: str) -> None:
-    assert fault in str(fault_of(message))
+    assert fault in str(message_of(message))
 
 
 def test_what_is_dropped_is_counted_in_a_line_a_second(page: Page, log: list[str]) -> None:
@@ -134,6 +139,26 @@ def test_what_is_dropped_is_counted_in_a_line_a_second(page: Page, log: list[str
     assert len(log) < 10
     counts = [int(line.split()[0]) for line in log if "more in the last second" in line]
     assert sum(counts) + len(log) - len(counts) == 1000
+
+
+def test_a_file_is_for_the_panel_and_not_for_viser(page: Page, log: list[str]) -> None:
+    taken: list[tuple[int, object]] = []
+    page.on_file = lambda *told: taken.append(told)
+    part = {"source_component_uuid": "", "transfer_uuid": "k", "part_index": 0, "content": b"M2"}
+    with connected(page, page.origin) as socket:
+        socket.send(msgspec.msgpack.encode(CAMERA))
+        wait_for(page.server.get_clients)
+        socket.send(packed("FileTransferPart", **part))
+        wait_for(lambda: taken)
+        (number,) = page.server.get_clients()
+        assert [told[0] for told in taken] == [number]
+        # What a page has sent cannot become a script.
+        page.ask_for_pieces(number, '"); alert("', 3)
+        asked = 'sendPieces("\\"); alert(\\"", 3)'
+        while not any(asked in each.get("source", "") for each in _heard(socket)):
+            pass
+    assert not page.server.gui._current_file_upload_states
+    assert not log
 
 
 def test_a_message_of_a_megabyte_ends_its_connection(page: Page) -> None:

@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.files import state_folder
 from tri_glide_kinematics.ros.starting import (
     COMPUTER,
     NodeProcesses,
@@ -105,6 +106,8 @@ def serve(port: int, points_file: str, endings: list[str]) -> None:
             "points_file": points_file,
             "notice_file": notice,
             "start_again_file": wish,
+            # The namespace is another one at the next start.
+            "progress_file": state_folder() / "program_progress_panel.yaml",
         }
         start(PAGE, [word for key in values for word in ("-p", f"{key}:={values[key]}")])
         page = nodes[-1]

@@ -33,8 +33,11 @@ WRONG_VERSION = 1002
 # A page says little: where its camera is, what is pressed, a text in a field [bytes].
 LONGEST_MESSAGE = 64 * 1024
 LINES_PER_SECOND = 1
-# What our pages say; viser reads other things, too, uploads of files for one.
+# A file that a page sends: not for viser, which would keep whatever comes in its memory.
+OF_FILES = (messages.FileTransferPart, messages.FileTransferStartUpload)
+# What our pages say; viser reads other things, too.
 SAID_BY_PAGES = (
+    *OF_FILES,
     messages.GuiButtonHoldMessage,
     messages.GuiUpdateMessage,
     messages.TransformControlsDragEndMessage,
@@ -54,6 +57,7 @@ ENTRANCE = """<!doctype html>
 """
 
 Tell = Callable[[str], object]
+TakeFile = Callable[[ServerConnection, messages.Message], object]
 Answer = Callable[[ServerConnection, HttpRequest], Response | None]
 # viser is started with another ``serve`` in its sight: one at a time.
 _starting = Lock()
@@ -74,19 +78,23 @@ class PageConnection(ServerConnection):
     """A connection that passes on what a page may say, and drops everything else."""
 
     tell: Tell
+    take_file: TakeFile
 
     async def recv(self, decode: bool | None = None) -> Any:
-        """Return the next message that a page may send."""
+        """Return the next message that a page may send to viser."""
         while True:
             data = await super().recv(decode)
-            fault = fault_of(data)
-            if fault is None:
+            message = message_of(data)
+            if isinstance(message, str):
+                self.tell(f"dropped a message of a page: {message}")
+            elif isinstance(message, OF_FILES):
+                self.take_file(self, message)
+            else:
                 return data
-            self.tell(f"dropped a message of a page: {fault}")
 
 
-def fault_of(data: str | bytes) -> str | None:
-    """Return why a message is none that a page may send, None if it is one."""
+def message_of(data: str | bytes) -> messages.Message | str:
+    """Return the message that a page may send, or why it is none."""
     if isinstance(data, str):
         return "it is a text"
     try:
@@ -102,18 +110,21 @@ def fault_of(data: str | bytes) -> str | None:
     # viser would set anything.
     if isinstance(message, messages.GuiUpdateMessage) and set(message.updates) != {"value"}:
         return "it changes more than the value of a field"
-    return None
+    return message
 
 
-def guarded_server(host: str, port: int, admission: Admission, write: Tell) -> viser.ViserServer:
+def guarded_server(
+    host: str, port: int, admission: Admission, write: Tell, take_file: TakeFile
+) -> viser.ViserServer:
     """Start viser's server behind an ``admission``; port 0 is any.
 
     ``write`` gets one line a second, at most two, on what was refused and what went wrong.
+    ``take_file`` gets what a page says of a file that it sends.
 
     Raises:
         UnguardedPageError: if viser cannot be started in this way.
     """
-    guard = _Guard(admission, write)
+    guard = _Guard(admission, write, take_file)
     # viser prints a frame with addresses, of which none is for people.
     with _starting, _serving_by(guard), redirect_stdout(StringIO()):
         server = viser.ViserServer(host=host, port=port, verbose=False)
@@ -140,8 +151,9 @@ class _Guard:
         is_in_place: whether viser serves by it.
     """
 
-    def __init__(self, admission: Admission, write: Tell) -> None:
+    def __init__(self, admission: Admission, write: Tell, take_file: TakeFile) -> None:
         self._admission = admission
+        self._take_file = take_file
         self._log = ReasonLog(write, LINES_PER_SECOND)
         self.is_in_place = False
 
@@ -226,6 +238,7 @@ class _Guard:
     def _connection(self, *arguments: Any, **options: Any) -> PageConnection:
         connection = PageConnection(*arguments, **options)
         connection.tell = self.tell
+        connection.take_file = self._take_file
         return connection
 
     def _on_error(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

@@ -43,6 +43,7 @@ class MachineLink:
 
     Attributes:
         server: full name of ``ik_node``.
+        on_resume: is asked first whether it goes on by itself when ``resume`` is pressed.
         asked: the place that was asked for last, None if it was a path [m].
     """
 
@@ -60,6 +61,7 @@ class MachineLink:
         self._node = node
         self._goals = GoalSender(node)
         self.server = self._goals.server
+        self.on_resume: Callable[[], bool] = lambda: False
         self.asked: Vector3 | None = None
         self._goal: SentGoal | None = None
         self._wanted_scale: float | None = None
@@ -88,7 +90,8 @@ class MachineLink:
 
     def trigger(self, name: str) -> None:
         """Ask for ``pause`` or ``resume``."""
-        self._call(name, self._triggers[name], Trigger.Request())
+        if name != "resume" or not self.on_resume():
+            self._call(name, self._triggers[name], Trigger.Request())
 
     def enable(self, data: bool) -> None:
         """Enable or disable the machine."""

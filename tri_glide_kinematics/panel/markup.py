@@ -6,9 +6,14 @@ from collections.abc import Iterable
 from html import escape
 
 
-def note(text: str) -> str:
+def note(text: str, *, is_bad: bool = False) -> str:
     """Return a text of its own."""
-    return f'<div class="tri-glide-note">{escape(text)}</div>'
+    return f'<div class="tri-glide-note{" bad" if is_bad else ""}">{escape(text)}</div>'
+
+
+def code(text: str) -> str:
+    """Return a line of a program."""
+    return f'<div class="tri-glide-note tri-glide-code">{escape(text)}</div>' if text else ""
 
 
 def table(rows: Iterable[Iterable[str]]) -> str:

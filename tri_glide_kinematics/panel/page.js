@@ -138,6 +138,40 @@ on(document, "click", (event) => {
   if (button) press(button.dataset.press);
 });
 
+// A file goes in pieces, of which the panel asks for a few at a time: Stop never waits behind a file.
+let file = null;
+on(document, "change", (event) => {
+  const input = event.target.closest?.("[data-upload]");
+  const chosen = input?.files[0];
+  if (!chosen) return;
+  file = { chosen, key: String(Math.random()), sent: 0, asked: 0 };
+  viser().sendMessage({
+    type: "FileTransferStartUpload", source_component_uuid: "", transfer_uuid: file.key, filename: chosen.name,
+    mime_type: "", part_count: Math.ceil(chosen.size / settings.piece), size_bytes: chosen.size,
+  });
+  // So that the same file may be chosen again.
+  input.value = "";
+});
+const sendPieces = async (key, asked) => {
+  const mine = file;
+  if (mine?.key !== key) return;
+  const isSending = mine.sent < mine.asked;
+  mine.asked = Math.min(asked, Math.ceil(mine.chosen.size / settings.piece));
+  if (isSending) return;
+  while (mine === file && mine.sent < mine.asked) {
+    let content = null;
+    const begin = mine.sent * settings.piece;
+    // A file that has changed or gone meanwhile cannot be read: the panel is told by a piece without bytes.
+    try { content = new Uint8Array(await mine.chosen.slice(begin, begin + settings.piece).arrayBuffer()); }
+    catch { file = null; }
+    viser().sendMessage({
+      type: "FileTransferPart", source_component_uuid: "", transfer_uuid: key, part_index: mine.sent,
+      content: content ?? new Uint8Array(0),
+    });
+    mine.sent += 1;
+  }
+};
+
 // What was told before, the newest first.
 const list = strip.querySelector(".history");
 const more = strip.querySelector(".more");
@@ -197,6 +231,7 @@ tellScheme();
 
 window.triGlide = {
   show,
+  sendPieces,
   history,
   get stopped() { return stopped; },
   remove: () => {

@@ -24,6 +24,7 @@ from tri_glide_kinematics.panel.button_jogs import RENEWALS
 from tri_glide_kinematics.panel.guard import guarded_server
 from tri_glide_kinematics.panel.machine_scene import light_plainly
 from tri_glide_kinematics.panel.message_history import Entry
+from tri_glide_kinematics.panel.program_files import PIECE
 
 PING_PERIOD = 0.5  # s
 # After so many periods without an answer, nobody is there.
@@ -129,6 +130,7 @@ class Page:
     Attributes:
         server: of viser.
         on_presence: gets the number of a page, and whether it answers, when that changes.
+        on_file: gets the number of a page, and what it says of a file that it sends.
     """
 
     def __init__(self, host: str, port: int, token: str, log: Log) -> None:
@@ -141,7 +143,9 @@ class Page:
             UnguardedPageError: if connections could not be refused.
         """
         self._token = token
-        self.server = server = guarded_server(host, port, Admission(host, token), log)
+        self.server = server = guarded_server(
+            host, port, Admission(host, token), log, self._take_file
+        )
         # viser looks for another port by itself: the page would not be where it is looked for.
         if port and server.get_port() != port:
             server.stop()
@@ -152,6 +156,7 @@ class Page:
         # Nothing leads to a public address; ``guard`` drops what pages say of it.
         server.request_share_url = lambda *_, **__: None  # type: ignore[method-assign]
         self.on_presence: Callable[[int, bool], None] = lambda *_: None
+        self.on_file: Callable[[int, messages.Message], object] = lambda *_: None
         self._watches: set[asyncio.Task[None]] = set()
         self._socket._client_connect_cb.insert(0, self._watch)
         light_plainly(server.scene)
@@ -181,6 +186,7 @@ class Page:
             **{name: button._impl.uuid for name, button in self._themes().items()},
             "renewals": RENEWALS,
             "silence": SILENCE,
+            "piece": PIECE,
         }
         script = room.joinpath("page.js").read_text(encoding="utf-8")
         self._settings = script.replace("SETTINGS", json.dumps(settings), 1)
@@ -208,6 +214,19 @@ class Page:
     def show(self, client: viser.ClientHandle, strip: Strip) -> None:
         """Show a ``strip`` on one page."""
         self._run(client, f"window.triGlide?.show({json.dumps(asdict(strip))})")
+
+    def ask_for_pieces(self, page: int, key: str, count: int) -> None:
+        """Ask a ``page`` for the first so many pieces of a file, by its ``key``."""
+        client = self.server.get_clients().get(page)
+        if client is not None:
+            self._run(client, f"window.triGlide?.sendPieces({json.dumps(key)}, {count})")
+
+    def _take_file(self, connection: Any, message: messages.Message) -> None:
+        """Pass on what the page of a ``connection`` says of a file."""
+        for page, socket in self._socket._live_connections.items():
+            if socket is connection:
+                self.on_file(page, message)
+                return
 
     def show_history(self, client: viser.ClientHandle, history: Sequence[Entry]) -> None:
         """Show on one page what was told, the newest first."""

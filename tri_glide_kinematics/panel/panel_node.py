@@ -15,6 +15,7 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
 from tri_glide_interfaces.msg import MachineState
+from tri_glide_kinematics.files import state_folder
 from tri_glide_kinematics.panel.admission import default_token_file, is_loopback, kept_token
 from tri_glide_kinematics.panel.button_jogs import JogWatch, Steps
 from tri_glide_kinematics.panel.feeds import Feeds
@@ -23,23 +24,30 @@ from tri_glide_kinematics.panel.machine_link import NOBODY, Identity, MachineLin
 from tri_glide_kinematics.panel.machine_status import FAULT, WARNING, outside_text
 from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
+from tri_glide_kinematics.panel.program_files import ProgramFolder, Uploads
 from tri_glide_kinematics.panel.tabs import (
     DriveTab,
     LiveView,
     OperatorRequests,
     PagesBar,
     PointsTab,
+    ProgramTab,
     SwingTab,
     pages_text,
     pose_of,
 )
+from tri_glide_kinematics.programs import default_kept_file
 from tri_glide_kinematics.ros.loop import Cycle
-from tri_glide_kinematics.ros.parameters import PANEL_NODE, LiveParameters
+from tri_glide_kinematics.ros.parameters import PANEL_NODE, LiveParameters, Values
+from tri_glide_kinematics.ros.program_run import ProgramLink
 from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.ros.starting import default_parameter_file
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 POINTS_FILE = "taught_points.yaml"
+PROGRAMS_FOLDER = "programs"
+# Of the package, as `drive` takes it.
+SETTINGS_FILE = "program_settings.yaml"
 FRAMES = 30.0  # 1/s
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 PATIENCE = 5.0  # s after which it is asked again
@@ -90,22 +98,23 @@ class PanelNode(Node):
         self._requests = OperatorRequests(link, self._on_stop)
         self._link = self._requests.link
         self._feeds = Feeds(self, self._link.server, self._on_lines)
-        self._build(Path(values["points_file"] or POINTS_FILE))
+        self._build(values)
         self.create_subscription(ParameterEvent, "/parameter_events", self._on_parameters, 100)
         self.create_timer(LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.cycle = Cycle(
             self._feeds.urgent,
             1.0 / FRAMES,
             self._frame,
-            end=self._server.stop,
+            end=self._end,
             own=self._feeds.swing.own,
         )
         PatientServices(self)
         # Not by the log, which goes to files and to all who listen to /rosout.
         print(f"the page: {self._page.address}", flush=True)
 
-    def _build(self, points_file: Path) -> None:
+    def _build(self, values: Values) -> None:
         """Make all of the page that does not depend on the machine."""
+        points_file = Path(values["points_file"] or POINTS_FILE)
         server, gui, requests = self._server, self._server.gui, self._requests
         gui.set_panel_label("tri-glide")
         stop = gui.add_button("Stop", visible=False)
@@ -125,6 +134,8 @@ class PanelNode(Node):
             PointsTab(
                 gui, requests, points_file, self._measured_position, self._follow, self._move_to
             )
+        with tabs.add_tab("Program"):
+            self._program = self._program_tab(values)
         self._view = LiveView(
             server, tabs, requests, lambda place: self._move_to(place, self._drive.go_speed)
         )
@@ -139,6 +150,30 @@ class PanelNode(Node):
         server.on_client_connect(self._greet)
         server.on_client_disconnect(requests.closed)
         self._page.on_presence = requests.answers
+
+    def _program_tab(self, values: Values) -> ProgramTab:
+        folder = values["programs_folder"]
+        uploads = Uploads(
+            ProgramFolder(Path(folder) if folder else state_folder() / PROGRAMS_FOLDER),
+            self._requests,
+            self._page.ask_for_pieces,
+        )
+        self._page.on_file = uploads.take
+        self._server.on_client_disconnect(uploads.closed)
+        kept, settings = values["progress_file"], values["program_settings"]
+        return ProgramTab(
+            self._server,
+            self._requests,
+            ProgramLink(self),
+            uploads,
+            Path(settings) if settings else default_parameter_file().with_name(SETTINGS_FILE),
+            Path(kept) if kept else default_kept_file(self.get_namespace()),
+            self._commanded_position,
+        )
+
+    def _end(self) -> None:
+        self._program.close()
+        self._server.stop()
 
     async def _greet(self, client: viser.ClientHandle) -> None:
         self._page.greet(client)
@@ -216,6 +251,7 @@ class PanelNode(Node):
         self._requests.fulfil()
         self._look_for_refusals()
         self._look_for_ends()
+        self._program.step(self._facts)
         clients = self._server.get_clients()
         if not clients:
             self._feeds.swing.close()
@@ -223,6 +259,7 @@ class PanelNode(Node):
         self._feeds.swing.listen()
         self._mechanisms.step(time.monotonic())
         self._tell(clients)
+        self._program.show()
         self._swing.show(self._facts, waits=self._feeds.status.message.shaper_waits)
         self._swing.draw(self._feeds.swing)
         if self._facts is not None:
@@ -263,6 +300,7 @@ class PanelNode(Node):
     def _on_stop(self) -> None:
         self._steps.drop()
         self._link.cancel()
+        self._program.stop()
 
     def _tell(self, clients: dict[int, viser.ClientHandle]) -> None:
         """Tell each page what stands above it, if that is new or was told a while ago."""

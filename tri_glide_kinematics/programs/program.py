@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import NamedTuple
@@ -9,9 +10,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.motion.path import FlatPath
+from tri_glide_kinematics.motion.path import PLACE_OF_ANGLE, FlatPath, SegmentKind
 from tri_glide_kinematics.programs.words import ProgramError
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+TURN = 2.0 * math.pi
+
+# A shorter rest of a segment is driven already [m]: no segment is shorter than 1e-6 m.
+LEAST_REST = 2e-6
 
 
 class StopKind(Enum):
@@ -80,9 +86,63 @@ class PathRun:
         inner = tuple(each for each in moved if each.joint)
         return (*first, self._part(segment, len(self.lines), start, inner))
 
+    def behind_place(self, segment: int, place: Vector3) -> tuple[ProgramStep, ...]:
+        """Return what is done from a ``place`` [m] on a ``segment`` on; nothing at the very end.
+
+        It begins at the place of the segment as programmed that is nearest. The outputs at the
+        begin of the segment have changed already.
+        """
+        start = self.segments.start_of(segment, self.start)
+        flat = self.segments.part(segment, len(self.lines))
+        begin, numbers, left = _cut(flat, start, place)
+        if left < LEAST_REST:
+            return self.behind(segment + 1) if segment + 1 < len(self.lines) else ()
+        *_, rest = self.behind(segment)
+        assert isinstance(rest, PathRun)
+        return (replace(rest, start=begin, segments=replace(flat, numbers=numbers)),)
+
     def _part(self, first: int, end: int, start: Vector3, outputs: tuple[Output, ...]) -> PathRun:
         segments = self.segments.part(first, end)
         return PathRun(start, segments, self.lines[first:end], self.rapid[first:end], outputs)
+
+
+def _cut(flat: FlatPath, start: Vector3, place: Vector3) -> tuple[Vector3, FloatArray, float]:
+    """Cut the first segment of a path at the point that is nearest to a ``place`` [m].
+
+    Returns:
+        This point [m], the numbers of the path from there on, and what is left of the segment [m].
+    """
+    numbers = flat.numbers.copy()
+    offset = np.subtract(place, start)
+    if flat.kinds[0] == SegmentKind.LINE:
+        way = numbers[:3] - start
+        part = float(np.clip(offset @ way / (way @ way), 0.0, 1.0))
+        return _vector(start + part * way), numbers, (1.0 - part) * float(np.linalg.norm(way))
+    axis = numbers[3:6] / np.linalg.norm(numbers[3:6])
+    angle = float(numbers[PLACE_OF_ANGLE])
+    rise = float(numbers[PLACE_OF_ANGLE + 1]) if flat.kinds[0] == SegmentKind.HELIX_ABOUT else 0.0
+    out = start - numbers[:3]
+    out -= (out @ axis) * axis
+    aside = np.copysign(1.0, angle) * np.cross(axis, out)
+    radial = offset - (offset @ axis) * axis + out
+    turned = math.atan2(radial @ aside, radial @ out) % TURN
+    # Of several turns the rise tells which; just before the start is no whole turn behind it.
+    if rise:
+        turned += TURN * round(float(offset @ axis / rise * abs(angle) - turned) / TURN)
+    elif turned > 0.5 * (abs(angle) + TURN):
+        turned = 0.0
+    part = min(max(turned / abs(angle), 0.0), 1.0)
+    turned = part * abs(angle)
+    begin = start + part * rise * axis - out + math.cos(turned) * out + math.sin(turned) * aside
+    numbers[PLACE_OF_ANGLE] = (1.0 - part) * angle
+    if rise:
+        numbers[PLACE_OF_ANGLE + 1] = (1.0 - part) * rise
+    return _vector(begin), numbers, (1.0 - part) * math.hypot(np.linalg.norm(out) * angle, rise)
+
+
+def _vector(values: FloatArray) -> Vector3:
+    x, y, z = map(float, values)
+    return x, y, z
 
 
 class Dwell(NamedTuple):

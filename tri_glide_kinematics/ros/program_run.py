@@ -6,6 +6,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -143,6 +144,8 @@ class ProgramRun:
         self._stopped_why: str | None = None
         self._goal: SentGoal | None = None
         self._place: Vector3 | None = None
+        # Segment of the path that is paused, and where.
+        self._paused_at: tuple[int, Vector3] | None = None
         # Whether the platform may be elsewhere than where the program has left it.
         self._is_elsewhere = True
         # Whether it is of no use to wait until the platform rests.
@@ -182,8 +185,10 @@ class ProgramRun:
         is_good = not self.reports
         while is_good and self._stopped_why is None and self._rest:
             piece = self._take()
+            self._paused_at = None
             name = self._name_of(piece)
             yield from self._do(piece)
+            yield from self._return(piece)
             is_good = self.reports[-1].is_good
             if not is_good and self.reports[-1].text:
                 self._say(f"{name}: {self.reports[-1].text}")
@@ -202,6 +207,25 @@ class ProgramRun:
                 break
             yield
         self.state = RunState.ENDED
+
+    def _return(self, piece: Step | ProgramStep) -> Iterator[None]:
+        """Wait if the platform was moved away while a path was paused; then it goes on from there.
+
+        ``ik_node`` knows nothing of a path any more that somebody has replaced.
+        """
+        paused_at, report = self._paused_at, self.reports[-1]
+        if paused_at is None or not isinstance(piece, PathRun) or self._stopped_why is not None:
+            return
+        if report.result != SUPERSEDED:
+            return
+        segment, place = paused_at
+        self.line = line_of(piece, segment)
+        rest = piece.behind_place(segment, place)
+        self._rest.extendleft(reversed(rest))
+        self._count += len(rest)
+        yield from self._wait(f"line {self.line}: moved while the path was paused")
+        if self._stopped_why is None:
+            self.reports[-1] = replace(report, is_good=True)
 
     def _find(self) -> Iterator[None]:
         """Wait until there is a machine."""
@@ -330,6 +354,7 @@ class ProgramRun:
         give_up = math.inf
         self._goal = goal
         while goal.result is None:
+            self._look_for_pause()
             now = time.monotonic()
             if self._stopped_why is not None and give_up == math.inf:
                 give_up = now + REST_TIMEOUT
@@ -346,6 +371,14 @@ class ProgramRun:
         else:
             self.reports.append(self._ended(step, goal, time.monotonic() - begin))
         self._goal = None
+
+    def _look_for_pause(self) -> None:
+        """Remember where the path is paused, until it goes on."""
+        machine = self._link.machine
+        if machine is not None and machine.state == MachineState.PAUSED:
+            self._paused_at = machine.segment, _vector(machine.position)
+        elif machine is not None and machine.state == MachineState.MOVING:
+            self._paused_at = None
 
     def _take_progress(self, step: Step | ProgramStep, told: Any, name: str) -> None:
         """Take in what was told about a goal."""
@@ -382,8 +415,9 @@ class ProgramRun:
         elif before is not None:
             length = math.dist(before, self._place)
         self._is_out_of_hand = result.code in NOT_OURS
-        name = GoalCode(result.code).name.lower().replace("_", " ")
-        return StepReport(step, name, goal.has_succeeded, taken, length, deviation, text)
+        return StepReport(
+            step, _name(result.code), goal.has_succeeded, taken, length, deviation, text
+        )
 
     def _switch_off(self) -> Iterator[None]:
         """Tell that spindle and coolant are off, when the platform rests."""
@@ -438,6 +472,13 @@ def _driven(step: PathStep | PathRun, goal: SentGoal) -> float | None:
             return step.path.length
         return None if told is None else float(told.way + told.way_remaining)
     return None if told is None else float(told.way)
+
+
+def _name(code: int) -> str:
+    return GoalCode(code).name.lower().replace("_", " ")
+
+
+SUPERSEDED = _name(GoalCode.SUPERSEDED)
 
 
 def _vector(point: Point) -> Vector3:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.errors import SegmentError as SegmentError
     from tri_glide_kinematics.motion.path.errors import ShortSegmentError as ShortSegmentError
     from tri_glide_kinematics.motion.path.errors import TooManySegmentsError as TooManySegmentsError
+    from tri_glide_kinematics.motion.path.flat_path import PLACE_OF_ANGLE as PLACE_OF_ANGLE
     from tri_glide_kinematics.motion.path.flat_path import FlatPath as FlatPath
     from tri_glide_kinematics.motion.path.flat_path import SegmentKind as SegmentKind
     from tri_glide_kinematics.motion.path.flat_path import polyline_from as polyline_from

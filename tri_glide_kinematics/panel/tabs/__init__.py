@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.tabs.points_tab import PointsTab as PointsTab
     from tri_glide_kinematics.panel.tabs.points_tab import load_points as load_points
     from tri_glide_kinematics.panel.tabs.points_tab import save_points as save_points
+    from tri_glide_kinematics.panel.tabs.program_tab import ProgramTab as ProgramTab
     from tri_glide_kinematics.panel.tabs.swing_tab import Shaping as Shaping
     from tri_glide_kinematics.panel.tabs.swing_tab import SwingTab as SwingTab
 

@@ -600,6 +600,24 @@ PANEL_NODE = (
         "tri_glide_kinematics/panel_token in $XDG_STATE_HOME (~/.local/state)",
     ),
     Parameter(
+        "programs_folder",
+        "",
+        "folder of the programs that pages upload, made with the first one; empty for "
+        "tri_glide_kinematics/programs in $XDG_STATE_HOME (~/.local/state)",
+    ),
+    Parameter(
+        "program_settings",
+        "",
+        "file with what programs do not say: dialect, offsets, tools and places; empty for the "
+        "one that `drive` takes, config/program_settings.yaml",
+    ),
+    Parameter(
+        "progress_file",
+        "",
+        "file that keeps how far a program came; empty for the one that `drive` keeps for this "
+        "namespace",
+    ),
+    Parameter(
         "notice_file",
         "",
         "file whose text the page shows beside the state, as `panel` writes it; empty for none",

@@ -1,0 +1,141 @@
+"""Programs in the panel, in a real browser: uploaded, seen, and run."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from rclpy.context import Context
+
+from testing.browser import Page, browser, find_browser
+from testing.client import Client
+from testing.forks import ForkedNodes
+from testing.panel import STOP, Panel, button, field, tab
+from testing.processes import launched
+
+pytestmark = [
+    # A browser without a graphics card needs all of the computer to be heard in time.
+    pytest.mark.alone,
+    pytest.mark.slow,
+    pytest.mark.skipif(find_browser() is None, reason="no browser is installed"),
+]
+
+# Line 4 takes 4 s; line 6 is driven after the stop.
+SQUARE = """\
+G21 G90 G17 (mm)
+G0 X0 Y0 Z260
+G1 X-20 F1200
+G1 X60
+M0
+G3 X20 Y0 I-20 J0
+G1 X0
+M2
+"""
+PIXELS = "!!window.__viserMutable?.nodeRefFromName?.['/program']"
+
+
+@pytest.fixture(scope="module")
+def panel(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Panel]:
+    folder = tmp_path_factory.mktemp("panel")
+    namespace = f"/programs_{os.getpid()}"
+    client = Client(ros_context, namespace)
+    with launched(folder, namespace, ForkedNodes) as launcher:
+        yield Panel(client, launcher, folder)
+    client.close()
+
+
+@pytest.fixture(scope="module")
+def operator(panel: Panel) -> Iterator[Page]:
+    with browser() as running:
+        page = panel.open(running.page())
+        page.click(tab("Program"))
+        yield page
+
+
+def wait_for_text(panel: Panel, page: Page, text: str) -> None:
+    found = f"document.body.innerText.includes({json.dumps(text)})"
+    try:
+        page.wait_for(found, f"{text!r} on the page", spin=panel.spin)
+    except TimeoutError as error:
+        raise TimeoutError(f"{error}: {page.evaluate('document.body.innerText')}") from error
+
+
+def upload(page: Page, file: Path, text: str | bytes) -> None:
+    file.write_bytes(text.encode() if isinstance(text, str) else text)
+    page.choose_file("[data-upload]", file)
+
+
+def test_a_file_is_seen_and_checked_and_one_that_is_wrong_tells_its_line(
+    panel: Panel, operator: Page, tmp_path: Path
+) -> None:
+    upload(operator, tmp_path / "square.ngc", SQUARE)
+    wait_for_text(panel, operator, "-20 to 60 mm")
+    operator.wait_for(PIXELS, "the path", spin=panel.spin)
+    assert (panel.programs / "square.ngc").read_text() == SQUARE
+    operator.click(button("check"))
+    wait_for_text(panel, operator, "duration\t0:1")
+    upload(operator, tmp_path / "wrong.ngc", "G21\nG1 X0 Y0 Z260 F500\nG1 Xten\nM2\n")
+    wait_for_text(panel, operator, "wrong.ngc: line 3")
+    assert not operator.evaluate(PIXELS)
+    upload(operator, tmp_path / "far.ngc", "G21\nG1 X0 Y0 Z260 F500\nG1 X900\nM2\n")
+    wait_for_text(panel, operator, "line 3 leads outside the workspace")
+    operator.click(button("run"))
+    panel.wait_for_words(operator, "nothing begun: line 3", "refusal")
+    upload(operator, tmp_path / "nul.ngc", bytes(10_000))
+    wait_for_text(panel, operator, "nul.ngc: line 1")
+    upload(operator, tmp_path / "empty.ngc", b"")
+    panel.wait_for_words(operator, "empty.ngc is empty", "refusal")
+    assert not (panel.programs / "empty.ngc").exists()
+    # A file that is gone from the folder is gone from the page.
+    (panel.programs / "nul.ngc").unlink()
+    panel.wait_for_words(operator, "nul.ngc is no longer in the folder", "refusal")
+
+
+def test_a_program_runs_is_paused_jogged_and_goes_on_where_it_was(
+    panel: Panel, operator: Page, tmp_path: Path
+) -> None:
+    upload(operator, tmp_path / "square.ngc", SQUARE)
+    wait_for_text(panel, operator, "-20 to 60 mm")
+    operator.click(button("run"))
+    wait_for_text(panel, operator, "running: line 4 of 8")
+    wait_for_text(panel, operator, "G1 X60")
+    operator.click(button("pause"))
+    panel.wait_for_state(operator, "paused")
+    panel.client.wait_for(lambda: panel.is_at_rest, "rest on the path")
+    paused = panel.position
+    assert -0.02 < paused[0] < 0.06
+    # Held by a topic: a jog by hand is the same to the machine.
+    for _ in range(20):
+        panel.client.send_twist((0.0, 0.05, 0.0))
+        panel.client.spin_for(0.03)
+    panel.wait_for_state(operator, "idle")
+    wait_for_text(panel, operator, "moved while the path was paused")
+    assert panel.position[1] > 0.005
+    positions = []
+    operator.click(button("go on"))
+    panel.client.wait_for(
+        lambda: positions.append(panel.position) or math.dist(paused, positions[-1]) < 1e-4,
+        "the place of the pause",
+    )
+    wait_for_text(panel, operator, "waiting: line 5 of 8")
+    panel.wait_until_at((0.06, 0.0, 0.26))
+    operator.click(button("go on"))
+    wait_for_text(panel, operator, "done: line 8 of 8")
+    panel.wait_until_at((0.0, 0.0, 0.26))
+
+
+def test_a_run_that_is_stopped_goes_on_from_its_line(panel: Panel, operator: Page) -> None:
+    operator.click(button("run"))
+    wait_for_text(panel, operator, "running: line 4 of 8")
+    operator.click(button("stop"))
+    wait_for_text(panel, operator, "ended: line 4 of 8")
+    assert operator.evaluate(f"{field('From line')}.value") == "4"
+    operator.click(button("run"))
+    wait_for_text(panel, operator, "waiting: line 5 of 8")
+    # Stop of the page ends what only waits, too.
+    operator.click(STOP)
+    wait_for_text(panel, operator, "ended: line 5 of 8")

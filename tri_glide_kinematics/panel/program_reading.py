@@ -1,0 +1,296 @@
+"""A program before it runs: understood, drawn and proved by a process of its own.
+
+Python would let nothing else happen on the page meanwhile, not even Stop.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Thread
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.path import Segments, clearances
+from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.programs import (
+    PathRun,
+    Program,
+    ProgramCheck,
+    ProgramError,
+    ProgramSettings,
+    check_program,
+    load_program,
+)
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.workspace import Workspace
+
+# What a piece of the path looks like. What joins two paths is not drawn.
+CUT, RAPID, OUTSIDE, NOTHING = range(4)
+
+# A piece that is drawn is no longer, so that what is outside is seen to begin there [m], and an arc
+# turns by no more on it [rad].
+LONGEST_PIECE = 0.005
+CHORD_ANGLE = np.deg2rad(5.0)
+# There are no more of them before they are thinned out.
+MOST_PIECES = 1_000_000
+
+# No more pieces are drawn: a browser without a graphics card draws them still at some rate.
+MOST_DRAWN = 20_000
+# A point this near to the line between its neighbours can be left out, to begin with [m].
+UNSEEN = 1e-5
+
+LONGEST_REASON = 500  # characters
+UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
+
+NICENESS = 5
+SCRIPT = "from tri_glide_kinematics.panel.program_reading import main; main()"
+
+
+class Reading(NamedTuple):
+    """What is asked for.
+
+    Attributes:
+        file: of the program.
+        settings: what it does not say itself.
+        workspace: of the machine.
+        limits: of its sliders.
+        is_check: whether to prove it, and not to draw it.
+    """
+
+    file: Path
+    settings: ProgramSettings
+    workspace: Workspace
+    limits: SliderLimits
+    is_check: bool
+
+
+@dataclass(frozen=True, eq=False)
+class ReadProgram:
+    """A program that is understood, and how it is drawn.
+
+    Attributes:
+        program: what it means.
+        line_starts: where in its file each line begins, and the end. Shape (lines + 1,).
+        points: ends of the pieces that are drawn. Shape (n, 2, 3) [m].
+        looks: of each piece: CUT, RAPID or OUTSIDE. Shape (n,).
+        outside: the first line that leads outside the workspace; 0 for none.
+        ways: length of each step that is a path, as programmed. Shape (steps,) [m].
+        lower, upper: corners of the box around the path. Shapes (3,) [m].
+    """
+
+    program: Program
+    line_starts: NDArray[np.int64]
+    points: NDArray[np.float32]
+    looks: NDArray[np.uint8]
+    outside: int
+    ways: tuple[float, ...]
+    lower: Vector3
+    upper: Vector3
+
+
+@dataclass(frozen=True)
+class NotRead:
+    """A program that is not understood, or not inside.
+
+    Attributes:
+        reason: with the line.
+        line: 0 if it is about the whole file.
+    """
+
+    reason: str
+    line: int = 0
+
+
+Answer = ReadProgram | ProgramCheck | NotRead
+
+
+class ReadingProcess:
+    """A process that reads a program.
+
+    Attributes:
+        answer: None until it is there.
+    """
+
+    def __init__(self, reading: Reading) -> None:
+        """Start it."""
+        self.answer: Answer | None = None
+        # Ctrl-C is for the node, which ends it.
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", SCRIPT],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            start_new_session=True,
+        )
+        Thread(target=self._communicate, args=(reading,), daemon=True).start()
+
+    def end(self) -> None:
+        """End it: nobody wants to know any more."""
+        self._process.kill()
+
+    def _communicate(self, reading: Reading) -> None:
+        output, _ = self._process.communicate(pickle.dumps(reading))
+        if output:
+            answer: Answer = pickle.loads(output)
+            self.answer = answer
+        else:
+            code = self._process.returncode
+            self.answer = NotRead(f"{reading.file.name}: nothing came of it (exit code {code})")
+
+
+def main() -> None:
+    """Read what is asked for from the standard input, and write the answer to the output."""
+    os.nice(NICENESS)
+    reading: Reading = pickle.load(sys.stdin.buffer)
+    sys.stdout.buffer.write(pickle.dumps(answer_to(reading)))
+
+
+def answer_to(reading: Reading) -> Answer:
+    """Read a program, and draw or prove it."""
+    try:
+        # The file is on the disk before anybody relies on it.
+        with reading.file.open("rb") as stream:
+            os.fsync(stream.fileno())
+            data = stream.read()
+        program = load_program(reading.file, reading.settings)
+        if reading.is_check:
+            return check_program(program, reading.workspace, reading.limits)
+        return drawn(program, data, reading.workspace)
+    except OSError as error:
+        return NotRead(f"{reading.file.name} cannot be read: {error.strerror or error}")
+    except ProgramError as error:
+        return NotRead(_shown(str(error), reading.file), error.line)
+    except KinematicsError as error:
+        return NotRead(_shown(str(error), reading.file))
+
+
+def _shown(text: str, file: Path) -> str:
+    """Return a ``text`` about a ``file`` as a page can show it, whatever stands in that file."""
+    text = text.replace(str(file), file.name)
+    shown = "".join(each if each.isprintable() else UNPRINTABLE for each in text[:LONGEST_REASON])
+    return shown if len(text) <= LONGEST_REASON else f"{shown}..."
+
+
+def drawn(program: Program, data: bytes, workspace: Workspace) -> ReadProgram:
+    """Return a ``program`` that stands in a file as ``data``, and how it is drawn."""
+    places = [np.zeros((0, 3))]
+    looks: list[NDArray[np.uint8]] = []
+    outside = 0
+    ways = []
+    for run in program.steps:
+        ways.append(0.0)
+        if not isinstance(run, PathRun):
+            continue
+        segments = at_once(run.segments.path_from(run.start)).segments
+        ways[-1] = float(segments.lengths.sum())
+        points, segment = polyline_of(segments)
+        inside = clearances(workspace, points).inside
+        is_out = ~(inside[:-1] & inside[1:])
+        if is_out.any() and not outside:
+            outside = int(run.lines[segment[is_out.argmax()]])
+        look = np.where(is_out, OUTSIDE, np.where(run.rapid[segment], RAPID, CUT))
+        places.append(points)
+        looks += [np.full(1 if looks else 0, NOTHING, dtype=np.uint8), look.astype(np.uint8)]
+    points = np.concatenate(places)
+    look = np.concatenate(looks) if looks else np.zeros(0, dtype=np.uint8)
+    kept = thinned_out(points, look)
+    look = look[kept[:-1]]
+    pieces = np.stack((points[kept[:-1]], points[kept[1:]]), axis=1)[look != NOTHING]
+    low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else np.zeros((2, 3))
+    return ReadProgram(
+        program,
+        line_starts(data),
+        pieces.astype(np.float32),
+        look[look != NOTHING],
+        outside,
+        tuple(ways),
+        _vector(low),
+        _vector(high),
+    )
+
+
+def polyline_of(segments: Segments) -> tuple[FloatArray, NDArray[np.intp]]:
+    """Return points on ``segments``, and on which of them each piece from one to the next lies.
+
+    Returns:
+        Points, shape (n + 1, 3) [m], and indices of segments, shape (n,).
+    """
+    lengths = segments.lengths
+    longest = max(LONGEST_PIECE, lengths.sum() / MOST_PIECES)
+    counts = np.ceil(np.maximum(lengths / longest, segments.curvatures * lengths / CHORD_ANGLE))
+    counts = np.maximum(counts, 1.0).astype(np.intp)
+    segment = np.repeat(np.arange(len(lengths)), counts)
+    number = np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts)
+    way = (number * (lengths / counts)[segment])[:, np.newaxis]
+    curvature = segments.curvatures[segment][:, np.newaxis]
+    rise, tangent = segments.rises[segment], segments.tangents[segment]
+    is_arc = curvature > 0.0
+    bend = np.where(is_arc, curvature, 1.0)
+    ahead = np.where(is_arc, np.sin(curvature * way) / bend, way)
+    aside = np.where(is_arc, 2.0 * np.sin(0.5 * curvature * way) ** 2 / bend, 0.0)
+    places = segments.points[segment] + way * rise
+    places += ahead * (tangent - rise) + aside * segments.normals[segment]
+    return np.concatenate((places, segments.points[-1:])), segment
+
+
+def thinned_out(points: FloatArray, looks: NDArray[np.uint8]) -> NDArray[np.intp]:
+    """Return which points to draw, both ends among them, so that there are few enough.
+
+    Those that are nearest to the line between their neighbours are left out first; those at which
+    the look changes stay.
+
+    Args:
+        points: Shape (n + 1, 3) [m].
+        looks: of the pieces between them. Shape (n,).
+    """
+    kept = np.arange(len(points))
+    changes = np.ones(len(points), dtype=np.bool_)
+    changes[1:-1] = looks[1:] != looks[:-1]
+    unseen = UNSEEN
+    while len(kept) - changes.sum() > MOST_DRAWN:
+        before = len(kept)
+        # Of two neighbours one stays, so that what is left out is near to what is drawn.
+        for first in (1, 2):
+            places = points[kept]
+            here = np.arange(first, len(kept) - 1, 2)
+            chord = places[here + 1] - places[here - 1]
+            offset = places[here] - places[here - 1]
+            square = np.maximum(np.einsum("ij,ij->i", chord, chord), 1e-30)
+            part = np.clip(np.einsum("ij,ij->i", offset, chord) / square, 0.0, 1.0)
+            distance = np.linalg.norm(offset - part[:, np.newaxis] * chord, axis=1)
+            kept = np.delete(kept, here[(distance < unseen) & ~changes[kept[here]]])
+        if len(kept) > 0.9 * before:
+            unseen *= 2.0
+    return kept
+
+
+def line_starts(data: bytes) -> NDArray[np.int64]:
+    """Return where in a file each line begins, and its end. Shape (lines + 1,)."""
+    codes = np.frombuffer(data, np.uint8)
+    after = np.append(codes[1:], 0)
+    ends = (codes == ord("\n")) | ((codes == ord("\r")) & (after != ord("\n")))
+    starts = np.concatenate(([0], np.flatnonzero(ends) + 1))
+    return np.append(starts, len(data)) if starts[-1] < len(data) else starts
+
+
+def points_of_line(run: PathRun, line: int) -> FloatArray:
+    """Return the polyline that a ``line`` of a path drives. Shape (n, 3) [m]; empty for none."""
+    low, high = np.searchsorted(run.lines, (line, line + 1)).tolist()
+    if low == high:
+        return np.empty((0, 3))
+    start = run.segments.start_of(low, run.start)
+    return polyline_of(at_once(run.segments.part(low, high).path_from(start)).segments)[0]
+
+
+def _vector(values: NDArray[np.floating]) -> Vector3:
+    x, y, z = map(float, values)
+    return x, y, z
