@@ -8,8 +8,7 @@ from rclpy.serialization import serialize_message
 
 from testing.commands import LIMITS
 from testing.machine import JOINTS
-from tri_glide_kinematics.recordings import judge, load_recording
-from tri_glide_kinematics.recordings.setpoint_files import DEFINITION, MESSAGE
+from tri_glide_kinematics.recordings import DEFINITION, MESSAGE, judge, load_recording
 from tri_glide_kinematics.ros.parameters import IK_NODE, machine_of, workspace_limits_of
 from tri_glide_kinematics.workspace import Workspace
 

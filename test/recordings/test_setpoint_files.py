@@ -9,8 +9,14 @@ import pytest
 from motion_machine import LIMITS, MACHINE, WORKSPACE
 
 from tri_glide_kinematics.motion import plan_move
-from tri_glide_kinematics.recordings import RecordingError, load_recording, save_csv, save_mcap
-from tri_glide_kinematics.recordings.setpoint_files import DEFINITION, MESSAGE
+from tri_glide_kinematics.recordings import (
+    DEFINITION,
+    MESSAGE,
+    RecordingError,
+    load_recording,
+    save_csv,
+    save_mcap,
+)
 from tri_glide_kinematics.tables import TableError
 
 JOINTS = ("slider_1", "slider_2", "slider_3")

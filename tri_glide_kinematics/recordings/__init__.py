@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.recordings.judgement import Violation as Violation
     from tri_glide_kinematics.recordings.judgement import WrongPeriodError as WrongPeriodError
     from tri_glide_kinematics.recordings.judgement import judge as judge
+    from tri_glide_kinematics.recordings.setpoint_files import DEFINITION as DEFINITION
+    from tri_glide_kinematics.recordings.setpoint_files import MESSAGE as MESSAGE
     from tri_glide_kinematics.recordings.setpoint_files import Recording as Recording
     from tri_glide_kinematics.recordings.setpoint_files import RecordingError as RecordingError
     from tri_glide_kinematics.recordings.setpoint_files import load_recording as load_recording

@@ -10,7 +10,7 @@ import pytest
 
 from testing.path_samples import agree_until, distances, random_path, sides_of_breaks
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
+from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath, ShapedCorners
 from tri_glide_kinematics.motion.path.corners import FARTHEST_SWING, SWING_REACH
 
 # The last of ten have helices.
@@ -274,14 +274,14 @@ def test_a_longer_path_is_driven_the_same_far_from_where_it_was_extended():
     assert agree_until(square.driven, more.driven) == pytest.approx(0.3 - 0.09)
 
 
-@pytest.mark.parametrize("part", [1.0, 0.3])
-def test_the_deviation_up_to_a_place_is_that_of_roundings_that_begin_before(part):
+@pytest.mark.parametrize("shaped", [None, ShapedCorners(0.3, rate=1.0, slowest=0.0, passing=1.0)])
+def test_the_deviation_up_to_a_place_is_that_of_roundings_that_begin_before(shaped):
     path, _ = random_path(np.random.default_rng(4), count=40, stops=0.05)
-    driven = at_once(DrivenPath.of(path.segments, part))
+    driven = at_once(DrivenPath.of(path.segments, shaped))
     begins = driven.rounded.ways - driven.widths.reaches
     for place in np.concatenate((np.linspace(0.0, driven.length, 200), driven.joints)).tolist():
         expected = driven.widths.deviations[begins < place].max(initial=0.0)
-        if part < 1.0:
+        if shaped is not None:
             segment = int(driven.segment_of(place))
-            expected += (1.0 - part) * driven.tolerances[: segment + 1].max()
+            expected += (1.0 - shaped.part) * driven.tolerances[: segment + 1].max()
         assert driven.deviation_up_to(place) == pytest.approx(expected, abs=1e-15)

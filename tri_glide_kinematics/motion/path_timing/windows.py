@@ -98,7 +98,7 @@ def time_scaling(
 # Parts of the limits of velocity, acceleration and jerk that cells are planned with at first; and
 # those behind the place where a window is to be continued. So what goes on from there has more
 # room than what led to it, and is found.
-_MARGINS = np.array(((0.9997,), (0.997,), (0.98,)))
+_MARGINS = np.array(((0.9995,), (0.997,), (0.98,)))
 _LATER_MARGINS = np.array(((0.9992,), (0.977,), (0.95,)))
 
 # Cells in which a bound exceeds its limit by more than this are divided; and, where this many turns
