@@ -469,10 +469,11 @@ class PlanExecution:
             if use.keeps_limits:
                 yield from inside(motion, after.region, after.limits.scaled)
                 break
-            if after.plan is held.plan:
-                # No other plan is made for less.
-                use.check(after.limits.scaled)
             planned = use.leaving(Planned(after.limits.effective, after.limits.cut))
+            is_least = after.limits.leaving(planned, present).planned == after.limits.planned
+            if after.plan is held.plan or (is_least and after.tracked_step is None):
+                # No other plan is made for less; only steps leave more with each attempt.
+                use.check(after.limits.scaled)
             pending = held.pending and held.pending.leaving(planned, present)
             limits = held.limits.leaving(planned, present)
             less = replace(held, limits=limits, pending=pending)
