@@ -31,9 +31,11 @@ from tri_glide_kinematics.motion import (
     MotionKind,
     MotionPhase,
     SliderLimits,
+    SliderState,
 )
 from tri_glide_kinematics.motion.engine import held_motion
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
+from tri_glide_kinematics.motion.trajectory import Planned
 
 SHAPERS = (None, SHAPER, Shaper.of(ShaperKind.ZVD, Mode(30.0, 0.05)))
 
@@ -127,6 +129,31 @@ def test_a_stop_takes_the_shaper_and_little_more(kind):
             times.append(len(driven(each)) * DT)
         later.append((times[1] - times[0] - SHAPER.duration) / times[0])
     assert np.median(later) <= 0.05
+
+
+def test_a_stop_on_a_line_is_as_hard_as_without_a_shaper():
+    times = []
+    for each in (engine(MotionKind.LINEAR), shaped(MotionKind.LINEAR)):
+        each.jog((0.2, 0.0, 0.05))
+        run(each, 0.3)
+        each.stop()
+        times.append(each.time_to_rest)
+    assert times[1] - SHAPER.duration == pytest.approx(times[0], rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "acceleration"), [(0.9, 0.0), (0.7, 6.0), (-0.7, -6.0), (0.1, -9.5)]
+)
+def test_a_motion_is_never_planned_for_less_than_it_has(velocity, acceleration):
+    state = SliderState(HOME, (velocity, 0.0, 0.0), (acceleration, 0.0, 0.0))
+    limits = held_motion.DriveLimits(LIMITS, 1.0, SHAPER)
+    less = Planned(LIMITS.times(0.6, 0.5, 0.8))
+    assert not held_motion.stays_within(state, limits.leaving(less).effective)
+    leaving = limits.leaving(less, state).effective
+    assert held_motion.stays_within(state, leaving)
+    assert (leaving.table <= LIMITS.table).all()
+    assert leaving.jerk == less.limits.jerk
+    assert leaving.velocity[1:] == less.limits.velocity[1:]
 
 
 def test_a_change_of_shaper_waits_for_rest():

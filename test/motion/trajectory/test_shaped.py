@@ -14,6 +14,7 @@ from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import (
     CommandStream,
     MotionKind,
+    PlatformPath,
     SliderLimitError,
     plan_move,
     time_path,
@@ -174,6 +175,14 @@ def test_paths_are_shaped_too():
     parts = np.array(reached) / LIMITS.table
     assert (parts <= use + 1e-6).all()
     assert parts.max() > 0.9 * use.max()
+
+
+def test_a_path_that_needs_more_than_five_attempts_is_planned():
+    shaper = Shaper.of(ShaperKind.MZV, Mode(10.0501, 0.03))
+    x, y, z = 0.028738, 0.064713, 0.156787
+    points = ((x, y, z + 0.1), (x, y, z), (x, y - 0.1, z))
+    motion = time_path(PlatformPath.through(points, 5e-4), WORKSPACE, LIMITS, shaper)
+    motion.check_limits(LIMITS)
 
 
 def test_what_was_driven_before_belongs_to_it():

@@ -32,8 +32,8 @@ from tri_glide_kinematics.motion.moves import MotionKind, inside
 from tri_glide_kinematics.motion.path import DrivenPath
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
-    ATTEMPTS,
     DrivenPart,
+    LinePlan,
     NotStartedError,
     Planned,
     PlanningError,
@@ -61,6 +61,10 @@ PART_OF_SHAPER = 0.3
 
 # They turn more than plans do: so they leave more of the jerks to the shaper, with each attempt.
 JERK_LEFT_TO_STEPS = 0.9
+
+# So often the next plan is made, with limits that leave what shaping takes. Each attempt takes time
+# in which the held plan goes on.
+ATTEMPTS_IN_MOTION = 5
 
 
 def step_period(shaper: Shaper) -> float:
@@ -463,9 +467,13 @@ class PlanExecution:
             SliderLimitError: if it does not, though it was planned for less.
             KinematicsError: if there is no plan.
         """
-        pending = held.pending and held.pending.leaving()
-        less = replace(held, limits=held.limits.leaving(), pending=pending)
-        for _ in range(ATTEMPTS):
+        present = held.plan.at(start) if start < held.plan.duration else None
+        # On a line the sliders keep what its plan keeps, as a rule: so a stop on it uses all of it.
+        stops_on_line = isinstance(held.plan, LinePlan) and held.goal is None
+        first = Planned(held.limits.scaled) if stops_on_line else None
+        pending = held.pending and held.pending.leaving(None, present)
+        less = replace(held, limits=held.limits.leaving(first, present), pending=pending)
+        for _ in range(ATTEMPTS_IN_MOTION):
             made = yield from self._covered(making, less, start)
             after = made.held
             if after == less:
@@ -482,12 +490,14 @@ class PlanExecution:
             if use.keeps_limits:
                 yield from inside(motion, after.region, after.limits.scaled)
                 break
-            if after.plan is held.plan:
-                # No other plan is made for less.
-                use.check(after.limits.scaled)
             planned = use.leaving(Planned(after.limits.effective, after.limits.cut))
-            pending = held.pending and held.pending.leaving(planned)
-            less = replace(held, limits=held.limits.leaving(planned), pending=pending)
+            is_least = after.limits.leaving(planned, present).planned == after.limits.planned
+            if after.plan is held.plan or (is_least and after.tracked_step is None):
+                # No other plan is made for less; only steps leave more with each attempt.
+                use.check(after.limits.scaled)
+            pending = held.pending and held.pending.leaving(planned, present)
+            limits = held.limits.leaving(planned, present)
+            less = replace(held, limits=limits, pending=pending)
         else:
             use.check(after.limits.scaled)
         return made

@@ -112,15 +112,21 @@ class DriveLimits:
         """Part that plans let bends be cut by, of what the tolerances of a path leave."""
         return self.planned.cut if self.planned is not None else 1.0
 
-    def leaving(self, planned: Planned | None = None) -> DriveLimits:
+    def leaving(
+        self, planned: Planned | None = None, present: SliderState | None = None
+    ) -> DriveLimits:
         """Return the same, with limits for plans that leave something to the shaper.
 
         Args:
             planned: what they keep; without it, what nearly always suffices.
+            present: where they begin in motion: they leave no more than this state lets them.
         """
         if self.shaper is None:
             return self
-        return replace(self, planned=planned or Planned(self.scaled.times(*LEFT_TO_PLANS)))
+        planned = planned or Planned(self.scaled.times(*LEFT_TO_PLANS))
+        if present is not None:
+            planned = planned._replace(limits=_raised(planned.limits, present, self.scaled))
+        return replace(self, planned=planned)
 
     @cached_property
     def held_back(self) -> float:
@@ -140,6 +146,21 @@ def stays_within(state: SliderState, limits: SliderLimits) -> bool:
             limits.jerk,
         )
     )
+
+
+def _raised(lower: SliderLimits, state: SliderState, limits: SliderLimits) -> SliderLimits:
+    """Return ``lower`` limits, raised as far as the sliders cannot stay inside them from a state.
+
+    A braking cannot begin beyond the limits that it is planned for. They are raised to ``limits``
+    at most.
+    """
+    velocities, accelerations = np.array(state.velocities), np.array(state.accelerations)
+    gets_faster = velocities * accelerations > 0.0
+    reached = np.abs(velocities) + gets_faster * accelerations**2 / (2.0 * lower.table[2])
+    table = lower.table.copy()
+    raised = np.maximum(table[:2], (reached, np.abs(accelerations)))
+    table[:2] = np.minimum(raised, limits.table[:2])
+    return SliderLimits(*table.tolist())
 
 
 class PlanRole(Enum):

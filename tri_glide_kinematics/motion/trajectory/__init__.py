@@ -60,7 +60,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.ruckig_planner import (
         Synchronization as Synchronization,
     )
-    from tri_glide_kinematics.motion.trajectory.shaped import ATTEMPTS as ATTEMPTS
     from tri_glide_kinematics.motion.trajectory.shaped import DrivenPart as DrivenPart
     from tri_glide_kinematics.motion.trajectory.shaped import LimitBounds as LimitBounds
     from tri_glide_kinematics.motion.trajectory.shaped import Planned as Planned

@@ -81,8 +81,9 @@ _ABOVE_CHORD = 1.5397
 _QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
 
 
-# So often a motion is planned, with limits that leave what shaping takes.
-ATTEMPTS = 5
+# So often a motion from rest to rest is planned, with limits that leave what shaping takes. Nothing
+# waits for it; a few paths need more than five.
+ATTEMPTS = 8
 
 # How much more they leave, so that the next attempt keeps the limits though it is another motion:
 # the excess counts with this power, and by this factor more; what is cut, by its own factor.
