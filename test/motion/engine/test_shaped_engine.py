@@ -146,7 +146,7 @@ def test_a_stop_on_a_line_is_as_hard_as_without_a_shaper():
 )
 def test_a_motion_is_never_planned_for_less_than_it_has(velocity, acceleration):
     state = SliderState(HOME, (velocity, 0.0, 0.0), (acceleration, 0.0, 0.0))
-    limits = held_motion.DriveLimits(LIMITS, 1.0, SHAPER)
+    limits = held_motion.DriveLimits(LIMITS, 1.0, shaper=SHAPER)
     less = Planned(LIMITS.times(0.6, 0.5, 0.8))
     assert not held_motion.stays_within(state, limits.leaving(less).effective)
     leaving = limits.leaving(less, state).effective
