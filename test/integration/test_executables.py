@@ -175,7 +175,7 @@ def test_a_node_tells_what_it_works_with_and_what_changes(client, nodes):
     for text in (
         f"{client.namespace}/ik_node starts with geometry symmetric, ",
         "rate 250 1/s (default 500 1/s), velocity_limits [1, 1, 1] m/s, ",
-        "speed_scale 0.25 (default 1), motion linear, all else as by default",
+        "speed_scale 0.25 (default 1), path_speed_scale 1, motion linear, all else as by default",
     ):
         assert text in starts[0]
     # Another thing to log, as a warning.

@@ -110,8 +110,9 @@ class TestOneMachine:
         assert KINEMATICS.forward(started.machine.heights()) == pytest.approx(PLACE, abs=1e-5)
         assert_within_limits(started.machine, first)
         # The command ringdown reads what was recorded.
-        found = find_modes(load_recording(started.folder / "swing_2.csv"))
-        assert min(mode.frequency for mode in found.modes) == pytest.approx(15.0, rel=FREQUENCY)
+        swings = (find_modes(load_recording(started.folder / f"swing_{i}.csv")) for i in (1, 2, 3))
+        lowest = min(mode.frequency for found in swings for mode in found.modes)
+        assert lowest == pytest.approx(15.0, rel=FREQUENCY)
         assert (started.folder / "swing_9.csv").exists()
         written = yaml.safe_load((started.folder / "modes.yaml").read_text())
         values = written["ik_node"]["ros__parameters"]

@@ -15,7 +15,7 @@ import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
+from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase, Move
 from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.preparation import (
     SAME_TIME,
@@ -449,18 +449,25 @@ class PlanExecution:
         is_long = goal is not None and goal.is_checked_whole
         lead_time = lead_time or (self._goal_lead_time if is_long else self._lead_time)
         pieces = URGENT_PIECES if urgent else 0
-        making = self._proved(making)
+        making = self._proved(making, goal)
         lead = 0.0 if urgent or not self._in_pieces else lead_time.after(self._last_step)
         start = self.holder.time + lead
         self._begin(
             Preparation(making, goal, self.holder.held, self.holder.time, start, lead_time), pieces
         )
 
-    def _proved(self, making: Making) -> Making:
-        """Return a ``making`` whose plans keep the limits when they are shaped, if they are."""
-        return partial(self._shaped, making) if self.is_shaped else making
+    def _proved(self, making: Making, goal: Command | None = None) -> Making:
+        """Return a ``making`` whose plans keep the limits when they are shaped, if they are.
 
-    def _shaped(self, making: Making, held: HeldMotion, start: float) -> Interruptible[Replanned]:
+        Args:
+            making: makes the plans.
+            goal: that they lead to; None for a stop, or for what goes on.
+        """
+        return partial(self._shaped, making, goal) if self.is_shaped else making
+
+    def _shaped(
+        self, making: Making, goal: Command | None, held: HeldMotion, start: float
+    ) -> Interruptible[Replanned]:
         """Make what is held next so that it keeps the limits when it is shaped.
 
         Raises:
@@ -468,9 +475,11 @@ class PlanExecution:
             KinematicsError: if there is no plan.
         """
         present = held.plan.at(start) if start < held.plan.duration else None
-        # On a line the sliders keep what its plan keeps, as a rule: so a stop on it uses all of it.
+        # On a line the sliders keep what its plan keeps, as a rule: so it uses all of it, and a stop
+        # on it does. A slider move from rest has the time to be made again for less.
         stops_on_line = isinstance(held.plan, LinePlan) and held.goal is None
-        first = Planned(held.limits.scaled) if stops_on_line else None
+        moves_from_rest = isinstance(goal, Move) and start >= held.rests_at and not held.pending
+        first = Planned(held.limits.scaled) if stops_on_line or moves_from_rest else None
         pending = held.pending and held.pending.leaving(None, present)
         less = replace(held, limits=held.limits.leaving(first, present), pending=pending)
         for _ in range(ATTEMPTS_IN_MOTION):
@@ -689,9 +698,9 @@ class PlanExecution:
 
         def made(held: HeldMotion, start: float) -> Interruptible[Replanned]:
             try:
-                return (yield from self._shaped(partial(self._step, goal), held, start))
+                return (yield from self._shaped(partial(self._step, goal), goal, held, start))
             except KinematicsError:
-                return (yield from self._shaped(other, held, start))
+                return (yield from self._shaped(other, goal, held, start))
 
         return made
 
