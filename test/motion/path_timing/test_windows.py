@@ -70,6 +70,20 @@ def test_slow_speeds_are_driven_as_asked_and_without_stops(speed, jerk):
     assert speeds.min() > 0.3 * speed
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_no_tolerance_is_so_small_that_a_path_crawls(seed):
+    chance = np.random.default_rng(seed)
+    stopped = rounded = PlatformPath.start((0.0, 0.0, 0.28))
+    tolerance = 10.0 ** chance.uniform(-8.0, -5.0)
+    for _ in range(3):
+        centre, axis = stopped.end + chance.normal(0.0, 0.015, 3), chance.normal(size=3)
+        angle = chance.uniform(1.0, 4.0)
+        stopped = stopped.arc_about(centre, axis, angle)
+        rounded = rounded.arc_about(centre, axis, angle, tolerance)
+    durations = [time_path(path, WORKSPACE, LIMITS).duration for path in (rounded, stopped)]
+    assert durations[0] < 1.1 * durations[1]
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_the_way_back_takes_as_long(seed):
     path = random_path(seed, most=4)

@@ -82,7 +82,7 @@ class TestCrankAngles:
 class TestInterfaceFiles:
     FOLDER = Path(__file__).parents[3] / "tri_glide_interfaces"
     DIMENSIONLESS = (
-        *("tolerance", "singularity", "turns", "speed_scale"),
+        *("tolerance", "singularity", "turns", "speed_scale", "path_speed_scale"),
         *("dampings", "damping_deviations"),
     )
 

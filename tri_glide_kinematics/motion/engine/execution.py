@@ -475,8 +475,8 @@ class PlanExecution:
             KinematicsError: if there is no plan.
         """
         present = held.plan.at(start) if start < held.plan.duration else None
-        # On a line the sliders keep what its plan keeps, as a rule: so it uses all of it, and a stop
-        # on it does. A slider move from rest has the time to be made again for less.
+        # On a line the sliders keep what its plan keeps, as a rule: so a stop on it uses all of it.
+        # A move from rest has the time to be made again for less.
         stops_on_line = isinstance(held.plan, LinePlan) and held.goal is None
         moves_from_rest = isinstance(goal, Move) and start >= held.rests_at and not held.pending
         first = Planned(held.limits.scaled) if stops_on_line or moves_from_rest else None

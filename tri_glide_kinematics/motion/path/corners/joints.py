@@ -25,6 +25,10 @@ SAME_CURVATURE = 1e-9
 # A rounding with a smaller tolerance would be a stop, but for rounding [m].
 LEAST_TOLERANCE = 1e-9
 
+# A corner with a smaller tolerance is a stop: to pass it would take as long, but for milliseconds,
+# and no cell of a motion is so short [m].
+LEAST_OF_CORNER = 3e-6
+
 # The way driven is nowhere shorter than this part of the way programmed. In the middle of a
 # rounded corner it is half the sum of both tangents; a sharper corner is a stop.
 LEAST_RATE = 0.2
@@ -165,7 +169,8 @@ def jumps_at(
     distances = np.where((old == 0.0) & (new == 0.0) & corner, sines, turns)
     rough = corner | bent
     tolerances = segments.tolerances[before]
-    is_stop = (tolerances < LEAST_TOLERANCE) | (half_sums < LEAST_RATE)
+    least = np.where(corner, LEAST_OF_CORNER, LEAST_TOLERANCE)
+    is_stop = (tolerances < least) | (half_sums < LEAST_RATE)
     is_stop |= are_among(segments.joints[after], stops)
     if shaped is not None:
         is_stop |= corner & shaped.are_stops(turns, segments, before)
