@@ -108,6 +108,8 @@ class Judgement:
         beginnings: how many stretches of setpoints there are.
         largest: velocity, acceleration and jerk as parts of their limits.
         longest_gap: longest time between two stamps in a stretch [s].
+        last_speed: of the fastest slider at the last setpoint, by the heights; 0 if it ends at
+            rest [m/s].
         violations: each kind once.
     """
 
@@ -116,6 +118,7 @@ class Judgement:
     beginnings: int
     largest: Vector3
     longest_gap: float
+    last_speed: float
     violations: tuple[Violation, ...]
 
 
@@ -379,9 +382,17 @@ class _Judging:
         times = self._times
         duration = float(times.max() - times.min()) if len(times) else 0.0
         beginnings = int(self._begins.sum())
-        violations = tuple(self._violations)
+        speed = 0.0
+        if len(times) > 1 and not self._begins[-1]:
+            speed = float(np.abs(np.diff(self._heights[-2:], axis=0)).max()) / self._period
         return Judgement(
-            self._rows, duration, beginnings, self._largest, self._longest_gap, violations
+            self._rows,
+            duration,
+            beginnings,
+            self._largest,
+            self._longest_gap,
+            speed,
+            tuple(self._violations),
         )
 
 
