@@ -22,9 +22,9 @@ def table(tmp_path):
     "text",
     [
         "x [mm], y (m)\n1.25, 2\n3, 4e-3\n",
-        "# a remark\r\nX[mm];Y (m)\r\n\r\n1.25;2\r\n3;4e-3",
+        "# a remark\r\nX[mm];Y (m)\r\n\r\n1.25;2\r\n3;4e-3\n# the end",
         'x [mm]\t"y [m]"\n1.25\t2\n# one more\n3\t4e-3\n',
-        "\ufeffx[mm]  y[m]\n1.25  2\n3 4e-3",
+        "\ufeffx[mm]  y[m]\n1.25  2\n3 4e-3\n\n  ",
     ],
 )
 def test_all_ways_to_write_it_are_the_same_table(table, text):
@@ -63,7 +63,9 @@ def test_numbers_that_were_recorded_may_be_none(table):
         ("x,y\n1,2\n\n1,a\n", 4, 2, "'a' is not a number"),
         ("x;y\n1,5;2\n", 2, 1, "write decimals with a point"),
         ("1,2\n1,nan\n", 2, 2, "nan is not a finite number"),
-        ("1,2\n1e99,2\n", 2, 1, "1e99 is not a finite number"),
+        ("1,2\n1e99,2\n", 2, 1, "1e\\+99 must be at most 1e\\+30"),
+        ("1,2\n1,-1e400\n", 2, 2, "-inf is not a finite number"),
+        ("x,y\n1,2\n1,25", 3, 0, "this last line has no end, so it may be cut off"),
         ("1,2\n1,2,3\n", 2, 0, "has 3 cells, and the first line has 2"),
         ("x,x\n1,2\n", 1, 2, "x stands twice"),
         ("x,[mm]\n1,2\n", 1, 2, "is no head"),

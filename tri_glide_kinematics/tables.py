@@ -24,6 +24,8 @@ from tri_glide_kinematics.checks import LARGEST
 from tri_glide_kinematics.keys import FileError, shortened
 from tri_glide_kinematics.vectors import FloatArray
 
+NOT_FINITE = "is not a finite number"
+
 # A name, and a unit in square or round brackets.
 _HEAD = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?\s*")
 
@@ -90,8 +92,8 @@ def read_table(file: str | Path, *, may_be_endless: bool = False) -> Table:
         may_be_endless: whether cells may be NaN or infinite, as numbers that were recorded.
 
     Raises:
-        TableError: if it cannot be read, has no row, or a cell is no number; or is NaN or infinite
-            and may not be.
+        TableError: if it cannot be read, has no row, or its last row no end; or a cell is no
+            number, or is NaN or infinite and may not be.
     """
     try:
         text = Path(file).read_text(encoding="utf-8-sig")
@@ -106,6 +108,9 @@ def read_table(file: str | Path, *, may_be_endless: bool = False) -> Table:
     ]
     if not lines:
         raise TableError(file, 0, 0, "is empty")
+    if lines[-1][0] == len(text.splitlines()) and not text.endswith("\n"):
+        reason = "this last line has no end, so it may be cut off: if it is whole, end the line"
+        raise TableError(file, lines[-1][0], 0, reason)
     delimiter = next((sign for sign in ";,\t" if sign in lines[0][1]), None)
     first = _cells(lines[0][1], delimiter)
     heads, head_line = None, 0
@@ -163,7 +168,9 @@ def _numbers(
             reason = f"{shortened(cell)} is not a number{help_text}"
             raise TableError(file, line, column, reason) from None
         if cell and not may_be_endless and not abs(number) <= LARGEST:
-            raise TableError(file, line, column, f"{cell} is not a finite number")
+            is_known = math.isfinite(number)
+            reason = f"must be at most {LARGEST:g} in absolute value" if is_known else NOT_FINITE
+            raise TableError(file, line, column, f"{shortened(float(cell))} {reason}")
         numbers.append(number)
     return numbers
 

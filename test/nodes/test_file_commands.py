@@ -71,6 +71,25 @@ def test_setpoints_in_files_are_those_that_the_drives_are_told(points, tmp_path)
     assert judge.main([str(recording), *own]) == 0
 
 
+def test_a_recording_that_ends_in_motion_is_told_and_no_violation(points, tmp_path, capsys):
+    table = tmp_path / "a.csv"
+    assert draw(points, tmp_path, "--csv", str(table)) == 0
+    rows = [line.split(",") for line in table.read_text().splitlines()[:60]]
+    table.write_text("".join(f"{','.join(row[:4])}\n" for row in rows))
+    capsys.readouterr()
+    assert judge.main([str(table), *MACHINE]) == 0
+    told = capsys.readouterr().out
+    heights = load_recording(table, JOINTS).heights
+    speed = np.abs(heights[-1] - heights[-2]).max() / 2e-3
+    assert speed > 0.01
+    assert f"it ends in motion: a slider moves at {speed:.6g} m/s there" in told
+    assert "it has no velocities" in told
+    assert "all limits are kept" in told
+    table.write_text(table.read_text()[:-5])
+    assert judge.main([str(table), *MACHINE]) == 2
+    assert "line 60: this last line has no end" in capsys.readouterr().err
+
+
 def test_a_violation_is_told_with_time_number_and_bound(points, tmp_path, capsys):
     table = tmp_path / "a.csv"
     assert draw(points, tmp_path, "--csv", str(table)) == 0
@@ -79,7 +98,7 @@ def test_a_violation_is_told_with_time_number_and_bound(points, tmp_path, capsys
     cells[2] = repr(float(cells[2]) + 1e-4)
     lines[60] = ",".join(cells)
     del lines[80:90]
-    table.write_text("\n".join(lines))
+    table.write_text("\n".join([*lines, ""]))
     capsys.readouterr()
     assert judge.main([str(table), *MACHINE]) == 1
     told = capsys.readouterr().out

@@ -58,6 +58,8 @@ def test_the_rest_is_the_tail_of_the_whole(dialect, seed):
         again = rest[: len(rest) - len(tail)]
         assert [each[0] for each in rest[len(again) :]] == [each[0] for each in tail]
         assert all(same(one[1], two[1]) for one, two in zip(rest[len(again) :], tail))
+        # They are part of the first line of the rest: nobody who stops there begins before it.
+        assert {each[0] for each in again} <= {rest[len(again)][0]}
         # Each output that was changed before has its last value.
         changed = [done for at, done in whole if at < line and isinstance(done[0], str)]
         in_force = {done[:2]: done for done in changed}

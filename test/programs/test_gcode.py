@@ -46,6 +46,8 @@ def ends(text, dialect=NIST, **settings):
     return np.round(1e3 * np.array(found), 6).tolist()
 
 
+NINES = "9" * 400
+
 # Each with the places [mm] that it leads to, from (0, 0, 300).
 MEANINGS = {
     "absolute": ("G90 G0 X1 Y2\nZ3", [[1, 2, 300], [1, 2, 3]]),
@@ -57,6 +59,7 @@ MEANINGS = {
     "block delete": ("G0 X1\n/X2\n /Y3\nX4", [[1, 0, 300], [4, 0, 300]]),
     "ends of lines": ("G0 X1\r\nX2\rX3\r\n\r\nX4", [[x, 0, 300] for x in (1, 2, 3, 4)]),
     "to %": ("%\nO1000\nG0 X1\n%\nnothing [of this", [[1, 0, 300]]),
+    "to % behind an output": ("%\nM62 P1\n%\nG0 X9", []),
     "to M2": ("G0 X1\nM2\nnothing [of this", [[1, 0, 300]]),
     "to M30 in a line": ("G0 X1 M30\nX2", [[1, 0, 300]]),
     "nothing twice": ("G0 X1\nX1\nX1.0000001\nX2", [[1, 0, 300], [2, 0, 300]]),
@@ -287,7 +290,23 @@ WRONG = {
     "centre of another plane": (NIST, "G2 X1 I.5 K1 F5", 1, 11, "K1", "in this plane"),
     "large exponent": (NIST, "G0 X1\nx1.E5", 2, 1, "x1.E5", "with an exponent"),
     "farther": (NIST, "G0 X1\nX123456789", 2, 0, "", "farther than 100 m"),
-    "farthest": (NIST, "G0 X" + "9" * 400, 1, 0, "", "farther than 100 m"),
+    "far": (NIST, "G0 X1\nX-1000000001", 2, 1, "X-1000000001", "from -1000000000 to 1000000000"),
+    "endless": (NIST, "G0 X" + NINES, 1, 4, "X" + NINES, "X999"),
+    "endless command": (NIST, "G" + NINES, 1, 1, "G" + NINES, "to 1000000000"),
+    "endless tool": (NIST, f"T{NINES} M6", 1, 1, "T" + NINES, "to 1000000000"),
+    "endless dwell": (NIST, "G4 P" + NINES, 1, 4, "P" + NINES, "to 1000000000"),
+    "endless spindle": (NIST, "M3 S" + NINES, 1, 4, "S" + NINES, "to 1000000000"),
+    "endless part": (MARLIN, "M220 S" + NINES, 1, 6, "S" + NINES, "to 1000000000"),
+    "endless turns": (NIST, f"F9\nG2 I1 P{NINES}", 2, 7, "P" + NINES, "to 1000000000"),
+    "too many turns": (NIST, "F9\nG2 I1 P15917", 2, 7, "P15917", "15915 turns at most"),
+    "output of 37 bits": (NIST, "M62 P99999999999", 1, 5, "P99999999999", "to 1000000000"),
+    "far tolerance": (NIST, "G64 P100001", 1, 1, "G64", "100.001 m must be at most 100 m"),
+    "small part": (MARLIN, "F60\nM220 S0.0001", 2, 1, "M220", "at least 0.01 mm/s"),
+    "large part": (MARLIN, "M220 S999999999\nF9999999", 2, 1, "F9999999", "at most 1e+09"),
+    "large speed": (DELTA_X, "G20\nF999999999", 2, 1, "F999999999", "at most 1e+09 mm/s"),
+    "fan": (MARLIN, "M106 S-5", 1, 6, "S-5", "fan must be at least 0"),
+    "wide digit": (NIST, "G0 X\uff11", 1, 4, "X\uff11", "X has no number"),
+    "far rise": (NIST, "F9 G0 Z-99000\nG2 I1 Z99000", 2, 0, "", "farther than 100 m"),
     "no arc": (NIST, "G2 X1 F5 Y1 I-5 J5", 1, 17, "J5", "the same within"),
     "no centre": (NIST, "G1 F5\nG2 I0 J0 X1", 2, 7, "J0", "begins at its centre"),
     "radius too small": (NIST, "G2 X20 R9 F5", 1, 8, "R9", "9 mm must be at least half"),
@@ -328,12 +347,18 @@ def test_what_is_not_understood_is_named_with_its_place(name):
     assert str(error).startswith(f"program: line {line}")
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_a_text_in_utf_16_is_told(encoding):
+    with pytest.raises(ProgramError, match="program: is no text in UTF-8 or ASCII"):
+        read("G0 X1\n".encode(encoding))
+
+
 def test_a_home_without_a_place():
     with pytest.raises(ProgramError, match="line 1, column 1: G28: no such place is known"):
         read_program("G28\n")
 
 
-@pytest.mark.parametrize("text", ["", "\n\n", "(nothing)\n", "%\n", "G21\n"])
+@pytest.mark.parametrize("text", ["", "\n\n", "(nothing)\n", "%\n", "G21\n", "%\nG21\n%\nG0 X9\n"])
 def test_a_program_that_does_nothing(text):
     with pytest.raises(ProgramError, match="it says nothing that can be done"):
         read(text)

@@ -112,8 +112,8 @@ def test_points_are_driven_through_their_places(tmp_path):
 
 
 def test_what_cannot_be_driven_is_told(tmp_path):
-    with pytest.raises(NoMotionError, match="nothing in it moves"):
-        time_steps(read_program("M2\n", SETTINGS), WORKSPACE, LIMITS)
+    with pytest.raises(NoMotionError, match=r"^part\.nc: nothing in it moves"):
+        time_steps(read_program("M3 S9\nG4 P1\nM2\n", SETTINGS, "part.nc"), WORKSPACE, LIMITS)
     with pytest.raises(NoMotionError, match="put a move before it"):
         drive = drive_file(tmp_path, "- path: {segments: [{line: {to: [0, 0, 0.2]}}]}\n")
         time_steps(drive, WORKSPACE, LIMITS)

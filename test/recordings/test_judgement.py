@@ -38,6 +38,7 @@ def test_what_the_engine_puts_out_is_accused_of_nothing(drive, is_shaped, seed):
     assert found.beginnings == 1
     assert found.rows == len(recording.stamps)
     assert np.ptp(recording.heights) > 1e-3
+    assert found.last_speed == np.abs(recording.velocities[-1]).max()
     # Without velocities, too.
     assert judged(replace(recording, velocities=None), rate).violations == ()
 

@@ -30,6 +30,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import UNITS
 from tri_glide_kinematics.picture_commands import find_file
 from tri_glide_kinematics.programs import (
+    POINTS_ENDING,
     PROGRAM_ENDINGS,
     DriveFile,
     Program,
@@ -297,6 +298,10 @@ def main() -> int:
             given - {"file", "check"},
             "is for programs and points: their names end in " + ENDINGS_TEXT,
         )
+    elif arguments.file.suffix.lower() != POINTS_ENDING:
+        refuse(given & {"unit"}, f"is for points: their names end in {POINTS_ENDING}")
+    if _begin(arguments) < 1:
+        refuse(("from",), f"is {_begin(arguments)}, must be at least 1, the first line")
     if arguments.check:
         refuse(
             given & {"go_on", "single_block", "progress"},

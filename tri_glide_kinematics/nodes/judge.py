@@ -45,6 +45,7 @@ def _judge(options: argparse.Namespace) -> int:
         machine_of,
         workspace_limits_of,
     )
+    from tri_glide_kinematics.wording import number_text
     from tri_glide_kinematics.workspace import Workspace
 
     try:
@@ -70,6 +71,11 @@ def _judge(options: argparse.Namespace) -> int:
     )
     for (quantity, _), part in zip(QUANTITIES, judgement.largest):
         print(f"  largest {quantity:12} {part:.6f} of its limit")
+    if judgement.last_speed > 0.0:
+        speed = number_text(judgement.last_speed, 6, 0.0)
+        print(f"it ends in motion: a slider moves at {speed} m/s there")
+    if recording.velocities is None:
+        print("it has no velocities, so none are compared with the heights")
     for each in judgement.violations:
         times = "once" if each.rows == 1 else f"{each.rows} times, first at {each.first:.6f} s"
         print(f"{each.kind.value}: at {each.time:.6f} s: {each.text} ({times})")

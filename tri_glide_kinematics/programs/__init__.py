@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.kept import default_kept_file as default_kept_file
     from tri_glide_kinematics.programs.kept import line_to_go_on_from as line_to_go_on_from
     from tri_glide_kinematics.programs.kept import load_kept as load_kept
+    from tri_glide_kinematics.programs.loading import POINTS_ENDING as POINTS_ENDING
     from tri_glide_kinematics.programs.loading import PROGRAM_ENDINGS as PROGRAM_ENDINGS
     from tri_glide_kinematics.programs.loading import is_program as is_program
     from tri_glide_kinematics.programs.loading import load_program as load_program

@@ -17,7 +17,14 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
-from tri_glide_kinematics.motion.path import MOST_SEGMENTS, SHORTEST, FlatPath, SegmentKind
+from tri_glide_kinematics.motion.path import (
+    LARGEST_ANGLE,
+    LARGEST_SPEED,
+    MOST_SEGMENTS,
+    SHORTEST,
+    FlatPath,
+    SegmentKind,
+)
 from tri_glide_kinematics.programs.program import (
     Dwell,
     Output,
@@ -158,6 +165,7 @@ class _Interpreter:
         skips, extrudes = settings.block_delete, self._customs.extrudes
         self._reader = WordReader(file, data, texts, skips, extrudes)
         self._line = 0
+        self._is_after_percent = False
         self._ended = False
         self._told: dict[str, Told] = {}
         self._straight: dict[str, _Straight | None] = {}
@@ -237,8 +245,10 @@ class _Interpreter:
         if not words:
             return
         if words[0].letter == PERCENT:
-            if self._steps or self._count or self._motion is not None:
-                self._ended = True
+            # The first one may begin the program, the second one ends it.
+            is_begun = bool(self._steps or self._count or self._outputs)
+            self._ended = self._is_after_percent or is_begun or self._motion is not None
+            self._is_after_percent = True
             return
         for index, word in enumerate(words):
             if word.letter == NAMED:
@@ -289,7 +299,7 @@ class _Interpreter:
             return False
         if f >= 0:
             feed = values[begin + f] * self._unit / self._customs.feed_time
-            if feed < LEAST_SPEED:
+            if not LEAST_SPEED <= feed * self._part_of_feed <= LARGEST_SPEED:
                 return False
             self._feed = feed
         self._motion = motion
@@ -452,17 +462,23 @@ class _Interpreter:
         index = line.index("F")
         value = line.take("F")
         if value is not None:
-            feed = value * self._unit / self._customs.feed_time
-            if not feed >= LEAST_SPEED:
-                least = number_text(LEAST_SPEED / MILLIMETRE, 6)
-                speed = number_text(feed / MILLIMETRE, 6, 0.0)
-                self._fail(index, f"the speed {speed} mm/s must be at least {least} mm/s")
-            self._feed = feed
+            self._feed = value * self._unit / self._customs.feed_time
+            self._check_speed(index, self._feed)
         if 2200 in line.m:
             part = line.take("S")
             if part is None or not part > 0.0:
                 self._fail(line.m[2200], "it needs an S above 0, the part of F in percent")
             self._part_of_feed = 0.01 * part
+            index = line.m[2200]
+        if self._feed and index >= 0:
+            self._check_speed(index, self._feed * self._part_of_feed)
+
+    def _check_speed(self, index: int, speed: float) -> None:
+        """Check a ``speed`` [m/s] that the word with this index says."""
+        if not LEAST_SPEED <= speed <= LARGEST_SPEED:
+            bound, side = (LEAST_SPEED, "least") if speed < LEAST_SPEED else (LARGEST_SPEED, "most")
+            told, limit = (number_text(each / MILLIMETRE, 6, 0.0) for each in (speed, bound))
+            self._fail(index, f"the speed {told} mm/s must be at {side} {limit} mm/s")
 
     def _set_tool(self, line: _Line) -> None:
         wanted = line.whole("T")
@@ -505,7 +521,10 @@ class _Interpreter:
                     self._fail(line.m[code], "it needs P and S, the number of a pin and its value")
                 self._put_out("pin", number, value)
             elif code in (1060, 1070):
+                index = line.index("S")
                 speed = line.take("S") if code == 1060 else 0.0
+                if speed is not None and speed < 0.0:
+                    self._fail(index, "the speed of a fan must be at least 0")
                 self._put_out("fan", line.whole("P") or 0, 255.0 if speed is None else speed)
 
     def _set_modes(self, line: _Line) -> None:
@@ -531,6 +550,8 @@ class _Interpreter:
                 if given is not None and given < 0.0:
                     self._fail(index, f"its tolerance P = {given:g} must be at least 0")
                 least = self._settings.tolerance if given is None else given * self._unit
+                if least > FAR:
+                    self._fail(index, f"its tolerance {least:g} m must be at most {FAR:g} m")
                 self._tolerance = least
         self._find_shift()
 
@@ -565,7 +586,7 @@ class _Interpreter:
             duration *= self._customs.dwell_unit
         elif self._customs.homes_whole:
             duration = line.take("S")
-        if duration is None or not 0.0 <= duration < math.inf:
+        if duration is None or not duration >= 0.0:
             self._fail(index, "it needs a time, which is at least 0")
         self._rest(Dwell(duration, self._line))
 
@@ -709,6 +730,9 @@ class _Interpreter:
             if less is None or turns < less:
                 self._fail(turns_index, "so many turns have no meaning here")
             angle += math.copysign(2.0 * math.pi * (turns - less), angle)
+            if abs(angle) > LARGEST_ANGLE:
+                most = math.floor(LARGEST_ANGLE / (2.0 * math.pi)) - 1 + less
+                self._fail(turns_index, f"there may be {most} turns at most")
         size = abs(angle) * math.dist(ends[0], centre)
         rise = end[along] - start[along]
         if math.hypot(size, rise) < SHORTEST:
@@ -720,7 +744,7 @@ class _Interpreter:
         middle[p], middle[q], middle[along] = centre[0], centre[1], start[along]
         axis = [0.0, 0.0, 0.0]
         axis[along] = 1.0
-        if not max(map(abs, (*middle, *end))) < FAR:
+        if not max(map(abs, (*middle, *end, rise))) < FAR:
             self._fail_far()
         self._make_room()
         self._numbers.extend((*middle, *axis, angle))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import UNITS
-from tri_glide_kinematics.motion.path import SHORTEST, FlatPath, SegmentKind
+from tri_glide_kinematics.motion.path import LARGEST_SPEED, SHORTEST, FlatPath, SegmentKind
 from tri_glide_kinematics.programs.gcode import FAR, LEAST_SPEED
 from tri_glide_kinematics.programs.program import PathRun, Program, ProgramStop, StopKind
 from tri_glide_kinematics.programs.settings import MINUTE, ProgramSettings
@@ -129,7 +129,8 @@ def _mistakes(name: str, values: FloatArray) -> tuple[tuple[NDArray[np.bool_], s
     negative = (values < 0.0, "must be at least 0")
     if name == "speed":
         slow = (values > 0.0) & (values < LEAST_SPEED)
-        return (negative, (slow, f"must be 0, or at least {LEAST_SPEED:g} m/s"))
+        fast = (values > LARGEST_SPEED, f"must be at most {LARGEST_SPEED:g} m/s")
+        return (negative, (slow, f"must be 0, or at least {LEAST_SPEED:g} m/s"), fast)
     return (negative, (values > FAR, f"must be at most {FAR:g} m"))
 
 

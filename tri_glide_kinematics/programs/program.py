@@ -213,8 +213,9 @@ def from_line(program: Program, line: int) -> Program:
     """Return the rest of a ``program``: what the ``line`` and all lines behind it do.
 
     What the lines before it have set holds: units, offsets, speeds, tolerances. The outputs that
-    they have changed change first, each once, to what it is then. Of the tools that they ask for,
-    the last one is told. A line within a path cuts it where its segment begins.
+    they have changed change first, each once, to what it is then; as part of the first line of
+    the rest, so that who stops there begins there again. Of the tools that they ask for, the last
+    one is told. A line within a path cuts it where its segment begins.
 
     Raises:
         ProgramError: if there is nothing that the rest could do.
@@ -246,7 +247,9 @@ def from_line(program: Program, line: int) -> Program:
     if tool is not None:
         reason = f"tool {tool.tool} has to be in the machine already"
         told = (*told, Told("M6", tool.line, reason))
-    return replace(program, steps=(*changed.values(), *steps), told=told)
+    first = line_of(steps[0])
+    again = (each._replace(line=first) for each in changed.values())
+    return replace(program, steps=(*again, *steps), told=told)
 
 
 def line_of(step: object, segment: int = 0) -> int:

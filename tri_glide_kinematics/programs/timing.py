@@ -83,7 +83,8 @@ def time_steps(
             raise
         begins.append(timing.duration)
     if not timing.plans:
-        raise NoMotionError("nothing in it moves")
+        file = f"{work.file}: " if isinstance(work, Program) else ""
+        raise NoMotionError(f"{file}nothing in it moves")
     return TimedSteps(SequencePlan(timing.plans), work.steps, tuple(begins))
 
 

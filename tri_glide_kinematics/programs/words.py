@@ -7,6 +7,7 @@ of a program does not matter.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from functools import cached_property
@@ -20,6 +21,13 @@ from tri_glide_kinematics.keys import FileError
 
 # So much of a program is read together [bytes].
 BLOCK = 1 << 19
+
+# No number of a word is larger. Numbers of outputs have 32 bits in messages, and products of
+# numbers with units and parts stay finite.
+LARGEST_NUMBER = 1e9
+
+# No more of a word is written into a text [characters].
+LONGEST_WORD = 60
 
 # What a byte is to the reader.
 SPACE, LETTER, NUMBER, LINE_END, OTHER = range(5)
@@ -41,9 +49,10 @@ CHECKSUM = re.compile(rb"\*[ \t]*(\d{1,3})[ \t]*$", re.MULTILINE)
 # The same, for a line that is read word by word.
 GAP = re.compile(r"(?:[ \t]|\([^()]*\)|;.*)*")
 NAME = re.compile(r"[A-Za-z_]{2,}")
-WORD = re.compile(r"([A-Za-z])(?:[ \t]*([-+]?(?:\d+\.?\d*|\.\d+))(?![\d.+-])|[ \t]*(\"[^\"]*\"))?")
-LINE_CHECKSUM = re.compile(r"\*[ \t]*(\d+)[ \t]*(?:;.*)?$")
-EXPONENT = re.compile(r"[Ee][-+]?\d")
+SIGNED = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
+WORD = re.compile(rf"([A-Za-z])(?:[ \t]*({SIGNED})(?![0-9.+-])|[ \t]*(\"[^\"]*\"))?")
+LINE_CHECKSUM = re.compile(r"\*[ \t]*([0-9]+)[ \t]*(?:;.*)?$")
+EXPONENT = re.compile(r"[Ee][-+]?[0-9]")
 STRAY = re.compile(r"[^\s;(]+")
 
 # Letters of words that are none: a name of several letters, and the sign at both ends of a program.
@@ -63,7 +72,8 @@ class ProgramError(FileError):
         """Store where it is, the ``word``, and the ``reason``, which says what would help."""
         counted = (("line", line), ("column", column))
         place = ", ".join(f"{name} {number}" for name, number in counted if number)
-        super().__init__(file, place, f"{word}: {reason}" if word else reason)
+        told = word if len(word) <= LONGEST_WORD else f"{word[:LONGEST_WORD]}..."
+        super().__init__(file, place, f"{told}: {reason}" if word else reason)
         self.line = line
         self.column = column
         self.word = word
@@ -119,8 +129,14 @@ class WordReader:
             skips: whether a line that begins with a slash is left out.
             extrudes: whether an E right behind a number is a word of its own; else the number has
                 an exponent, which is not understood.
+
+        Raises:
+            ProgramError: if it is a text in UTF-16.
         """
         self._file = file
+        if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data[:2]:
+            reason = "is no text in UTF-8 or ASCII, but in UTF-16 as it seems: save it as UTF-8"
+            raise ProgramError(file, 0, 0, "", reason)
         data = data.removeprefix(b"\xef\xbb\xbf")
         if b"\r" in data:
             data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -228,6 +244,9 @@ class WordReader:
             reason = f"{letter} has a number with an exponent: write it without"
             raise ProgramError(self._file, line, place + 1, written, reason)
         value = None if number is None else float(number)
+        if value is not None and abs(value) > LARGEST_NUMBER:
+            reason = f"its number must be from {-LARGEST_NUMBER:.0f} to {LARGEST_NUMBER:.0f}"
+            raise ProgramError(self._file, line, place + 1, found[0].rstrip(), reason)
         return Word(letter.upper(), value, place + 1, found[0].rstrip())
 
 
@@ -265,10 +284,12 @@ def _block(data: bytes, first: int, extrudes: bool) -> Block:
             text = _without_lines(text, line_ends, unusual)
         try:
             values = list(map(float, text.translate(WITHOUT_LETTERS).split()))
-            break
         except ValueError:
-            # One of them is no number. Who is at this line finds out which.
-            unusual = np.arange(len(line_ends))
+            values = [math.inf]
+        if np.abs(np.fromiter(values, float, len(values))).max(initial=0.0) <= LARGEST_NUMBER:
+            break
+        # One of them is no number, or too large. Who is at this line finds out which.
+        unusual = np.arange(len(line_ends))
     codes = np.frombuffer(text, np.uint8)
     places = np.flatnonzero(KINDS[codes] == LETTER)
     letters = codes[places].tobytes().decode("ascii")

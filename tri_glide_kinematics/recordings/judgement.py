@@ -108,6 +108,8 @@ class Judgement:
         beginnings: how many stretches of setpoints there are.
         largest: velocity, acceleration and jerk as parts of their limits.
         longest_gap: longest time between two stamps in a stretch [s].
+        last_speed: of the fastest slider at the last setpoint, as published, or else by the
+            heights; 0 if the recording ends at rest [m/s].
         violations: each kind once.
     """
 
@@ -116,6 +118,7 @@ class Judgement:
     beginnings: int
     largest: Vector3
     longest_gap: float
+    last_speed: float
     violations: tuple[Violation, ...]
 
 
@@ -379,9 +382,20 @@ class _Judging:
         times = self._times
         duration = float(times.max() - times.min()) if len(times) else 0.0
         beginnings = int(self._begins.sum())
-        violations = tuple(self._violations)
+        last = np.zeros(3)
+        if self._velocities is not None:
+            last = self._velocities[-1:]
+        elif len(times) > 1 and not self._begins[-1]:
+            last = np.diff(self._heights[-2:], axis=0) / self._period
+        speed = float(np.abs(last).max(initial=0.0))
         return Judgement(
-            self._rows, duration, beginnings, self._largest, self._longest_gap, violations
+            self._rows,
+            duration,
+            beginnings,
+            self._largest,
+            self._longest_gap,
+            speed,
+            tuple(self._violations),
         )
 
 
