@@ -130,7 +130,7 @@ def test_a_file_that_is_gone_is_told(tmp_path: Path) -> None:
 
 def test_another_file_in_place_of_the_one_that_is_meant_is_not_read(tmp_path: Path) -> None:
     meant = reading(tmp_path, PART, is_check=True)
-    (tmp_path / "new.ngc").write_bytes(PART.replace(b"X30", b"X20"))
+    (tmp_path / "new.ngc").write_bytes(PART.replace(b"Z310", b"Z305"))
     (tmp_path / "new.ngc").replace(meant.file)
     assert answer_to(meant) == NotRead("part.ngc was changed while it was read")
 
