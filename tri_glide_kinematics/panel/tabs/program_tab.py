@@ -364,8 +364,9 @@ class ProgramTab:
         read = self._ready("nothing begun")
         if read is None:
             return
-        if self._error or read.outside:
-            self._requests.refuse(f"nothing begun: {self._error or _outside(read)}")
+        reason = _outside(read) if read.outside else self._error
+        if reason:
+            self._requests.refuse(f"nothing begun: {reason}")
             return
         try:
             self._run = ProgramRun(
