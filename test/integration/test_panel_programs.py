@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from testing.client import Client
 from testing.forks import ForkedNodes
 from testing.panel import STOP, Panel, button, field, tab
 from testing.processes import launched
+from tri_glide_kinematics.panel.program_files import NO_FILE
 
 pytestmark = [
     # A browser without a graphics card needs all of the computer to be heard in time.
@@ -83,8 +85,10 @@ def test_a_file_is_seen_and_checked_and_one_that_is_wrong_tells_its_line(
     assert not operator.evaluate(PIXELS)
     upload(operator, tmp_path / "far.ngc", "G21\nG1 X0 Y0 Z260 F500\nG1 X900\nM2\n")
     wait_for_text(panel, operator, "line 3 leads outside the workspace")
+    # The proof does not hide it, neither while it goes on nor afterwards.
+    operator.click(button("check"))
     operator.click(button("run"))
-    panel.wait_for_words(operator, "nothing begun: line 3", "refusal")
+    panel.click_for_words(operator, button("run"), "nothing begun: line 3", "refusal")
     upload(operator, tmp_path / "nul.ngc", bytes(10_000))
     wait_for_text(panel, operator, "nul.ngc: line 1")
     upload(operator, tmp_path / "empty.ngc", b"")
@@ -139,3 +143,47 @@ def test_a_run_that_is_stopped_goes_on_from_its_line(panel: Panel, operator: Pag
     # Stop of the page ends what only waits, too.
     operator.click(STOP)
     wait_for_text(panel, operator, "ended: line 5 of 8")
+
+
+def test_a_file_that_was_replaced_is_read_again(
+    panel: Panel, operator: Page, tmp_path: Path
+) -> None:
+    file = tmp_path / "square.ngc"
+    upload(operator, file, SQUARE)
+    wait_for_text(panel, operator, "-20 to 60 mm")
+    operator.click(button("run"))
+    wait_for_text(panel, operator, "running: line 4 of 8")
+    upload(operator, file, SQUARE.replace("X60", "X40"))
+    panel.wait_for_words(operator, "square.ngc runs as it was", "refusal")
+    wait_for_text(panel, operator, "what runs is what was read before")
+    operator.click(button("stop"))
+    wait_for_text(panel, operator, "-20 to 40 mm")
+    assert operator.evaluate(f"{field('From line')}.value") == "1"
+    (panel.programs / "square.ngc").write_text(SQUARE.replace("X60", "X50"))
+    wait_for_text(panel, operator, "-20 to 50 mm")
+
+
+def test_a_file_that_is_called_like_the_choice_of_none_ends_no_page(
+    panel: Panel, operator: Page, tmp_path: Path
+) -> None:
+    upload(operator, tmp_path / NO_FILE, SQUARE)
+    panel.wait_for_words(operator, "no file can be called", "refusal")
+    (panel.programs / NO_FILE).write_text(SQUARE)
+    upload(operator, tmp_path / "after.ngc", SQUARE.replace("X60", "X30"))
+    wait_for_text(panel, operator, "-20 to 30 mm")
+    (panel.programs / "after.ngc").unlink()
+    panel.wait_for_words(operator, "after.ngc is no longer in the folder", "refusal")
+
+
+def test_a_run_ends_when_another_ik_node_was_started(
+    panel: Panel, operator: Page, tmp_path: Path
+) -> None:
+    upload(operator, tmp_path / "square.ngc", SQUARE)
+    wait_for_text(panel, operator, "-20 to 60 mm")
+    operator.click(button("run"))
+    wait_for_text(panel, operator, "running: line 4 of 8")
+    panel.machine.ik.signal(signal.SIGKILL)
+    panel.machine.start_ik()
+    wait_for_text(panel, operator, "ended: line 4 of 8")
+    panel.wait_for_words(operator, "square.ngc: another ik_node was started", "refusal")
+    assert operator.evaluate(f"{field('From line')}.value") == "4"

@@ -11,6 +11,7 @@ from viser import _messages as messages
 
 from tri_glide_kinematics.panel.program_files import (
     LARGEST,
+    NO_FILE,
     PIECE,
     PIECES_AHEAD,
     ProgramFileError,
@@ -77,12 +78,21 @@ def test_a_file_comes_in_pieces_that_are_asked_for(desk: Desk) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["", "../x.ngc", "/etc/passwd", "a/b", "a\\b", "..", ".hidden", "a\0b", "a\nb", "é" * 61, 7],
+    [
+        *("", "../x.ngc", "/etc/passwd", "a/b", "a\\b", "..", ".hidden", "a\0b", "a\nb", "é" * 61, 7),
+        NO_FILE,
+    ],
 )
 def test_names_that_no_file_may_have(desk: Desk, name: object) -> None:
     assert "not uploaded" in desk.begin(name, 10)
     assert not desk.asked
     assert not desk.folder.folder.exists()
+
+
+def test_a_file_that_is_called_like_the_choice_of_none_is_not_in_the_list(desk: Desk) -> None:
+    desk.folder.folder.mkdir()
+    (desk.folder.folder / NO_FILE).write_bytes(CONTENT)
+    assert desk.folder.names() == []
 
 
 @pytest.mark.parametrize(

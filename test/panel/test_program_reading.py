@@ -22,6 +22,7 @@ from tri_glide_kinematics.panel.program_reading import (
     ReadProgram,
     answer_to,
     line_starts,
+    mark_of,
     points_of_line,
     thinned_out,
 )
@@ -37,8 +38,10 @@ PART = b"G21 G90 G17\r\nG0 X30 Z300\r\nG3 X-30 Z310 I-30 F1000\r\nG1 X0\r\nM2\r\
 
 
 def reading(folder: Path, text: bytes, *, is_check: bool = False) -> Reading:
-    (folder / "part.ngc").write_bytes(text)
-    return Reading(folder / "part.ngc", SETTINGS, WORKSPACE, LIMITS, is_check)
+    file = folder / "part.ngc"
+    if not file.exists() or file.read_bytes() != text:
+        file.write_bytes(text)
+    return Reading(file, SETTINGS, WORKSPACE, LIMITS, is_check, mark_of(file))
 
 
 def read(folder: Path, text: bytes) -> ReadProgram:
@@ -123,6 +126,13 @@ def test_a_file_that_is_gone_is_told(tmp_path: Path) -> None:
     gone = reading(tmp_path, PART)
     gone.file.unlink()
     assert answer_to(gone) == NotRead("part.ngc cannot be read: No such file or directory")
+
+
+def test_another_file_in_place_of_the_one_that_is_meant_is_not_read(tmp_path: Path) -> None:
+    meant = reading(tmp_path, PART, is_check=True)
+    (tmp_path / "new.ngc").write_bytes(PART.replace(b"Z310", b"Z305"))
+    (tmp_path / "new.ngc").replace(meant.file)
+    assert answer_to(meant) == NotRead("part.ngc was changed while it was read")
 
 
 def test_a_process_reads_and_proves_and_can_be_ended(tmp_path: Path) -> None:

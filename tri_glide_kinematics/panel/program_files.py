@@ -16,6 +16,9 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import OutsideFolderError, file_in
 from tri_glide_kinematics.panel.tabs import OperatorRequests
 
+# What the list of programs shows where none is chosen: no file is called so.
+NO_FILE = "choose a program"
+
 # Of one file: some 2,000,000 lines [bytes].
 LARGEST = 100_000_000
 LONGEST_NAME = 120  # bytes
@@ -49,6 +52,8 @@ def checked_name(name: object) -> str:
         )
     if name.startswith("."):
         raise ProgramFileError(f"not uploaded: the name {shown} begins with a dot")
+    if name == NO_FILE:
+        raise ProgramFileError(f"not uploaded: no file can be called {shown}")
     return name
 
 
@@ -92,7 +97,7 @@ class ProgramFolder:
                 with suppress(OSError):
                     if entry.is_file() and not entry.name.startswith("."):
                         found.append((-entry.stat().st_mtime, entry.name))
-        return [name for _, name in sorted(found) if name.isprintable()]
+        return [name for _, name in sorted(found) if name.isprintable() and name != NO_FILE]
 
     def path(self, name: str) -> Path:
         """Return the path of a program.
@@ -103,9 +108,13 @@ class ProgramFolder:
         try:
             path = file_in(self.folder, name)
         except OutsideFolderError as error:
-            raise ProgramFileError(str(error)) from error
+            raise ProgramFileError(
+                f"{name[:LONGEST_NAME]!r} is no file in the folder of programs"
+            ) from error
         if not path.is_file():
-            raise ProgramFileError(f"{name[:LONGEST_NAME]!r} is no longer in {self.folder}")
+            raise ProgramFileError(
+                f"{name[:LONGEST_NAME]!r} is no longer in the folder of programs"
+            )
         return path
 
     def begin(self) -> BinaryIO:
@@ -119,7 +128,7 @@ class ProgramFolder:
             return self._part.open("wb")
         except OSError as error:
             raise ProgramFileError(
-                f"not uploaded: {self.folder} cannot be written: {error.strerror or error}"
+                f"not uploaded: the folder of programs cannot be written: {error.strerror or error}"
             ) from error
 
     def keep(self, name: str) -> None:
@@ -130,8 +139,12 @@ class ProgramFolder:
         """
         try:
             self._part.replace(file_in(self.folder, name))
-        except (OSError, OutsideFolderError) as error:
-            raise ProgramFileError(f"not uploaded: {name}: {error}") from error
+        except OSError as error:
+            raise ProgramFileError(f"not uploaded: {name}: {error.strerror or error}") from error
+        except OutsideFolderError as error:
+            raise ProgramFileError(
+                f"not uploaded: {name} is no file in the folder of programs"
+            ) from error
 
     def drop(self) -> None:
         """Remove what was written."""

@@ -55,6 +55,19 @@ NICENESS = 5
 SCRIPT = "from tri_glide_kinematics.panel.program_reading import main; main()"
 
 
+# What differs when another file is in place of one, or something else is in it.
+Mark = tuple[int, ...]
+
+
+def mark_of(file: Path) -> Mark:
+    """Return the mark of a ``file``; empty if there is none."""
+    try:
+        found = file.stat()
+    except OSError:
+        return ()
+    return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
 class Reading(NamedTuple):
     """What is asked for.
 
@@ -64,6 +77,7 @@ class Reading(NamedTuple):
         workspace: of the machine.
         limits: of its sliders.
         is_check: whether to prove it, and not to draw it.
+        mark: of the file that is meant, by ``mark_of``.
     """
 
     file: Path
@@ -71,6 +85,7 @@ class Reading(NamedTuple):
     workspace: Workspace
     limits: SliderLimits
     is_check: bool
+    mark: Mark
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,18 +177,20 @@ def answer_to(reading: Reading) -> Answer:
             os.fsync(stream.fileno())
             data = stream.read()
         program = load_program(reading.file, reading.settings)
+        if mark_of(reading.file) != reading.mark:
+            return NotRead(f"{reading.file.name} was changed while it was read")
         if reading.is_check:
             return check_program(program, reading.workspace, reading.limits)
         return drawn(program, data, reading.workspace)
     except OSError as error:
         return NotRead(f"{reading.file.name} cannot be read: {error.strerror or error}")
     except ProgramError as error:
-        return NotRead(_shown(str(error), reading.file), error.line)
+        return NotRead(shown_text(str(error), reading.file), error.line)
     except KinematicsError as error:
-        return NotRead(_shown(str(error), reading.file))
+        return NotRead(shown_text(str(error), reading.file))
 
 
-def _shown(text: str, file: Path) -> str:
+def shown_text(text: str, file: Path) -> str:
     """Return a ``text`` about a ``file`` as a page can show it, whatever stands in that file."""
     text = text.replace(str(file), file.name)
     shown = "".join(each if each.isprintable() else UNPRINTABLE for each in text[:LONGEST_REASON])

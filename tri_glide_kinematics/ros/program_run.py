@@ -48,6 +48,9 @@ from tri_glide_kinematics.vectors import Vector3
 START_TIMEOUT = 10.0
 SILENCE = 3.0
 
+# Between two looks whether another ik_node was started meanwhile [s].
+IDENTITY_PERIOD = 0.5
+
 # After a stop, until one waits no longer for the platform to rest [s].
 REST_TIMEOUT = 10.0
 
@@ -81,7 +84,17 @@ class ProgramLink:
         self.goals = GoalSender(node)
         self.outputs = node.create_publisher(OutputMessage, "outputs", LATEST_OUTPUTS)
         self.machine: MachineState | None = None
+        self._node = node
         node.create_subscription(MachineState, "ik_node/machine_state", self._take, LATEST)
+
+    @property
+    def identities(self) -> frozenset[bytes]:
+        """Identifiers of those that publish the state.
+
+        An ``ik_node`` that was killed is seen for a while beside the one that was started anew.
+        """
+        publishers = self._node.get_publishers_info_by_topic("ik_node/machine_state")
+        return frozenset(bytes(each.endpoint_gid) for each in publishers)
 
     def _take(self, message: MachineState) -> None:
         self.machine = message
@@ -352,6 +365,8 @@ class ProgramRun:
         name = self._name_of(step)
         begin = heard = time.monotonic()
         give_up = math.inf
+        known, looked = self._link.identities, begin
+        is_another = False
         self._goal = goal
         while goal.result is None:
             self._look_for_pause()
@@ -359,10 +374,19 @@ class ProgramRun:
             if self._stopped_why is not None and give_up == math.inf:
                 give_up = now + REST_TIMEOUT
             heard = now if self._link.goals.is_ready else heard
-            if now - heard > SILENCE or now > give_up:
+            if now - looked > IDENTITY_PERIOD:
+                looked, present = now, self._link.identities
+                is_another = bool(known) and not present <= known
+                known = known or present
+            if is_another or now - heard > SILENCE or now > give_up:
                 self._is_out_of_hand = True
-                is_gone = now - heard > SILENCE
-                text = "ik_node is gone" if is_gone else "the platform may still move"
+                text = "the platform may still move"
+                if is_another:
+                    # Should the one that has the goal be there still, it shall stop.
+                    goal.cancel()
+                    text = "another ik_node was started"
+                elif now - heard > SILENCE:
+                    text = "ik_node is gone"
                 self.reports.append(StepReport(step, "lost", time=now - begin, text=text))
                 break
             if goal.feedback is not None:

@@ -289,10 +289,11 @@ class PointsTab:
         name = self._file.value.strip().removesuffix(SUFFIX)
         if name == self._given.stem:
             return self._given
-        if FILE_NAME.fullmatch(name):
+        if FILE_NAME.fullmatch(name) and name != NO_FILE:
             return self._folder / f"{name}{SUFFIX}"
         self._requests.refuse(
-            "no file: its name has to have 1 to 60 letters, digits, spaces, - and _"
+            "no file: its name has to have 1 to 60 letters, digits, spaces, - and _, "
+            f"and not to be {NO_FILE!r}"
         )
         return None
 
@@ -314,8 +315,10 @@ class PointsTab:
 
     def _list_files(self) -> None:
         """Offer the files of points that are in the folder."""
-        names = [file.stem for file in sorted(self._folder.glob(f"*{SUFFIX}")) if is_points(file)]
-        self._saved.options = [NO_FILE, *names]
+        files = [file for file in sorted(self._folder.glob(f"*{SUFFIX}")) if is_points(file)]
+        names = [file.stem for file in files if file.stem.isprintable()]
+        # A choice that is there twice ends the whole page.
+        self._saved.options = [NO_FILE, *(name for name in names if name != NO_FILE)]
         self._saved_choice.set(NO_FILE)
 
     def _bounds(self) -> tuple[float, float]:

@@ -17,16 +17,19 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
 from tri_glide_kinematics.panel.markup import bar, code, note, table
-from tri_glide_kinematics.panel.program_files import Uploads
+from tri_glide_kinematics.panel.program_files import NO_FILE, Uploads
 from tri_glide_kinematics.panel.program_reading import (
     CUT,
     OUTSIDE,
     RAPID,
+    Mark,
     NotRead,
     Reading,
     ReadingProcess,
     ReadProgram,
+    mark_of,
     points_of_line,
+    shown_text,
 )
 from tri_glide_kinematics.panel.tabs.operator_requests import OperatorRequests, OperatorsInput
 from tri_glide_kinematics.programs import (
@@ -43,7 +46,6 @@ from tri_glide_kinematics.ros.program_run import ProgramLink, ProgramRun
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text
 
-NO_FILE = "choose a program"
 FROM_SETTINGS = "as in the settings"
 UPLOAD = '<label class="tri-glide-upload">Upload a program<input type="file" data-upload></label>'
 LIST_PERIOD = 1.0  # s between two looks into the folder
@@ -131,6 +133,10 @@ class ProgramTab:
         self._kept = kept
         self._present = present
         self._facts: MachineFacts | None = None
+        # Of what was read last: the machine, the marks of both files, and what they do not say.
+        self._machine: MachineFacts | None = None
+        self._marks: tuple[Mark, Mark] = ((), ())
+        self._settings = ProgramSettings()
         self._name = ""
         self._process: ReadingProcess | None = None
         self._stream: BinaryIO | None = None
@@ -150,9 +156,9 @@ class ProgramTab:
         self._dialect = OperatorsInput(
             requests,
             gui.add_dropdown("Dialect", (FROM_SETTINGS, *(each.value for each in Dialect))),
-            lambda _: self._load(),
+            self._choose_dialect,
         )
-        self._words = gui.add_html("")
+        self._used_dialect = FROM_SETTINGS
         self._line = OperatorsInput(
             requests, gui.add_number("From line", 1, min=1, max=MOST_LINES, step=1)
         )
@@ -161,19 +167,33 @@ class ProgramTab:
         )
         buttons = gui.add_button_group("Program", ("check", "run"))
         buttons.on_click(requests.on(self._press))
+        press = requests.on(self._press)
+
+        async def press_motion(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+            # Any page may stop.
+            if event.target.value == "stop":
+                requests.wish(lambda: self._press("stop"))
+            else:
+                await press(event)
+
         buttons = gui.add_button_group("Motion", ("pause", "go on", "stop"))
-        buttons.on_click(requests.on(self._press))
+        buttons.on_click(press_motion)
         slider = gui.add_slider("Override [%]", min=1, max=200, step=1, initial_value=100)
         self._override = OperatorsInput(requests, slider, self._set_override)
+        # Texts change their height: below them, a button would move under the finger.
         self._progress = gui.add_html("")
+        self._words = gui.add_html("")
 
     def step(self, facts: MachineFacts | None) -> None:
         """Take what has come, and go on; ``facts`` are those of the machine that is there."""
         if facts is not None and facts is not self._facts:
-            is_new = self._facts is None or not self._facts.is_same_machine(facts)
             self._facts = facts
             self._override.set(max(1, round(100.0 * facts.values["path_speed_scale"])))
-            if is_new and self._name and not self._is_running:
+        if self._facts is not None and not self._is_running:
+            machine, self._machine = self._machine, self._facts
+            if machine is not self._facts and (
+                machine is None or not machine.is_same_machine(self._facts)
+            ):
                 self._load()
         self._take_answer()
         if self._run is not None and self._is_running:
@@ -206,6 +226,8 @@ class ProgramTab:
         """Choose a file that has just come, unless another one runs."""
         if not self._is_running:
             self._choose(name)
+        elif name == self._name:
+            self._requests.refuse(f"{name} runs as it was; the new one is read when the run ends")
         self._show_list()
 
     def _show_list(self) -> None:
@@ -214,6 +236,9 @@ class ProgramTab:
         if self._name and self._name not in names and not self._is_running:
             self._requests.refuse(f"{self._name} is no longer in the folder of programs")
             self._choose(NO_FILE)
+        elif self._is_changed and not self._is_running:
+            self._requests.refuse(f"{self._changed}: it is read again")
+            self._choose(self._name)
         if self._name and self._name not in names:
             names.insert(0, self._name)
         if (NO_FILE, *names) != tuple(self._files.options):
@@ -230,11 +255,28 @@ class ProgramTab:
         self._line.set(1)
         self._load()
 
+    def _choose_dialect(self, dialect: str) -> None:
+        if self._is_running:
+            self._requests.refuse(f"dialect not changed: {self._name} runs")
+            self._dialect.set(self._used_dialect)
+            return
+        self._used_dialect = dialect
+        self._load()
+
+    @property
+    def _is_changed(self) -> bool:
+        """Whether the files are others than those that were read."""
+        return bool(self._name) and self._marks != self._marks_now()
+
+    @property
+    def _changed(self) -> str:
+        return f"{self._name}, or the settings of programs, were changed"
+
+    def _marks_now(self) -> tuple[Mark, Mark]:
+        return mark_of(self._folder.folder / self._name), mark_of(self._settings_file)
+
     def _load(self) -> None:
         """Begin to read the file that is chosen, in place of what was read before."""
-        if self._is_running:
-            self._requests.refuse(f"nothing read: {self._name} runs")
-            return
         self.close()
         self._run = self._read = self._check = None
         self._error = ""
@@ -243,7 +285,13 @@ class ProgramTab:
             self._stream.close()
             self._stream = None
         if self._name:
-            path = self._folder.path(self._name)
+            self._marks = self._marks_now()
+            try:
+                path = self._folder.path(self._name)
+                self._settings = self._settings_now()
+            except KinematicsError as error:
+                self._error = shown_text(str(error), self._settings_file)
+                return
             with suppress(OSError):
                 self._stream = path.open("rb")
             self._begin_reading(path, is_check=False)
@@ -251,16 +299,17 @@ class ProgramTab:
     def _begin_reading(self, path: Path, *, is_check: bool) -> None:
         facts = self._facts
         if facts is not None:
-            settings = self._settings()
             self._process = ReadingProcess(
-                Reading(path, settings, facts.workspace, facts.limits, is_check)
+                Reading(
+                    path, self._settings, facts.workspace, facts.limits, is_check, self._marks[0]
+                )
             )
 
-    def _settings(self) -> ProgramSettings:
+    def _settings_now(self) -> ProgramSettings:
         """Return what programs do not say themselves."""
         settings = load_settings(self._settings_file)
-        if self._dialect.value != FROM_SETTINGS:
-            settings = replace(settings, dialect=Dialect(self._dialect.value))
+        if self._used_dialect != FROM_SETTINGS:
+            settings = replace(settings, dialect=Dialect(self._used_dialect))
         if settings.start is None and settings.home is None:
             settings = replace(settings, start=self._present())
         return settings
@@ -279,8 +328,6 @@ class ProgramTab:
         else:
             self._read = answer
             self._drawing.draw(answer)
-            if answer.outside:
-                self._error = f"line {answer.outside:,} leads outside the workspace (drawn in red)"
             # Of another program, or of one that was driven to its end, nothing is kept.
             with suppress(KinematicsError):
                 self._line.set(line_to_go_on_from(self._kept, answer.program))
@@ -317,24 +364,32 @@ class ProgramTab:
         read = self._ready("nothing begun")
         if read is None:
             return
-        if self._error:
-            self._requests.refuse(f"nothing begun: {self._error}")
+        reason = _outside(read) if read.outside else self._error
+        if reason:
+            self._requests.refuse(f"nothing begun: {reason}")
             return
-        self._run = ProgramRun(
-            self._link,
-            read.program,
-            start_line=self._line.value,
-            single_block=self._single_block.value,
-            kept=self._kept,
-        )
+        try:
+            self._run = ProgramRun(
+                self._link,
+                read.program,
+                start_line=self._line.value,
+                single_block=self._single_block.value,
+                kept=self._kept,
+            )
+        except KinematicsError as error:
+            self._requests.refuse(shown_text(str(error), Path(read.program.file)))
 
     def _ready(self, nothing: str) -> ReadProgram | None:
         """Return the program, if it can be checked or run now; else say why ``nothing`` is done."""
         if self._is_running:
             self._requests.refuse(f"{nothing}: {self._name} runs already")
+        elif self._is_changed:
+            self._requests.refuse(f"{nothing}: {self._changed}: it is read again")
+            self._choose(self._name)
+        elif self._process is not None:
+            self._requests.refuse(f"{nothing}: {self._in_work}")
         elif self._read is None:
-            reason = f"{self._name} is being read" if self._process else "choose a program first"
-            self._requests.refuse(f"{nothing}: {self._error or reason}")
+            self._requests.refuse(f"{nothing}: {self._error or 'choose a program first'}")
         elif self._facts is None:
             self._requests.refuse(f"{nothing}: there is no machine")
         else:
@@ -381,12 +436,21 @@ class ProgramTab:
 
     # Texts
 
+    @property
+    def _in_work(self) -> str:
+        what = "proved" if self._read is not None else "read"
+        return f"{self._name} is being {what}"
+
     def _text(self) -> str:
         """Return what is known of the program."""
         parts = [note(self._uploads.text)] if self._uploads.text else []
         if self._process is not None:
-            what = "proved" if self._read is not None else "read"
-            parts.append(note(f"{self._name} is being {what} ..."))
+            parts.append(note(f"{self._in_work} ..."))
+        if self._is_running and self._is_changed:
+            text = f"{self._changed}: what runs is what was read before"
+            parts.append(note(text, is_bad=True))
+        if self._read is not None and self._read.outside:
+            parts.append(note(f"{_outside(self._read)} (drawn in red)", is_bad=True))
         if self._error:
             parts.append(note(self._error, is_bad=True))
         if self._read is not None:
@@ -485,6 +549,10 @@ class ProgramTab:
             return False
         self._due[name] = now + period
         return True
+
+
+def _outside(read: ReadProgram) -> str:
+    return f"line {read.outside:,} leads outside the workspace"
 
 
 def _millimetres(length: float) -> str:
