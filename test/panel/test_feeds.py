@@ -12,10 +12,12 @@ from rclpy.node import Node
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Imu
 
-from tri_glide_interfaces.msg import MotionState
+from tri_glide_interfaces.msg import MachineState, MotionState
 from tri_glide_kinematics.panel import feeds
 from tri_glide_kinematics.panel.feeds import (
     SILENCE,
+    STATE_SILENCE,
+    Feeds,
     MotionFeed,
     SteadyTimes,
     SwingFeed,
@@ -82,6 +84,19 @@ def test_sliders_that_are_not_measured_are_nowhere(feed: MotionFeed) -> None:
     told(feed, (math.nan,) * 3)
     assert feed.measured is None
     assert feed.commanded is not None
+
+
+@pytest.mark.parametrize(("speed", "is_silent"), [(0.025, True), (0.0, False), (math.nan, False)])
+def test_a_machine_that_moved_and_tells_no_more_is_not_heard(
+    node: Node, monkeypatch: pytest.MonkeyPatch, speed: float, is_silent: bool
+) -> None:
+    all_feeds = Feeds(node, "/ik_node", lambda *_: None)
+    assert not all_feeds.is_silent
+    all_feeds._on_state(MachineState(state=MachineState.MOVING, speed=speed))
+    assert not all_feeds.is_silent
+    later = feeds.time.monotonic() + 1.1 * STATE_SILENCE
+    monkeypatch.setattr("tri_glide_kinematics.panel.feeds.time.monotonic", lambda: later)
+    assert all_feeds.is_silent == is_silent
 
 
 def imu(number: float, frame: str = "tri_glide_platform") -> Imu:

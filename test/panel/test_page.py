@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
@@ -12,6 +13,7 @@ from urllib.request import Request, urlopen
 import msgspec
 import pytest
 import viser
+from viser._messages import RunJavascriptMessage
 from viser.infra import _infra
 from websockets.asyncio import server
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -95,6 +97,37 @@ def test_the_address_becomes_one_without_the_token_that_a_cookie_opens(page: Pag
         policy = answer.headers["Content-Security-Policy"]
         assert f"connect-src ws://127.0.0.1:{page.server.get_port()} " in policy
         assert "frame-ancestors 'none'" in policy
+
+
+@pytest.mark.parametrize("to_all", [False, True])
+def test_what_is_sent_while_a_page_falls_asleep_arrives(page: Page, to_all: bool) -> None:
+    websocks = page.server._websock_server
+    with connected(page, page.origin) as socket:
+        wait_for(lambda: websocks._client_state_from_id)
+        (state,) = websocks._client_state_from_id.values()
+        buffer = websocks._broadcast_buffer if to_all else state.message_buffer
+        event = buffer.message_event
+        wait_for(lambda: event._waiters)
+        enlist, is_forced = event._get_loop, threading.Event()
+
+        def send(word: str) -> None:
+            buffer.push(RunJavascriptMessage(word))
+
+        # asyncio.Event.wait() asks for its loop between its look at the event and its wait for it.
+        def between() -> Any:
+            event._get_loop = enlist  # type: ignore[method-assign]
+            sender = threading.Thread(target=send, args=("while it falls asleep",))
+            sender.start()
+            sender.join()
+            is_forced.set()
+            return enlist()
+
+        event._get_loop = between  # type: ignore[method-assign]
+        send("to wake it")
+        assert is_forced.wait(TIMEOUT)
+        told: list[str] = []
+        while "while it falls asleep" not in told:
+            told += [each.get("source", "") for each in _heard(socket)]
 
 
 @pytest.mark.parametrize("query", ["", "?token=", f"?token={'x' * 43}", f"?Token={TOKEN}"])

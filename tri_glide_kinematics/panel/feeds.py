@@ -37,6 +37,10 @@ SOME = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 # What is older than this is no longer where the machine is [s].
 SILENCE = 0.5
+# While it moves, ik_node tells its state every 0.1 s: after this it is not heard any more [s].
+STATE_SILENCE = 1.0
+# What is slower is shown as 0.0 mm/s [m/s].
+STANDSTILL = 5e-5
 # What is told later than this is of another clock [s].
 LARGEST_LAG = 1.0
 
@@ -199,6 +203,7 @@ class Feeds:
         """
         self.motion = MotionFeed(node)
         self.status = MachineStatus()
+        self._status_at = 0.0
         self.target: Vector3 | None = None
         self.late = "not known"
         self.swing = SwingFeed(node)
@@ -213,8 +218,14 @@ class Feeds:
         """What is taken once for each frame."""
         return (self.motion.subscription,)
 
+    @property
+    def is_silent(self) -> bool:
+        """Tell whether the machine moved when its state was heard last, long ago."""
+        age = time.monotonic() - self._status_at
+        return self.status.message.speed > STANDSTILL and age > STATE_SILENCE
+
     def _on_state(self, message: MachineState) -> None:
-        self.status = MachineStatus(message)
+        self.status, self._status_at = MachineStatus(message), time.monotonic()
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:

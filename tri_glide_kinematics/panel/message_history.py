@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -37,7 +38,7 @@ class Entry:
 
 
 class MessageHistory:
-    """Keeps the last messages, the newest first.
+    """Keeps the last messages, the newest first. Any thread may add one.
 
     Attributes:
         changes: how often something was added.
@@ -47,17 +48,20 @@ class MessageHistory:
         """Know of nothing."""
         self.changes = 0
         self._entries: deque[Entry] = deque(maxlen=KEPT)
+        self._lock = threading.Lock()
 
     def __iter__(self) -> Iterator[Entry]:
         """Return all, the newest first."""
-        return iter(tuple(self._entries))
+        with self._lock:
+            return iter(tuple(self._entries))
 
     def add(self, color: str, text: str, log: str = "") -> None:
         """Add a message; one that is told again is counted."""
         entry = Entry(time.time(), color, text[:LONGEST], log[:LONGEST])
-        newest = self._entries[0] if self._entries else None
-        if newest is not None and (newest.color, newest.text) == (color, entry.text):
-            self._entries.popleft()
-            entry = replace(entry, count=newest.count + 1)
-        self._entries.appendleft(entry)
-        self.changes += 1
+        with self._lock:
+            newest = self._entries[0] if self._entries else None
+            if newest is not None and (newest.color, newest.text) == (color, entry.text):
+                self._entries.popleft()
+                entry = replace(entry, count=newest.count + 1)
+            self._entries.appendleft(entry)
+            self.changes += 1

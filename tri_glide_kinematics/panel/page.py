@@ -76,6 +76,9 @@ async def _answer(socket: Socket) -> None:
 # After so long without a word from us, the page says so [ms].
 SILENCE = 3000
 
+# So often the pages are woken that may have something to be sent [s].
+WAKE_PERIOD = 0.5
+
 Log = Callable[[str], object]
 
 
@@ -159,6 +162,8 @@ class Page:
         self.on_file: Callable[[int, messages.Message], object] = lambda *_: None
         self._watches: set[asyncio.Task[None]] = set()
         self._socket._client_connect_cb.insert(0, self._watch)
+        self._loop = server.get_event_loop()
+        self._loop.call_soon_threadsafe(self._wake)
         light_plainly(server.scene)
         set_theme(server.gui, is_dark=False)
 
@@ -236,6 +241,19 @@ class Page:
     def _run(self, client: viser.ClientHandle, script: str) -> None:
         # To one page at a time: what is sent to all of them is kept for those that come later.
         client._websock_connection.queue_message(messages.RunJavascriptMessage(script))
+
+    def _wake(self) -> None:
+        """Send what waits to be sent, again and again.
+
+        viser sets the event that something is to be sent in the thread that has it. Where this
+        falls between the look at the event and the wait for it, the event is set, nobody is woken,
+        and to set it again wakes nobody either.
+        """
+        states = tuple(self._socket._client_state_from_id.values())
+        for buffer in (self._socket._broadcast_buffer, *(each.message_buffer for each in states)):
+            buffer.message_event.clear()
+            buffer.message_event.set()
+        self._loop.call_later(WAKE_PERIOD, self._wake)
 
     async def _watch(self, connection: Any) -> None:
         """Watch a page that was let in."""

@@ -337,6 +337,11 @@ class PanelNode(Node):
                 WARNING, "no machine", reason, refusal, pages, "not heard", controls=has_controls
             )
         status = self._feeds.status
+        if self._feeds.is_silent:
+            reason = self._with_notice(f"{self._link.server} was {status.word} and tells no more")
+            return Strip(
+                WARNING, "not heard", reason, refusal, pages, "not heard", controls=has_controls
+            )
         color = WARNING if self._notice and status.color != FAULT else status.color
         return Strip(
             color,

@@ -90,6 +90,17 @@ def test_stop_drops_what_was_wished_before_it(pages: TwoPages) -> None:
     assert done == ["on stop", "after"]
 
 
+def test_what_is_shown_in_an_input_outlasts_stop(pages: TwoPages) -> None:
+    requests, done = pages.requests, pages.done
+    number = OperatorsInput(requests, pages.number, lambda value: done.append(f"number {value}"))
+    pages.number.value = 3.0
+    asyncio.run(number._take(pages.event(OPERATOR)))
+    requests.wish(lambda: done.append("before"))
+    pages.stop(OTHER)
+    requests.fulfil()
+    assert done == ["number 3.0", "on stop"]
+
+
 def test_a_stop_during_a_wish_ends_what_it_has_sent(pages: TwoPages) -> None:
     requests, done = pages.requests, pages.done
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -87,7 +88,7 @@ class OperatorRequests:
 
     Stop and the renewals of a held jog go to the machine straight from the thread that hears the
     page. Everything else is a wish, which the node's own thread fulfils. Stop drops all wishes that
-    are older than itself.
+    are older than itself, but not the changes of inputs: they move nothing, and are shown already.
 
     Attributes:
         controls: who has them.
@@ -107,7 +108,9 @@ class OperatorRequests:
         self._on_stop = on_stop
         self._refused_at = 0.0
         self._hold = HeldJog()
-        self._wishes: deque[Wish] = deque()
+        # With whether they outlast Stop.
+        self._wishes: deque[tuple[Wish, bool]] = deque()
+        self._wishes_lock = threading.Lock()
 
     def refuse(self, reason: str, log: str = "") -> None:
         """Show why something is not done; ``log`` is what ``ik_node`` has written about it."""
@@ -123,9 +126,10 @@ class OperatorRequests:
         self.refuse(f"{name_of(page)}: nothing done, as the controls are with {who}")
         return False
 
-    def wish(self, wish: Wish) -> None:
-        """Have something done where the node spins."""
-        self._wishes.append(wish)
+    def wish(self, wish: Wish, *, outlasts_stop: bool = False) -> None:
+        """Have something done where the node spins; what ``outlasts_stop`` moves nothing."""
+        with self._wishes_lock:
+            self._wishes.append((wish, outlasts_stop))
 
     def on(self, wish: Callable[[Any], None]) -> Callable[[Event], Any]:
         """Return a callback of viser that fulfils a wish, if its page has the controls.
@@ -160,7 +164,8 @@ class OperatorRequests:
         """Stop the machine: any page may, at any time."""
         self.link.stop()
         self._hold.end()
-        self._wishes.clear()
+        with self._wishes_lock:
+            self._wishes = deque(each for each in self._wishes if each[1])
         # A wish that is being fulfilled at this moment comes to its end before this.
         self.wish(self._on_stop)
         self.stops += 1
@@ -213,11 +218,8 @@ class OperatorRequests:
         self.controls.closed(page)
 
     def _next(self) -> Wish | None:
-        # Stop may empty it at any moment.
-        try:
-            return self._wishes.popleft()
-        except IndexError:
-            return None
+        with self._wishes_lock:
+            return self._wishes.popleft()[0] if self._wishes else None
 
     def _end_hold(self, page: int) -> bool:
         is_jog = self._hold.release(page)
@@ -239,7 +241,7 @@ class OperatorsInput:
         handle: Any,
         on_change: Callable[[Any], None] | None = None,
     ) -> None:
-        """Take over an input of viser; ``on_change`` gets where the node spins what is set."""
+        """Take over an input of viser; ``on_change``, which moves nothing, gets what is set."""
         self.value = handle.value
         self._requests = requests
         self._handle = handle
@@ -260,7 +262,7 @@ class OperatorsInput:
         self.value = value = event.target.value
         on_change = self._on_change
         if on_change is not None:
-            self._requests.wish(lambda: on_change(value))
+            self._requests.wish(lambda: on_change(value), outlasts_stop=True)
 
 
 class PagesBar:
