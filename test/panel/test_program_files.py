@@ -79,7 +79,19 @@ def test_a_file_comes_in_pieces_that_are_asked_for(desk: Desk) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        *("", "../x.ngc", "/etc/passwd", "a/b", "a\\b", "..", ".hidden", "a\0b", "a\nb", "é" * 61, 7),
+        *(
+            "",
+            "../x.ngc",
+            "/etc/passwd",
+            "a/b",
+            "a\\b",
+            "..",
+            ".hidden",
+            "a\0b",
+            "a\nb",
+            "é" * 61,
+            7,
+        ),
         NO_FILE,
     ],
 )

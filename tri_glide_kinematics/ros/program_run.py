@@ -60,6 +60,9 @@ KEEP_PERIOD = 0.8
 # Who begins to listen later is told the latest ones.
 LATEST = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
+# A path goes on if the way that is driven on it has grown by more than this [m].
+PAUSED_WITHIN = 1e-4
+
 # What a program that ends before its end does not leave on.
 SWITCHED_OFF = ("spindle", "flood", "mist")
 
@@ -159,6 +162,7 @@ class ProgramRun:
         self._place: Vector3 | None = None
         # Segment of the path that is paused, and where.
         self._paused_at: tuple[int, Vector3] | None = None
+        self._paused_way = 0.0
         # Whether the platform may be elsewhere than where the program has left it.
         self._is_elsewhere = True
         # Whether it is of no use to wait until the platform rests.
@@ -369,7 +373,8 @@ class ProgramRun:
         is_another = False
         self._goal = goal
         while goal.result is None:
-            self._look_for_pause()
+            if isinstance(step, PathRun):
+                self._look_for_pause(goal.feedback)
             now = time.monotonic()
             if self._stopped_why is not None and give_up == math.inf:
                 give_up = now + REST_TIMEOUT
@@ -396,12 +401,17 @@ class ProgramRun:
             self.reports.append(self._ended(step, goal, time.monotonic() - begin))
         self._goal = None
 
-    def _look_for_pause(self) -> None:
-        """Remember where the path is paused, until it goes on."""
+    def _look_for_pause(self, told: Any) -> None:
+        """Remember where the path is paused, until it goes on; ``told`` is the newest feedback.
+
+        A machine that moves may have left the path for another command: then the way driven on the
+        path does not grow any more.
+        """
         machine = self._link.machine
+        way = 0.0 if told is None else float(told.way)
         if machine is not None and machine.state == MachineState.PAUSED:
-            self._paused_at = machine.segment, _vector(machine.position)
-        elif machine is not None and machine.state == MachineState.MOVING:
+            self._paused_at, self._paused_way = (machine.segment, _vector(machine.position)), way
+        elif way > self._paused_way + PAUSED_WITHIN:
             self._paused_at = None
 
     def _take_progress(self, step: Step | ProgramStep, told: Any, name: str) -> None:
