@@ -92,6 +92,9 @@ def test_what_is_wrong_is_named(load, keys, text):
         ({"tools": {1: (0.0, 0.0)}}, "tool 1 has shape"),
         ({"tolerance": -1.0}, "tolerance = -1 m must be at least 0"),
         ({"feed": 0.0}, "feed = 0 m/s must be greater than 0"),
+        ({"feed": 1e-6}, "feed = 1e-06 m/s must be at least 1e-05"),
+        ({"feed": 1e7}, r"feed = .* must be at most 1e\+06"),
+        ({"tolerance": 101.0}, "tolerance = 101 m must be at most 100"),
     ],
 )
 def test_what_is_wrong_is_named_in_python_too(keys, text):

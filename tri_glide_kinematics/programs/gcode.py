@@ -20,11 +20,13 @@ import numpy as np
 from tri_glide_kinematics.motion.path import (
     LARGEST_ANGLE,
     LARGEST_SPEED,
+    LEAST_SPEED,
     MOST_SEGMENTS,
     SHORTEST,
     FlatPath,
     SegmentKind,
 )
+from tri_glide_kinematics.motion.path import LARGEST_PLACE as FAR
 from tri_glide_kinematics.programs.program import (
     Dwell,
     Output,
@@ -47,10 +49,6 @@ from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 
 INCH = 25.4 * MILLIMETRE
-
-# No coordinate is larger [m], and no speed smaller [m/s]: those of a path.
-FAR = 100.0
-LEAST_SPEED = 1e-5
 
 # The ends of an arc may differ so much in their distances from the centre, as numbers are rounded:
 # a length [m], and a part of the radius.

@@ -18,8 +18,14 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import UNITS
-from tri_glide_kinematics.motion.path import LARGEST_SPEED, SHORTEST, FlatPath, SegmentKind
-from tri_glide_kinematics.programs.gcode import FAR, LEAST_SPEED
+from tri_glide_kinematics.motion.path import LARGEST_PLACE as FAR
+from tri_glide_kinematics.motion.path import (
+    LARGEST_SPEED,
+    LEAST_SPEED,
+    SHORTEST,
+    FlatPath,
+    SegmentKind,
+)
 from tri_glide_kinematics.programs.program import PathRun, Program, ProgramStop, StopKind
 from tri_glide_kinematics.programs.settings import MINUTE, ProgramSettings
 from tri_glide_kinematics.programs.words import ProgramError

@@ -10,8 +10,9 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from tri_glide_kinematics.checks import finite_vector, member, non_negative, positive
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.keys import FileError, Keys, load_yaml
+from tri_glide_kinematics.motion.path import LARGEST_PLACE, LARGEST_SPEED, LEAST_SPEED
 from tri_glide_kinematics.vectors import Vector3
 
 MINUTE = 60.0
@@ -184,9 +185,13 @@ class ProgramSettings:
         for number in self.tools:
             if not isinstance(number, int) or isinstance(number, bool) or number < 1:
                 raise KinematicsError(f"tool {number!r} must be a whole number, at least 1")
-        non_negative("tolerance", self.tolerance, "m")
-        if self.feed is not None:
-            positive("feed", self.feed, "m/s")
+        if non_negative("tolerance", self.tolerance, "m") > LARGEST_PLACE:
+            raise OutOfBoundsError("tolerance", self.tolerance, f"at most {LARGEST_PLACE:g}", "m")
+        if (
+            self.feed is not None
+            and positive("feed", self.feed, "m/s", LARGEST_SPEED) < LEAST_SPEED
+        ):
+            raise OutOfBoundsError("feed", self.feed, f"at least {LEAST_SPEED:g}", "m/s")
 
     @property
     def customs(self) -> Customs:

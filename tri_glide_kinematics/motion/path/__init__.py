@@ -7,7 +7,9 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.arc_length import ArcLength as ArcLength
     from tri_glide_kinematics.motion.path.checked_numbers import LARGEST_ANGLE as LARGEST_ANGLE
+    from tri_glide_kinematics.motion.path.checked_numbers import LARGEST_PLACE as LARGEST_PLACE
     from tri_glide_kinematics.motion.path.checked_numbers import LARGEST_SPEED as LARGEST_SPEED
+    from tri_glide_kinematics.motion.path.checked_numbers import LEAST_SPEED as LEAST_SPEED
     from tri_glide_kinematics.motion.path.checked_numbers import MOST_SEGMENTS as MOST_SEGMENTS
     from tri_glide_kinematics.motion.path.checked_numbers import check_count as check_count
     from tri_glide_kinematics.motion.path.corners import ShapedCorners as ShapedCorners
