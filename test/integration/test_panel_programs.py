@@ -37,6 +37,13 @@ G3 X20 Y0 I-20 J0
 G1 X0
 M2
 """
+
+
+def square_to(x: int) -> str:
+    """Return the program with another way to the right [mm]."""
+    return SQUARE.replace("X60", f"X{x}").replace("X20 Y0", f"X{x - 40} Y0")
+
+
 PIXELS = "!!window.__viserMutable?.nodeRefFromName?.['/program']"
 
 
@@ -90,7 +97,7 @@ def test_a_file_is_seen_and_checked_and_one_that_is_wrong_tells_its_line(
     operator.click(button("run"))
     panel.click_for_words(operator, button("run"), "nothing begun: line 3", "refusal")
     upload(operator, tmp_path / "nul.ngc", bytes(10_000))
-    wait_for_text(panel, operator, "nul.ngc: line 1")
+    wait_for_text(panel, operator, "nul.ngc: is no text in UTF-8")
     upload(operator, tmp_path / "empty.ngc", b"")
     panel.wait_for_words(operator, "empty.ngc is empty", "refusal")
     assert not (panel.programs / "empty.ngc").exists()
@@ -148,18 +155,18 @@ def test_a_run_that_is_stopped_goes_on_from_its_line(panel: Panel, operator: Pag
 def test_a_file_that_was_replaced_is_read_again(
     panel: Panel, operator: Page, tmp_path: Path
 ) -> None:
-    file = tmp_path / "square.ngc"
-    upload(operator, file, SQUARE)
-    wait_for_text(panel, operator, "-20 to 60 mm")
+    file = tmp_path / "other.ngc"
+    upload(operator, file, square_to(55))
+    wait_for_text(panel, operator, "-20 to 55 mm")
     operator.click(button("run"))
     wait_for_text(panel, operator, "running: line 4 of 8")
-    upload(operator, file, SQUARE.replace("X60", "X40"))
-    panel.wait_for_words(operator, "square.ngc runs as it was", "refusal")
+    upload(operator, file, square_to(40))
+    panel.wait_for_words(operator, "other.ngc runs as it was", "refusal")
     wait_for_text(panel, operator, "what runs is what was read before")
     operator.click(button("stop"))
     wait_for_text(panel, operator, "-20 to 40 mm")
     assert operator.evaluate(f"{field('From line')}.value") == "1"
-    (panel.programs / "square.ngc").write_text(SQUARE.replace("X60", "X50"))
+    (panel.programs / "other.ngc").write_text(square_to(50))
     wait_for_text(panel, operator, "-20 to 50 mm")
 
 
@@ -169,7 +176,7 @@ def test_a_file_that_is_called_like_the_choice_of_none_ends_no_page(
     upload(operator, tmp_path / NO_FILE, SQUARE)
     panel.wait_for_words(operator, "no file can be called", "refusal")
     (panel.programs / NO_FILE).write_text(SQUARE)
-    upload(operator, tmp_path / "after.ngc", SQUARE.replace("X60", "X30"))
+    upload(operator, tmp_path / "after.ngc", square_to(30))
     wait_for_text(panel, operator, "-20 to 30 mm")
     (panel.programs / "after.ngc").unlink()
     panel.wait_for_words(operator, "after.ngc is no longer in the folder", "refusal")

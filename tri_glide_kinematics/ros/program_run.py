@@ -373,8 +373,7 @@ class ProgramRun:
         is_another = False
         self._goal = goal
         while goal.result is None:
-            if isinstance(step, PathRun):
-                self._look_for_pause(goal.feedback)
+            self._look_for_pause(goal.feedback)
             now = time.monotonic()
             if self._stopped_why is not None and give_up == math.inf:
                 give_up = now + REST_TIMEOUT
@@ -408,7 +407,7 @@ class ProgramRun:
         path does not grow any more.
         """
         machine = self._link.machine
-        way = 0.0 if told is None else float(told.way)
+        way = float(told.way) if isinstance(told, FollowPath.Feedback) else 0.0
         if machine is not None and machine.state == MachineState.PAUSED:
             self._paused_at, self._paused_way = (machine.segment, _vector(machine.position)), way
         elif way > self._paused_way + PAUSED_WITHIN:
