@@ -50,6 +50,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return exit_code("draw_motion", options.output, lambda: _draw(options))
 
 
+def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what tells a command about the machine: the rate, and where its parameters are."""
+    parser.add_argument(
+        "--rate",
+        type=float,
+        metavar="HZ",
+        help="of the setpoints (default: the parameter rate)",
+    )
+    parser.add_argument(
+        "--parameters",
+        type=Path,
+        default=PARAMETERS,
+        metavar="FILE",
+        help=f"parameters of the machine (default: {PARAMETERS})",
+    )
+    parser.add_argument(
+        "--node",
+        default="/ik_node",
+        metavar="NAME",
+        help="full name of the node whose parameters they are (default: /ik_node)",
+    )
+
+
 def _draw(options: argparse.Namespace) -> None:
     """Plan the motion and write all files.
 
@@ -162,25 +185,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="write the setpoints as a recording of joint_commands, too; needs mcap-ros2-support",
     )
-    parser.add_argument(
-        "--rate",
-        type=float,
-        metavar="HZ",
-        help="of the setpoints (default: the parameter rate)",
-    )
-    parser.add_argument(
-        "--parameters",
-        type=Path,
-        default=PARAMETERS,
-        metavar="FILE",
-        help=f"parameters of the machine (default: {PARAMETERS})",
-    )
-    parser.add_argument(
-        "--node",
-        default="/ik_node",
-        metavar="NAME",
-        help="full name of the node whose parameters they are (default: /ik_node)",
-    )
+    add_machine_arguments(parser)
     parser.add_argument(
         "--settings",
         type=Path,

@@ -28,6 +28,7 @@ from rclpy.utilities import remove_ros_args
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import UNITS
+from tri_glide_kinematics.nodes.draw_motion import PARAMETERS, SETTINGS
 from tri_glide_kinematics.picture_commands import find_file
 from tri_glide_kinematics.programs import (
     POINTS_ENDING,
@@ -62,10 +63,6 @@ from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut
 from tri_glide_kinematics.workspace import Workspace
 
 ENDINGS_TEXT = ", ".join(PROGRAM_ENDINGS)
-
-# Files in config/ that are taken where none is named.
-PARAMETERS = Path("tri_glide.yaml")
-SETTINGS = Path("program_settings.yaml")
 
 # How long one listens before one looks up [s].
 NAP = 0.02
@@ -197,16 +194,14 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
         node = Node("drive")
         terminal = _Terminal(node)
         kept = None
-        line = 1
         if isinstance(work, Program):
             kept = options.progress or default_kept_file(node.get_namespace())
             line = line_to_go_on_from(kept, work) if options.go_on else _begin(options)
-            rest = from_line(work, line)
-            _tell_check(rest, check_on_machine(rest, terminal.parameters()), line)
+            work = from_line(work, line)
+            _tell_check(work, check_on_machine(work, terminal.parameters()), line)
         run = ProgramRun(
             ProgramLink(node),
             work,
-            start_line=line,
             single_block=options.single_block,
             kept=kept,
             say=terminal.say,

@@ -9,10 +9,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from tri_glide_kinematics.nodes.draw_motion import add_machine_arguments
 from tri_glide_kinematics.picture_commands import find_file
-
-# File in config/ that is taken where none is named.
-PARAMETERS = Path("tri_glide.yaml")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -96,22 +94,7 @@ def _parser() -> argparse.ArgumentParser:
         help="folder of ros2 bag record with MCAP files, MCAP file, or table (.csv) as draw_motion "
         "writes it",
     )
-    parser.add_argument(
-        "--parameters",
-        type=Path,
-        default=PARAMETERS,
-        metavar="FILE",
-        help=f"parameters of the machine (default: {PARAMETERS})",
-    )
-    parser.add_argument(
-        "--node",
-        default="/ik_node",
-        metavar="NAME",
-        help="full name of the node whose parameters they are (default: /ik_node)",
-    )
-    parser.add_argument(
-        "--rate", type=float, metavar="HZ", help="of the setpoints (default: the parameter rate)"
-    )
+    add_machine_arguments(parser)
     parser.add_argument(
         "--topic",
         default="joint_commands",

@@ -36,7 +36,6 @@ from tri_glide_kinematics.programs import (
     StepReport,
     StopKind,
     WaitStep,
-    from_line,
     in_millimetres,
     line_of,
 )
@@ -104,7 +103,7 @@ class ProgramLink:
 
 
 class ProgramRun:
-    """Runs one program, or one file of steps, from its begin or from a line.
+    """Runs one program, or the rest of one (``from_line``), or one file of steps.
 
     ``look`` is called again and again, where the node spins, until the state is ENDED.
 
@@ -123,7 +122,6 @@ class ProgramRun:
         link: ProgramLink,
         program: Program | DriveFile,
         *,
-        start_line: int = 1,
         single_block: bool = False,
         kept: Path | None = None,
         say: Callable[[str], object] = lambda text: None,
@@ -133,16 +131,10 @@ class ProgramRun:
         Args:
             link: to the machine.
             program: what is driven.
-            start_line: where a program in G-code begins.
             single_block: whether it waits before each line but the first.
             kept: file that says how far a program in G-code came; None for no such file.
             say: gets each thing that is begun, and each failure, in words.
-
-        Raises:
-            ProgramError: if nothing is done from that line on.
         """
-        if isinstance(program, Program) and start_line > 1:
-            program = from_line(program, start_line)
         self.single_block = single_block
         self.state = RunState.RUNNING
         self.waits_at: ProgramStop | None = None

@@ -38,6 +38,7 @@ from tri_glide_kinematics.programs import (
     ProgramCheck,
     ProgramSettings,
     RunState,
+    from_line,
     line_of,
     line_to_go_on_from,
     load_settings,
@@ -371,8 +372,7 @@ class ProgramTab:
         try:
             self._run = ProgramRun(
                 self._link,
-                read.program,
-                start_line=self._line.value,
+                from_line(read.program, self._line.value),
                 single_block=self._single_block.value,
                 kept=self._kept,
             )

@@ -65,7 +65,7 @@ class ShapedCorners(NamedTuple):
         # In a corner that does not stand alone, the platform is slow in any case.
         alone = np.diff(segments.joints[before.start : after.stop + 1])
         alone = np.minimum(alone[:-1], alone[1:]) / self.passing
-        # What the path asks for is no faster than that, or hardly.
+        # A corner that is passed at half of the speed asked for, or more, costs little.
         asked = 0.5 * np.maximum(segments.speeds[before], segments.speeds[after])
         slowest = np.minimum(np.minimum(self.slowest, asked), alone)
         return np.asarray(self.rate * segments.tolerances[before] < slowest * turns)
