@@ -156,18 +156,18 @@ def test_a_file_that_was_replaced_is_read_again(
     panel: Panel, operator: Page, tmp_path: Path
 ) -> None:
     file = tmp_path / "other.ngc"
-    upload(operator, file, square_to(55))
-    wait_for_text(panel, operator, "-20 to 55 mm")
+    upload(operator, file, square_to(65))
+    wait_for_text(panel, operator, "-20 to 65 mm")
     operator.click(button("run"))
     wait_for_text(panel, operator, "running: line 4 of 8")
-    upload(operator, file, square_to(40))
+    upload(operator, file, square_to(70))
     panel.wait_for_words(operator, "other.ngc runs as it was", "refusal")
     wait_for_text(panel, operator, "what runs is what was read before")
     operator.click(button("stop"))
-    wait_for_text(panel, operator, "-20 to 40 mm")
+    wait_for_text(panel, operator, "-20 to 70 mm")
     assert operator.evaluate(f"{field('From line')}.value") == "1"
-    (panel.programs / "other.ngc").write_text(square_to(50))
-    wait_for_text(panel, operator, "-20 to 50 mm")
+    (panel.programs / "other.ngc").write_text(square_to(75))
+    wait_for_text(panel, operator, "-20 to 75 mm")
 
 
 def test_a_file_that_is_called_like_the_choice_of_none_ends_no_page(
@@ -176,8 +176,8 @@ def test_a_file_that_is_called_like_the_choice_of_none_ends_no_page(
     upload(operator, tmp_path / NO_FILE, SQUARE)
     panel.wait_for_words(operator, "no file can be called", "refusal")
     (panel.programs / NO_FILE).write_text(SQUARE)
-    upload(operator, tmp_path / "after.ngc", square_to(30))
-    wait_for_text(panel, operator, "-20 to 30 mm")
+    upload(operator, tmp_path / "after.ngc", square_to(80))
+    wait_for_text(panel, operator, "-20 to 80 mm")
     (panel.programs / "after.ngc").unlink()
     panel.wait_for_words(operator, "after.ngc is no longer in the folder", "refusal")
 
