@@ -267,9 +267,10 @@ class SliderForces:
     ) -> tuple[Vector3, Vector3]:
         """Return heights and velocities after a short time, as for a simulation.
 
-        This is the midpoint rule; friction acts by the velocities at the end of the step (Moreau,
-        "Unilateral contact and dry friction in finite freedom dynamics", 1988). So a slider comes
-        to rest within a step and stays there, and no friction, however large, makes it swing.
+        This is the midpoint rule, whose error goes with the square of the duration. Dry friction
+        acts by the velocities at the end of the step (Moreau, "Unilateral contact and dry friction
+        in finite freedom dynamics", 1988): so a slider comes to rest within a step and stays there,
+        and dry friction, however large, makes nothing swing.
 
         Args:
             heights: Shape (3,) [m].
@@ -291,17 +292,19 @@ class SliderForces:
         middle = [place + half * rate for place, rate in zip(places, rates)]
         dry = [time * friction for friction in self.masses.coulomb]
         d1, d2, d3 = self.masses.viscous
+        # Half of the viscous friction is that of the velocities before the step.
+        braking = (half * d1 * rates[0], half * d2 * rates[1], half * d3 * rates[2])
         after, between = rates, rates
         # The forces that turn velocities are those in the middle of the step: a first guess of
         # them, then those of the velocities that it gives.
         for _ in range(2):
             matrix, bias = self._moving(middle, between)
             momenta = [
-                sum(m * rate for m, rate in zip(row, rates)) + time * (force - each)
-                for row, force, each in zip(matrix, driving, bias)
+                sum(m * rate for m, rate in zip(row, rates)) + time * (force - each) - lost
+                for row, force, each, lost in zip(matrix, driving, bias, braking)
             ]
             (a, b, c), (_, d, e), (_, _, f) = matrix
-            braked = (a + time * d1, b, c), (b, d + time * d2, e), (c, e, f + time * d3)
+            braked = (a + half * d1, b, c), (b, d + half * d2, e), (c, e, f + half * d3)
             after = _against_dry_friction(braked, momenta, dry, rates)
             between = (
                 0.5 * (rates[0] + after[0]),
