@@ -98,9 +98,14 @@ class SliderForces:
     """The forces of the sliders of a machine with masses, whose constants are worked out once.
 
     Forces are those that the drives have to exert, upwards positive.
+
+    Attributes:
+        machine: whose sliders they are.
+        masses: that it moves.
+        constants: the masses in the velocities of sliders and platform.
     """
 
-    __slots__ = ("_constants", "_friction", "_numbers", "_places", "machine", "masses")
+    __slots__ = ("_friction", "_numbers", "_places", "constants", "machine", "masses")
 
     def __init__(self, machine: TriGlide, masses: Masses) -> None:
         """Prepare the constants.
@@ -112,7 +117,7 @@ class SliderForces:
         self.machine = machine
         self.masses = masses
         constants = batch.Constants.of(machine.geometry.arm_lengths, masses)
-        self._constants = constants
+        self.constants = constants
         self._numbers = (
             *constants.sliders,
             *constants.couplings,
@@ -331,7 +336,7 @@ class SliderForces:
         rows = _three("heights", heights)
         rates = _three("velocities", velocities)
         position, (dx, dy, dz) = self.machine.forward_velocity(rows, rates)
-        sliders, couplings, platform, weights, weight = self._constants
+        sliders, couplings, platform, weights, weight = self.constants
         doubled = platform * (dx * dx + dy * dy + dz * dz)
         potential = -sum(w * place for w, place in zip(weight, position))
         for mass, coupling, slider_weight, height, rate in zip(
@@ -360,7 +365,7 @@ class SliderForces:
         rows = array_of_shape("heights", heights, (None, 3))
         shape = (len(rows), 3)
         return batch.forces_batch(
-            self._constants,
+            self.constants,
             self.machine,
             rows,
             array_of_shape("velocities", velocities, shape),
@@ -394,9 +399,9 @@ class SliderForces:
         coulomb = np.array(self.masses.coulomb)[:, np.newaxis]
         viscous = np.array(self.masses.viscous)[:, np.newaxis]
         parts = (
-            batch.driven(self._constants, arms, rates, first),
-            batch.driven(self._constants, arms, bends, second),
-            batch.held(self._constants, arms),
+            batch.driven(self.constants, arms, rates, first),
+            batch.driven(self.constants, arms, bends, second),
+            batch.held(self.constants, arms),
             viscous * rates,
             coulomb * np.sign(rates),
         )
@@ -463,7 +468,7 @@ class SliderForces:
 
     def _mass_matrix(self, slopes: Slopes) -> Matrix3:
         """Return the mass matrix of the sliders."""
-        sliders, couplings, mass, _, _ = self._constants
+        sliders, couplings, mass, _, _ = self.constants
         # Its columns are the rates of the platform for each slider alone.
         columns = (
             _platform_rates(slopes, 1.0, 0.0, 0.0),

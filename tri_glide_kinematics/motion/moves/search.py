@@ -189,6 +189,8 @@ class MotionPlanner:
         yield from found(region.way_check(start, position))
         yield
         line = StraightLine.between(self._geometry, start, position)
+        if limits.added:
+            return (yield from self._lines.kept_from_rest(line, limits))
         return self._lines.from_rest(line, limits)
 
     def _then_move(
@@ -220,7 +222,7 @@ class MotionPlanner:
     def _slider_move(
         self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
     ) -> Interruptible[Trajectory]:
-        plan = self._sliders.move(state, self._machine.inverse(position), limits)
+        plan = yield from self._sliders.move(state, self._machine.inverse(position), limits)
         yield
         return (yield from inside(plan, region, limits))
 

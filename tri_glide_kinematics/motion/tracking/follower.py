@@ -25,6 +25,10 @@ from tri_glide_kinematics.motion.tracking.velocity_tracking import VelocityTrack
 from tri_glide_kinematics.motion.trajectory import SOUND, SliderLimits, SliderState, TrackedStep
 from tri_glide_kinematics.workspace import Workspace
 
+# Where forces are bounded, a step and the braking behind it use one part of the accelerations after
+# the other, until they are certified.
+ACCELERATION_PARTS = (1.0, 0.6, 0.35)
+
 # A step that is prepared has time for so many places of its way.
 PREPARED_SAMPLES = 100
 
@@ -66,38 +70,47 @@ class Follower:
         samples: int = PREPARED_SAMPLES,
     ) -> Interruptible[TrackedStep | None]:
         """Return the next step, as ``step`` does, from so many ``samples`` of a way at most."""
-        try:
-            with SOUND:
-                return (yield from self._step(state, wanted, limits, period, samples))
-        except KinematicsError:
-            return None
+        bounds_forces = any(bound.order > 1 for bound in limits.added)
+        for part in ACCELERATION_PARTS if bounds_forces else ACCELERATION_PARTS[:1]:
+            try:
+                with SOUND:
+                    used = limits.times(1.0, part, 1.0)
+                    step = yield from self._step(state, wanted, used, limits, period, samples)
+                if step is not None:
+                    return step
+            except KinematicsError:
+                continue
+        return None
 
     def _step(
         self,
         state: SliderState,
         wanted: Wanted,
+        used: SliderLimits,
         limits: SliderLimits,
         period: float,
         samples: int,
     ) -> Interruptible[TrackedStep | None]:
+        """Return the step that uses no more than some limits, if it is certified for ``limits``."""
         if isinstance(wanted, WantedVelocity):
-            ways = self._velocities.step_towards(state, wanted.velocity, limits, period)
-            return (yield from self._with_braking(state, ways, limits, period, samples))
-        ways = self._targets.step_towards(state, wanted, limits, period)
-        step = yield from self._with_braking(state, ways, limits, period, samples)
+            ways = self._velocities.step_towards(state, wanted.velocity, used, period)
+            return (yield from self._with_braking(state, ways, used, limits, period, samples))
+        ways = self._targets.step_towards(state, wanted, used, period)
+        step = yield from self._with_braking(state, ways, used, limits, period, samples)
         if step is not None:
             return step
         # The sliders' shortest ways bend. The straight one of the platform leaves nothing but
         # bounds that are not convex.
         place = self._workspace.machine.forward(state.heights)
-        velocity = straight_towards(place, wanted, limits)
-        ways = self._velocities.step_towards(state, velocity, limits, period)
-        return (yield from self._with_braking(state, ways, limits, period, samples))
+        velocity = straight_towards(place, wanted, used)
+        ways = self._velocities.step_towards(state, velocity, used, period)
+        return (yield from self._with_braking(state, ways, used, limits, period, samples))
 
     def _with_braking(
         self,
         state: SliderState,
         ways: Sequence[SliderWay],
+        used: SliderLimits,
         limits: SliderLimits,
         period: float,
         samples: int,
@@ -105,7 +118,7 @@ class Follower:
         """Return the step on these ways if it may be taken."""
         one, two, three = ways
         choices = (
-            [[*way.phases, *braking] for way, braking in zip(ways, brakes(ways, limits))]
+            [[*way.phases, *braking] for way, braking in zip(ways, brakes(ways, used))]
             for brakes in (braking_together, braking_alone)
         )
         proof = first_certified(self._workspace, state, choices, limits, samples)
