@@ -27,7 +27,6 @@ from tri_glide_kinematics.motion.moves import (
     Along,
     MotionKind,
     MotionPlanner,
-    less_hard,
     own_stop,
 )
 from tri_glide_kinematics.motion.path_timing import PathPlanner
@@ -41,6 +40,7 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderLimits,
     SliderState,
     Trajectory,
+    gentler,
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -289,7 +289,7 @@ class Replanning:
         if held.path_plan is not None:
             return (yield from self._paths.braked(held, held.path_plan, time))
         state = plan.at(time)
-        for limits in less_hard(held.limits.effective, state):
+        for limits in gentler(held.limits.effective, state):
             braked = yield from self._braked_within(held, time, state, limits, stays=stays)
             if braked.role is PlanRole.BRAKES or not limits.added:
                 break

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.moves.stopping import NEARLY as NEARLY
     from tri_glide_kinematics.motion.moves.stopping import Along as Along
     from tri_glide_kinematics.motion.moves.stopping import inside as inside
-    from tri_glide_kinematics.motion.moves.stopping import less_hard as less_hard
     from tri_glide_kinematics.motion.moves.stopping import own_stop as own_stop
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -114,7 +114,8 @@ class LineTiming:
         # This is looked at before the motion is stretched, which would hide it.
         if not bounds.backwards <= NO_WAY_BACK * float(scaling.speeds.max()):
             raise PlanningError("the line comes too close to where an arm lies flat")
-        return scaling.slower(float(bounds.slowdown(limits).max()))
+        slower = 1.0 if usable is None else usable.slower
+        return scaling.slower(slower * float(bounds.slowdown(limits).max()))
 
     def in_motion(
         self,

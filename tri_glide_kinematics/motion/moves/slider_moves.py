@@ -83,6 +83,8 @@ class SliderMotion:
             (phases,) = self._leader.to_rest_at(
                 [longest], [0.0], [0.0], [0.0], bounds, downwards=others
             )
+            slower = usable.slower
+            phases = [(slower * duration, each / slower**3) for duration, each in phases]
             # Four phases of seven come after that.
             fastest = total_duration(phases[:-4])
             return StraightPlan(state.heights, ratios, phases), fastest

@@ -11,8 +11,6 @@ from functools import partial
 from math import inf
 from typing import NamedTuple
 
-import numpy as np
-
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.moves.line_moves import LinearMotion, found
@@ -59,26 +57,6 @@ Candidate = Callable[[], Interruptible[Trajectory]]
 
 # Makes a braking along a line or a path that takes a time at most [s].
 Along = Callable[[float], Interruptible[Trajectory]]
-
-
-# Where forces are bounded, stops use one part of the accelerations after the other.
-ACCELERATION_PARTS = (1.0, 0.7, 0.5, 0.35, 0.25)
-
-
-def less_hard(limits: SliderLimits, state: SliderState) -> Iterator[SliderLimits]:
-    """Yield limits for stops, one after the other, until one is found; as a rule only ``limits``.
-
-    Args:
-        limits: in force.
-        state: where the stop begins; its accelerations stay within the limits.
-    """
-    yield limits
-    if any(bound.order > 1 for bound in limits.added):
-        present = np.abs(state.accelerations)
-        for part in ACCELERATION_PARTS[1:]:
-            table = limits.table.copy()
-            table[1] = np.minimum(np.maximum(part * table[1], present), table[1])
-            yield limits.with_table(table)
 
 
 class OwnStop(NamedTuple):

@@ -22,12 +22,14 @@ from tri_glide_kinematics.motion.tracking.target_tracking import (
     straight_towards,
 )
 from tri_glide_kinematics.motion.tracking.velocity_tracking import VelocityTracking
-from tri_glide_kinematics.motion.trajectory import SOUND, SliderLimits, SliderState, TrackedStep
+from tri_glide_kinematics.motion.trajectory import (
+    SOUND,
+    SliderLimits,
+    SliderState,
+    TrackedStep,
+    gentler,
+)
 from tri_glide_kinematics.workspace import Workspace
-
-# Where forces are bounded, a step and the braking behind it use one part of the accelerations after
-# the other, until they are certified.
-ACCELERATION_PARTS = (1.0, 0.6, 0.35)
 
 # A step that is prepared has time for so many places of its way.
 PREPARED_SAMPLES = 100
@@ -70,11 +72,9 @@ class Follower:
         samples: int = PREPARED_SAMPLES,
     ) -> Interruptible[TrackedStep | None]:
         """Return the next step, as ``step`` does, from so many ``samples`` of a way at most."""
-        bounds_forces = any(bound.order > 1 for bound in limits.added)
-        for part in ACCELERATION_PARTS if bounds_forces else ACCELERATION_PARTS[:1]:
+        for used in gentler(limits, state):
             try:
                 with SOUND:
-                    used = limits.times(1.0, part, 1.0)
                     step = yield from self._step(state, wanted, used, limits, period, samples)
                 if step is not None:
                     return step

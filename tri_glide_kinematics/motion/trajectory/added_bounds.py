@@ -9,7 +9,7 @@ stops alike. A new bound is one class; ``SliderLimits.added`` holds those in for
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
@@ -28,10 +28,10 @@ from tri_glide_kinematics.motion.trajectory.series import (
     quartered,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory
+    from tri_glide_kinematics.motion.trajectory.trajectory import SliderState, Trajectory
 
 Motion = TypeVar("Motion", bound="Trajectory")
 
@@ -44,7 +44,7 @@ _COARSE = 1e-3
 # A motion leaves this part of a bound beyond what it exceeded, so that the next one keeps it; and
 # with each attempt so many times as much.
 _SPARE = 1e-6
-_MORE_TO_SPARE = 4.0
+_MORE_TO_SPARE = 3.0
 
 # Cells are not made shorter than this [s].
 _SHORTEST = 0.0005
@@ -90,6 +90,13 @@ class AddedBound(ABC):
     @property
     def platform_speed(self) -> float:
         """Largest speed of the platform that it allows anywhere; inf if that depends [m/s]."""
+        return inf
+
+    def acceleration(self, heights: Vector3) -> float:
+        """Return how fast all sliders may get faster, whichever way, at ``heights`` [m].
+
+        It leaves out what velocities ask for; inf where it bounds velocities only [m/s^2].
+        """
         return inf
 
     @abstractmethod
@@ -185,7 +192,8 @@ class AddedUse(NamedTuple):
     """How much of an added bound a motion uses at most, by bounds.
 
     Attributes:
-        part: NaN where no bound is known.
+        part: an upper bound, if it is no larger than 1; else about what is used. NaN where nothing
+            is known.
         time: when [s].
     """
 
@@ -232,14 +240,16 @@ class UsableParts(NamedTuple):
         velocity: in (0, 1].
         rising: of the accelerations while it gets faster, in (0, 1].
         braking: of the accelerations while it gets slower, in (0, 1].
+        slower: the whole motion takes so many times as long.
     """
 
     velocity: float = 1.0
     rising: float = 1.0
     braking: float = 1.0
+    slower: float = 1.0
 
     def after(
-        self, motion: Trajectory, fastest: float, limits: SliderLimits, spare: float
+        self, motion: Trajectory, fastest: float, limits: SliderLimits, attempt: int
     ) -> UsableParts:
         """Return less, by as much as a ``motion`` with these exceeds the added bounds.
 
@@ -247,23 +257,27 @@ class UsableParts(NamedTuple):
             motion: from rest to rest.
             fastest: when it is so [s].
             limits: with the added bounds.
-            spare: part of a bound that is left besides.
+            attempt: how many there were before. Late ones are slower as a whole: that takes longer,
+                but makes all forces smaller that come of the motion, those of its speed, too.
 
         Raises:
             AddedBoundError: if a part of a bound is not known.
         """
-        velocity, rising, braking = self
+        velocity, rising, braking, slower = self
+        spare = _SPARE * _MORE_TO_SPARE**attempt
         for bound in limits.added:
             uses = added_use(motion, bound, 0.0, fastest), added_use(motion, bound, fastest)
             first, last = (use.part for use in uses)
             for use in uses:
                 if use.part != use.part:
                     raise bound.error(use.part, use.time)
-            if bound.order == 1:
+            if attempt >= _STRETCHED:
+                slower /= _left(max(first, last), spare) ** (1.0 / bound.order)
+            elif bound.order == 1:
                 velocity *= _left(max(first, last), spare)
             else:
                 rising, braking = rising * _left(first, spare), braking * _left(last, spare)
-        return UsableParts(velocity, rising, braking)
+        return UsableParts(velocity, rising, braking, slower)
 
 
 def _left(part: float, spare: float) -> float:
@@ -272,7 +286,10 @@ def _left(part: float, spare: float) -> float:
 
 
 # So often a motion is made with other parts of its limits, until it keeps the added bounds.
-ATTEMPTS = 8
+ATTEMPTS = 10
+
+# From this attempt on the whole motion is made slower.
+_STRETCHED = 5
 
 
 def kept(
@@ -292,12 +309,33 @@ def kept(
     motion, fastest = plan(usable)
     for attempt in range(ATTEMPTS if limits.added else 0):
         yield
-        less = usable.after(motion, fastest, limits, _SPARE * _MORE_TO_SPARE**attempt)
+        less = usable.after(motion, fastest, limits, attempt)
         if less == usable:
             break
         usable = less
         motion, fastest = plan(usable)
     return motion
+
+
+# In motion where forces are bounded, one multiple after the other of the acceleration that they
+# allow whichever way is tried, as the direction may allow more, and velocities ask for a part.
+_MULTIPLES = (4.0, 2.0, 1.0, 0.5)
+
+
+def gentler(limits: SliderLimits, state: SliderState) -> Iterator[SliderLimits]:
+    """Yield ``limits``, and lower accelerations one after the other where forces are bounded.
+
+    Args:
+        limits: in force.
+        state: where a motion begins; its accelerations stay within all of them.
+    """
+    yield limits
+    allowed = min((bound.acceleration(state.heights) for bound in limits.added), default=inf)
+    for multiple in _MULTIPLES:
+        if multiple * allowed < limits.table[1].max():
+            table = limits.table.copy()
+            table[1] = np.minimum(table[1], np.maximum(multiple * allowed, np.abs(state[2])))
+            yield limits.with_table(table)
 
 
 def check_added(trajectory: Trajectory, limits: SliderLimits, since: float = 0.0) -> None:

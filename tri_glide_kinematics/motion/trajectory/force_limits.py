@@ -134,6 +134,16 @@ class ForceLimits(AddedBound):
                 force = float(sign * needed[row, slider])
                 raise CannotHoldError(slider, force, limit[slider], direction, positions[row])
 
+    def acceleration(self, heights: Vector3) -> float:
+        """Return how fast all sliders may get faster, whichever way, at ``heights`` [m]."""
+        still = (0.0, 0.0, 0.0)
+        held = self.forces.forces(heights, still, still)
+        matrix = self.forces.mass_matrix(heights)
+        return min(
+            max(min(up - force, down + force), _LEAST_ROOM * up) / sum(map(abs, row))
+            for up, down, force, row in zip(self.up, self.down, held, matrix)
+        )
+
     def used(self, position: Series, half: FloatArray) -> UsedParts:
         """Return which part of the forces is used that are left beside the weight."""
         with np.errstate(invalid="ignore", divide="ignore"):

@@ -187,8 +187,8 @@ def heights_of(geometry: TriGlideGeometry, position: Series, half: FloatArray) -
         rise = _square_root(values, np.sqrt(values[0]))
         least = np.sqrt(values[0] - change)
         largest = _square_root(-bounds, least)
-    rise_bounds = np.abs(largest)
-    rise_bounds[0] = np.sqrt(values[0] + change)
+        rise_bounds = np.abs(largest)
+        rise_bounds[0] = np.sqrt(values[0] + change)
     rise += position.values[:, 2:]
     return Series(rise, rise_bounds + position.bounds[:, 2:])
 

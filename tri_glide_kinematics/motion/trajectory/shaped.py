@@ -353,10 +353,13 @@ class ShapedTrajectory(Trajectory):
                     proved &= _between(low, high, region)
                 # What is exceeded in the middle already is so in smaller cells, too.
                 exceeded = (there > 1.0 + _COARSE).any(axis=(0, 1)) | (cut_there > 1.0)
+                use = np.where(exceeded, np.fmax(use, there), use)
                 for each in added:
                     proved &= each.most <= 1.0 + RELATIVE_ROUNDING
-                    exceeded |= each.middle > 1.0 + _COARSE
-                use = np.where(exceeded, np.fmax(use, there), use)
+                    broken = each.middle > 1.0 + _COARSE
+                    # No smaller cells for the other limits; what they would show is not known.
+                    use = np.where(broken & ~exceeded, there, use)
+                    exceeded |= broken
                 settled[some] |= proved | exceeded
                 chosen = settled[some]
                 if chosen.any():
