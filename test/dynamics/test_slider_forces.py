@@ -316,7 +316,7 @@ def test_a_simulation_is_as_good_as_the_square_of_its_step():
             forces = slider_forces.forces(*motion((k + 0.5) * step))
             heights, rates = slider_forces.step(heights, rates, forces, step)
         errors.append(np.linalg.norm(np.subtract(rates, motion(0.1)[1])))
-    assert errors[0] < 1e-3
+    assert errors[0] < 1e-5
     assert errors[1] < 0.3 * errors[0]
 
 
