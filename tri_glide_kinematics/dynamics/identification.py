@@ -45,12 +45,13 @@ NO_COUNTERWEIGHTS: Mapping[str, float] = dict.fromkeys(COUNTERWEIGHTS, 0.0)
 # Slower sliders tell little of their friction: near rest it may be anything [m/s].
 SLOWEST = 0.002
 
-# A column this near to a sum of others, as a part of its size, differs by rounding only.
-DEPENDENT = 1e-9
+# The squared distance of a column from sums of others, as a part of its own square, that is no more
+# than rounding.
+DEPENDENT = 1e-10
 # Added to the noise of efforts [N].
 TINY = 1e-12
-# Coefficients of such sums, below which they are rounding errors of zero.
-NO_PART = 1e-7
+# Counts in such sums, below which they are rounding errors of zero.
+NO_PART = 1e-5
 
 
 class NotIdentifiedError(KinematicsError):
@@ -277,19 +278,21 @@ def identify(
     right = [forces[moving[:, i], i] for i in range(3)]
     if sum(map(len, right)) <= len(unknown):
         raise TooFewSamplesError(sum(map(len, right)), len(unknown))
-    chosen, sums = _independent(np.concatenate(rows))
+    squares = np.array([_product(part, part) for part in rows])
+    products = np.array([_product(part, side[:, np.newaxis]) for part, side in zip(rows, right)])
+    chosen, sums = _independent(squares.sum(axis=0))
     # Once to know the noise of each slider, then each by its own.
     noise = np.ones(3)
     for _ in range(2):
-        matrix = np.concatenate([part[:, chosen] / size for part, size in zip(rows, noise)])
-        scale = np.linalg.norm(matrix, axis=0)
-        orthogonal, triangle = np.linalg.qr(matrix / scale)
-        sides = np.concatenate([part / size for part, size in zip(right, noise)])
-        values = np.linalg.solve(triangle, orthogonal.T @ sides) / scale
+        weights = 1.0 / np.square(noise)
+        matrix = np.tensordot(weights, squares[:, chosen][:, :, chosen], axes=1)
+        scale = np.sqrt(np.diag(matrix))
+        inverse = np.linalg.inv(matrix / np.outer(scale, scale))
+        values = inverse @ (np.tensordot(weights, products[:, chosen, 0], axes=1) / scale) / scale
         left = [side - part[:, chosen] @ values for side, part in zip(right, rows)]
         # Without noise, as from a simulation, its size does not matter; but it is no divisor.
         noise = np.array([_deviation(each) for each in left]) + TINY
-    deviations = np.linalg.norm(np.linalg.inv(triangle), axis=1) / scale
+    deviations = np.sqrt(np.diag(inverse)) / scale
     estimates = []
     for k, (place, value, deviation) in enumerate(zip(chosen, values, deviations)):
         parts = {unknown[place]: 1.0}
@@ -308,29 +311,34 @@ def _deviation(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.square(values)))) if len(values) else 1.0
 
 
-def _independent(matrix: FloatArray) -> tuple[list[int], dict[int, FloatArray]]:
+def _product(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the transposed ``left`` times ``right``.
+
+    Without the linear algebra library, which may share that out to threads, which wait for cores.
+    """
+    return np.asarray(np.einsum("nj,nk->jk", left, right))
+
+
+def _independent(squares: FloatArray) -> tuple[list[int], dict[int, FloatArray]]:
     """Return the columns that are no sum of those before them, and the others as such sums.
 
     Args:
-        matrix: Shape (n, k).
+        squares: scalar products of the columns. Shape (k, k).
 
     Returns:
         The numbers of the independent columns, and for each other one how often each of these
         counts in it.
     """
-    scale = np.linalg.norm(matrix, axis=0)
+    scale = np.sqrt(np.diag(squares))
     # A column of zeros has no effect at all: nothing can be known of it.
     safe = np.where(scale > 0.0, scale, 1.0)
-    triangle = np.asarray(np.linalg.qr(matrix / safe, mode="r"))
+    cosines = squares / np.outer(safe, safe)
     chosen: list[int] = []
     sums: dict[int, FloatArray] = {}
-    for k in range(matrix.shape[1]):
-        if chosen:
-            counts, *_ = np.linalg.lstsq(triangle[:, chosen], triangle[:, k], rcond=None)
-            rest = triangle[:, k] - triangle[:, chosen] @ counts
-        else:
-            counts, rest = np.zeros(0), triangle[:, k]
-        if np.linalg.norm(rest) > DEPENDENT:
+    for k in range(len(squares)):
+        of_chosen = cosines[chosen, k]
+        counts = np.linalg.solve(cosines[chosen][:, chosen], of_chosen)
+        if cosines[k, k] - of_chosen @ counts > DEPENDENT:
             chosen.append(k)
         else:
             sums[k] = counts * safe[k] / safe[chosen]
