@@ -62,6 +62,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.operation import BrokenError as BrokenError
     from tri_glide_kinematics.control.operation import Operation as Operation
     from tri_glide_kinematics.control.operation import StartingPlace as StartingPlace
+    from tri_glide_kinematics.control.simulated_drives import PositionControl as PositionControl
+    from tri_glide_kinematics.control.simulated_drives import Setpoint as Setpoint
+    from tri_glide_kinematics.control.simulated_drives import SimulatedDrives as SimulatedDrives
     from tri_glide_kinematics.control.simulated_sliders import DriveTime as DriveTime
     from tri_glide_kinematics.control.simulated_sliders import SimulatedPlate as SimulatedPlate
     from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders as SimulatedSliders
