@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from rclpy.context import Context
 
-from testing.browser import Page, browser, find_browser
+from testing.browser import Browser, Page, browser, find_browser
 from testing.client import Client
 from testing.forks import ForkedNodes
 from testing.panel import STOP, Panel, button, field, tab
@@ -58,11 +58,16 @@ def panel(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Ite
 
 
 @pytest.fixture(scope="module")
-def operator(panel: Panel) -> Iterator[Page]:
+def chromium() -> Iterator[Browser]:
     with browser() as running:
-        page = panel.open(running.page())
-        page.click(tab("Program"))
-        yield page
+        yield running
+
+
+@pytest.fixture(scope="module")
+def operator(panel: Panel, chromium: Browser) -> Page:
+    page = panel.open(chromium.page())
+    page.click(tab("Program"))
+    return page
 
 
 def wait_for_text(panel: Panel, page: Page, text: str) -> None:
@@ -87,6 +92,14 @@ def test_a_file_is_seen_and_checked_and_one_that_is_wrong_tells_its_line(
     assert (panel.programs / "square.ngc").read_text() == SQUARE
     operator.click(button("check"))
     wait_for_text(panel, operator, "duration\t0:1")
+    # It holds for the limits of that time.
+    panel.client.set_parameters("ik_node", {"speed_scale": 0.5})
+    wait_for_text(panel, operator, "have changed since the check")
+    wait_for_text(panel, operator, "duration\tnot known before the check")
+    operator.click(button("check"))
+    wait_for_text(panel, operator, "duration\t0:1")
+    assert not operator.evaluate("document.body.innerText.includes('changed since the check')")
+    panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
     upload(operator, tmp_path / "wrong.ngc", "G21\nG1 X0 Y0 Z260 F500\nG1 Xten\nM2\n")
     wait_for_text(panel, operator, "wrong.ngc: line 3")
     assert not operator.evaluate(PIXELS)
@@ -150,6 +163,48 @@ def test_a_run_that_is_stopped_goes_on_from_its_line(panel: Panel, operator: Pag
     # Stop of the page ends what only waits, too.
     operator.click(STOP)
     wait_for_text(panel, operator, "ended: line 5 of 8")
+
+
+def test_single_block_and_override_are_those_of_the_page_and_the_dialect_stays(
+    panel: Panel, operator: Page, tmp_path: Path
+) -> None:
+    upload(operator, tmp_path / "blocks.ngc", square_to(85))
+    wait_for_text(panel, operator, "-20 to 85 mm")
+    operator.click(field("Single block"))
+    operator.type(field("Override [%]"), "200")
+    operator.click(button("run"))
+    wait_for_text(panel, operator, "waits: line 3 is next")
+    panel.wait_until_at((0.0, 0.0, 0.26))
+    panel.click_choice(operator, "Dialect", "marlin")
+    panel.wait_for_words(operator, "dialect not changed: blocks.ngc runs", "refusal")
+    operator.wait_for(
+        f"{field('Dialect')}.value === 'as in the settings'", "the dialect", spin=panel.spin
+    )
+    operator.click(button("go on"))
+    wait_for_text(panel, operator, "waits: line 4 is next")
+    operator.click(field("Single block"))
+    operator.click(button("go on"))
+    # F is 20 mm/s.
+    panel.wait_for_words(operator, "40.0 mm/s", "speed")
+    operator.type(field("Override [%]"), "100")
+    wait_for_text(panel, operator, "waiting: line 5 of 8")
+
+
+def test_a_page_that_only_looks_on_may_stop_a_program(
+    panel: Panel, operator: Page, chromium: Browser
+) -> None:
+    """It goes on from the test before, which waits at a stop."""
+    other = panel.open(chromium.new_page())
+    try:
+        other.click(tab("Program"))
+        wait_for_text(panel, other, "waiting: line 5 of 8")
+        panel.click_for_words(other, button("go on"), "nothing done, as the controls", "refusal")
+        wait_for_text(panel, other, "waiting: line 5 of 8")
+        other.click(button("stop"))
+        wait_for_text(panel, other, "ended: line 5 of 8")
+    finally:
+        other.call("Page.close")
+        operator.call("Page.bringToFront")
 
 
 def test_a_file_that_was_replaced_is_read_again(

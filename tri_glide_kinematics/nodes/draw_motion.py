@@ -14,6 +14,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from tri_glide_kinematics.files import PARAMETERS, SETTINGS
 from tri_glide_kinematics.keys import UNITS
 from tri_glide_kinematics.picture_commands import (
     MILLIMETRES,
@@ -22,10 +23,6 @@ from tri_glide_kinematics.picture_commands import (
     find_file,
     save_figure,
 )
-
-# Files in config/ that are taken where none is named.
-PARAMETERS = Path("tri_glide.yaml")
-SETTINGS = Path("program_settings.yaml")
 
 # More would take more memory than a small computer has.
 MOST_SETPOINTS = 5_000_000
@@ -61,7 +58,7 @@ def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--parameters",
         type=Path,
-        default=PARAMETERS,
+        default=Path(PARAMETERS),
         metavar="FILE",
         help=f"parameters of the machine (default: {PARAMETERS})",
     )
@@ -189,7 +186,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--settings",
         type=Path,
-        default=SETTINGS,
+        default=Path(SETTINGS),
         metavar="FILE",
         help="what a program does not say: dialect, offsets, tools, home; of points, tolerance and "
         f"speed (default: {SETTINGS})",

@@ -479,10 +479,9 @@ class _MotionAhead:
         first = int(np.searchsorted(self._places, start.place))
         end = first + int(self._ends[first:].argmax())
         place = float(self._places[end]) - window
-        if place - start.place > _STEADY_WINDOWS * window:
+        passed, following = yield from self._estimated(start, begin + time, window)
+        if following is None and place - start.place > _STEADY_WINDOWS * window:
             passed, following = yield from self._steady(start, place)
-        else:
-            passed, following = yield from self._estimated(start, begin + time, window)
         return time + passed, following
 
     def _steady(
