@@ -128,7 +128,8 @@ def main() -> None:
         if sizing is None:
             impossible += 1
             verdict = "impossible" if least >= 1e9 else "POSSIBLE AFTER ALL"
-            print(f"{seed:3} {verdict}: {', '.join(map(str, stops))}; {times[-1]:.2f} s", flush=True)
+            names = ", ".join(stop.value for stop in stops)
+            print(f"{seed:3} {verdict}: {names}; {times[-1]:.2f} s", flush=True)
             continue
         possible += 1
         found = sizing.needs.of(objective)[0]

@@ -119,9 +119,7 @@ def _draw_cut(
         axes.axhline(MILLIMETRES * height, **LIMIT_STYLE)
     axes.plot([], [], label="ends of slider travel", **LIMIT_STYLE)
     axes.legend(loc="best", fontsize=8)
-    axes.set_title(
-        f"cut at {other} = {MILLIMETRES * center[1 - axis] + 0.0:.0f} mm", fontsize=10
-    )
+    axes.set_title(f"cut at {other} = {MILLIMETRES * center[1 - axis] + 0.0:.0f} mm", fontsize=10)
     axes.set(xlabel=f"{name} [mm]", ylabel="z [mm]")
     axes.set_aspect("equal", adjustable="datalim")
     axes.grid(alpha=0.3)

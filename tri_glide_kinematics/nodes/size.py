@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 SETTINGS = Path("program_settings.yaml")
 
-# Numbers of a wish that are named on the command line as they are called there: name, unit, meaning.
+# Numbers of a wish that have the same name on the command line: name, unit, meaning.
 NUMBERS = (
     ("payload", "KG", "on the platform"),
     ("carriage-mass", "KG", "of each slider"),
@@ -187,9 +187,7 @@ def _table(
     add("  largest power [W]", [max(each.peak_power) for each in loads], 4)
     add("  mean power [W]", [max(each.mean_power) for each in loads], 4)
     widest = max(len(name) for name, _ in rows)
-    lines = [
-        f"{name:{widest}}" + "".join(f"{text:>14}" for text in texts) for name, texts in rows
-    ]
+    lines = [f"{name:{widest}}" + "".join(f"{text:>14}" for text in texts) for name, texts in rows]
     for head, machine in zip(heads, machines):
         used = ", ".join(demand.value for demand in machine.tight) or "nothing"
         lines.append(f"{head}: used up to a hundredth: {used}")
@@ -227,7 +225,11 @@ def _parser() -> argparse.ArgumentParser:
         "--bottom", type=float, default=0.0, metavar="Z", help="its lower end (default: 0)"
     )
     parser.add_argument(
-        "--speed", type=float, required=True, metavar="M/S", help="of the platform, in any direction"
+        "--speed",
+        type=float,
+        required=True,
+        metavar="M/S",
+        help="of the platform, in any direction",
     )
     parser.add_argument(
         "--acceleration",
@@ -242,8 +244,8 @@ def _parser() -> argparse.ArgumentParser:
         "--objective",
         choices=("size", "power"),
         default="size",
-        help="what is to be least: size of the machine, or power of its motors (default: size); the "
-        "other one is shown beside it",
+        help="what is to be least: size of the machine, or power of its motors (default: size); "
+        "the other one is shown beside it",
     )
     parser.add_argument(
         "--drive",

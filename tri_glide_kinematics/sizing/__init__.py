@@ -18,6 +18,12 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.sizing.fields import Loads as Loads
     from tri_glide_kinematics.sizing.level_maps import Maps as Maps
     from tri_glide_kinematics.sizing.level_maps import maps as maps
+    from tri_glide_kinematics.sizing.mesh import Mesh as Mesh
+    from tri_glide_kinematics.sizing.mesh import glb_bytes as glb_bytes
+    from tri_glide_kinematics.sizing.mesh import height_ranges as height_ranges
+    from tri_glide_kinematics.sizing.mesh import level_corners as level_corners
+    from tri_glide_kinematics.sizing.mesh import stl_bytes as stl_bytes
+    from tri_glide_kinematics.sizing.mesh import surface as surface
     from tri_glide_kinematics.sizing.parameter_file import parameter_text as parameter_text
     from tri_glide_kinematics.sizing.proof import Extremes as Extremes
     from tri_glide_kinematics.sizing.proof import largest_over as largest_over
@@ -26,12 +32,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.sizing.search import size as size
     from tri_glide_kinematics.sizing.sizing import Sizing as Sizing
     from tri_glide_kinematics.sizing.sizing import sizing_of as sizing_of
-    from tri_glide_kinematics.sizing.mesh import Mesh as Mesh
-    from tri_glide_kinematics.sizing.mesh import glb_bytes as glb_bytes
-    from tri_glide_kinematics.sizing.mesh import height_ranges as height_ranges
-    from tri_glide_kinematics.sizing.mesh import level_corners as level_corners
-    from tri_glide_kinematics.sizing.mesh import stl_bytes as stl_bytes
-    from tri_glide_kinematics.sizing.mesh import surface as surface
     from tri_glide_kinematics.sizing.wish import Box as Box
     from tri_glide_kinematics.sizing.wish import Demand as Demand
     from tri_glide_kinematics.sizing.wish import Objective as Objective

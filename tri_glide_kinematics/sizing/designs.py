@@ -118,9 +118,7 @@ def field_bounds(
     return np.stack((cells.conditions(), cells.position_errors(), forces.max(axis=0)))
 
 
-def needs(
-    wish: Wish, differences: FloatArray, lengths: FloatArray, largest: FloatArray
-) -> Needs:
+def needs(wish: Wish, differences: FloatArray, lengths: FloatArray, largest: FloatArray) -> Needs:
     """Return what machines need.
 
     Args:

@@ -8,7 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.dynamics import SliderForces
-from tri_glide_kinematics.motion import PlatformPath, SliderLimits, Trajectory, time_path
+from tri_glide_kinematics.motion import (
+    PlatformPath,
+    SampledPlan,
+    SliderLimits,
+    Trajectory,
+    time_path,
+)
 from tri_glide_kinematics.sizing.fields import Cells
 from tri_glide_kinematics.sizing.sizing import Sizing
 from tri_glide_kinematics.sizing.wish import Volume, heights_of, level_box
@@ -25,9 +31,10 @@ PART_OF_LIFT = 0.4
 # Forces are looked at so often, and they are nowhere much larger between [s].
 STEP = 5e-4
 
-# Limits are lowered until the platform keeps its acceleration, up to this part.
+# Limits are lowered until the platform keeps its acceleration, up to this part; by the part that it
+# is too large, to this power.
 ENOUGH = 1.001
-MOST_PLANS = 6
+LOWERING = 1.5
 
 Cycle = Callable[[Workspace, SliderLimits], Trajectory]
 
@@ -37,7 +44,7 @@ class DutyLoad(NamedTuple):
 
     Attributes:
         duration: of the cycle [s].
-        limits: with which it is driven; nowhere is the platform's acceleration above the wanted one.
+        limits: with which it is driven; with these the platform keeps the wanted acceleration.
         peak_force: Shape (3,) [N].
         continuous_force: root of the mean square. Shape (3,) [N].
         peak_speed: Shape (3,) [m/s].
@@ -69,7 +76,6 @@ def pick_and_place(volume: Volume, speed: float) -> PlatformPath:
     half = 0.5 * min(STROKE, PART_OF_VOLUME * float(upper[0] - lower[0]))
     low = bottom + (1.0 - PART_OF_VOLUME) * (top - bottom)
     high = low + min(LIFT, PART_OF_VOLUME * (top - bottom))
-    # From above the middle, so that the corners have somewhere to be rounded to.
     (left, right), y = (middle[0] - half, middle[0] + half), middle[1]
     there = [(left, y, low), (left, y, high), (right, y, high), (right, y, low)]
     tolerance = PART_OF_LIFT * (high - low)
@@ -98,14 +104,15 @@ def duty_load(sizing: Sizing, cycle: Cycle | None = None) -> DutyLoad:
             return time_path(path, workspace, limits)
 
     limits = sizing.slider_limits()
-    for _ in range(MOST_PLANS):
+    while True:
         trajectory = cycle(workspace, limits)
         count = max(2, int(np.ceil(trajectory.duration / STEP)) + 1)
         motion = trajectory.sample(np.linspace(0.0, trajectory.duration, count))
-        largest = _largest_acceleration(sizing, motion.heights, motion.velocities, motion.accelerations)
+        largest = _largest_acceleration(sizing, motion)
         if largest <= ENOUGH * wish.acceleration:
             break
-        lower = wish.acceleration / largest
+        # More than in proportion: with lower limits the platform uses more of them in corners.
+        lower = (wish.acceleration / largest) ** LOWERING
         limits = limits.times(1.0, lower, lower)
     forces = SliderForces(sizing.machine, sizing.masses).forces_batch(
         motion.heights, motion.velocities, motion.accelerations
@@ -122,14 +129,12 @@ def duty_load(sizing: Sizing, cycle: Cycle | None = None) -> DutyLoad:
     )
 
 
-def _largest_acceleration(
-    sizing: Sizing, heights: FloatArray, velocities: FloatArray, accelerations: FloatArray
-) -> float:
+def _largest_acceleration(sizing: Sizing, motion: SampledPlan) -> float:
     """Return the largest acceleration of the platform in a motion of the sliders [m/s^2]."""
-    places = sizing.machine.forward_batch(heights)
+    places = sizing.machine.forward_batch(motion.heights)
     cells = Cells.of(sizing.machine.geometry, places)
-    rates = np.einsum("ijn,nj->in", cells.inverse, velocities)
+    rates = np.einsum("ijn,nj->in", cells.inverse, motion.velocities)
     # Row j of the Jacobian changes as the platform moves, and so accelerates slider j by itself.
     turned = np.einsum("jcdn,cn,dn->jn", cells.slopes, rates[:2], rates[:2])
-    second = np.einsum("ijn,jn->in", cells.inverse, accelerations.T - turned)
+    second = np.einsum("ijn,jn->in", cells.inverse, motion.accelerations.T - turned)
     return float(np.sqrt(np.square(second).sum(axis=0)).max())

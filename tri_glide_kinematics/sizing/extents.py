@@ -102,9 +102,7 @@ def _is_level(shape: Bound) -> bool:
     return isinstance(shape, Face) and shape.axis == 2
 
 
-def _ends(
-    workspace: Workspace, radius: float, center: tuple[float, float]
-) -> tuple[float, float]:
+def _ends(workspace: Workspace, radius: float, center: tuple[float, float]) -> tuple[float, float]:
     """Return between which heights travel, box and cylinder let a whole disc be [m]."""
     lower, upper = given_ends(workspace)
     limits = workspace.limits
@@ -113,7 +111,8 @@ def _ends(
         geometry.anchors, geometry.arm_lengths, limits.lower_heights, limits.upper_heights
     ):
         distance = math.hypot(x - center[0], y - center[1])
-        nearest, farthest = max(distance - radius, 0.0), min(distance + radius, length)
+        nearest, farthest = max(distance - radius, 0.0), distance + radius
+        nearest, farthest = min(nearest, length), min(farthest, length)
         lower = max(lower, low - math.sqrt((length - farthest) * (length + farthest)))
         upper = min(upper, high - math.sqrt((length - nearest) * (length + nearest)))
     return lower, upper

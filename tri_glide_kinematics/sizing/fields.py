@@ -3,10 +3,10 @@ r"""Quantities of a machine at places, each with a bound for all places around.
 All of them follow from the Jacobian J of the heights, which does not depend on the height of the
 platform. A *cell* is a place and a radius d. Row j of J is the gradient of the rise $s_j$, so its
 derivatives are known: none of the first is larger than $K_j = L_j^2/s_j^3$, none of the second than
-$T_j = 3 L_j^2 r_j/s_j^5$, with the distance $r_j$ and the rise at the farthest place of the cell. With
-$\sigma$ the least singular value in the cell, and K and T the roots of the sums of squares,
-a column n of the inverse has derivatives of at most $|n| K/\sigma$ and $|n| (2 K^2/\sigma^2 + T/\sigma)$.
-So errors and forces have a bound that is the value at the place, d times the exact gradient there,
+$T_j = 3 L_j^2 r_j/s_j^5$, with the distance $r_j$ and the rise at the farthest place of the cell.
+With $\sigma$ the least singular value in the cell, and K and T the roots of the sums of squares, a
+column n of the inverse has first derivatives of at most $|n| K/\sigma$, and second ones of at most
+$|n| (2 K^2/\sigma^2 + T/\sigma)$. So errors and forces have a bound that is the value at the place, d times the exact gradient there,
 and $d^2/2$ times what bounds the second derivatives; that of the condition number needs none of
 them. With the radius 0 the bound is the value itself.
 
@@ -312,9 +312,10 @@ class Cells:
         first = most * np.sqrt(np.square(self.bends).sum(axis=0)) / self._least
         second = self._second(column_sizes)
         bends = (np.abs(couplings) * self.bends).sum(axis=0)
+        moved = loads.platform + np.sqrt(np.square(coupled).sum(axis=0)) + self.radius * bends
         curved = (
             sliders * self._thirds
-            + second * (loads.platform + np.sqrt(np.square(coupled).sum(axis=0)) + self.radius * bends)
+            + second * moved
             + 2.0 * first * bends
             + most * (np.abs(couplings) * self._thirds).sum(axis=0)
             + np.square(changes).sum(axis=(1, 2)) / sizes

@@ -1,8 +1,8 @@
 """The surface of a workspace as triangles, and its files in STL and glTF.
 
-Above each place of a level the platform may be between two heights, which follow in closed form. The
-places themselves are cut out of a grid; the points where its lines leave the workspace are found by
-halving. A top and a bottom of triangles and the walls between them are closed by construction.
+Above each place of a level the platform may be between two heights, which follow in closed form.
+The places themselves are cut out of a grid; the points where its lines leave the workspace are
+found by halving. A top and a bottom of triangles and the walls between them are closed by construction.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.sizing.extents import given_ends
 from tri_glide_kinematics.sizing.fields import Cells
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import ROUNDING, Face, Workspace
+from tri_glide_kinematics.workspace import ROUNDING, Disc, Face, Workspace
 
 IndexArray = NDArray[np.int64]
 
@@ -67,17 +67,19 @@ def height_ranges(workspace: Workspace, places: FloatArray) -> FloatArray:
     """
     limits, geometry = workspace.limits, workspace.machine.geometry
     lower, upper = given_ends(workspace)
-    rises = Cells.of(geometry, places).rises
-    conditions = Cells.of(geometry, places).conditions()
+    cells = Cells.of(geometry, places)
+    rises, conditions = cells.rises, cells.conditions()
     with np.errstate(invalid="ignore"):
         low = (np.array(limits.lower_heights)[:, np.newaxis] - rises).max(axis=0)
         high = (np.array(limits.upper_heights)[:, np.newaxis] - rises).min(axis=0)
         low, high = np.maximum(low, lower), np.minimum(high, upper)
         inside = (high > low) & (conditions <= workspace.bounds.condition * (1.0 + ROUNDING))
     for shape in workspace.bounds.shapes:
-        if not (isinstance(shape, Face) and shape.axis == 2):
-            slacks = [shape.slack((x, y, 0.0)) for x, y in places.tolist()]
-            inside &= np.array(slacks) >= -ROUNDING
+        if isinstance(shape, Disc):
+            distances = np.hypot(places[:, 0] - shape.x, places[:, 1] - shape.y)
+            inside &= distances <= shape.bound + ROUNDING
+        elif isinstance(shape, Face) and shape.axis < 2:
+            inside &= shape.side * (shape.bound - places[:, shape.axis]) >= -ROUNDING
     return np.where(inside, np.stack((low, high)), np.nan)
 
 

@@ -59,7 +59,9 @@ def parameter_text(sizing: Sizing) -> str:
 def _number(value: float) -> str:
     """Return a number as YAML takes it for one with decimals."""
     text = number_text(value, 12, 0.0)
-    return text if set(text) & set(".") else text.replace("e", ".0e") if "e" in text else f"{text}.0"
+    if "." in text:
+        return text
+    return text.replace("e", ".0e") if "e" in text else f"{text}.0"
 
 
 def _list(values: tuple[float, ...]) -> str:

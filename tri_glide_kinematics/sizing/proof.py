@@ -17,6 +17,9 @@ from tri_glide_kinematics.vectors import FloatArray
 # A proved bound is at most this part above a value that is reached somewhere.
 TIGHTNESS = 2e-4
 
+# Rounding errors are far below this part of a quantity.
+ROUNDING = 1e-9
+
 # Cells along each side at first, and how often they are halved.
 FIRST_CELLS = 8
 MOST_HALVINGS = 40
@@ -79,7 +82,7 @@ def largest_over(volume: Volume, quantities: Bounds, tightness: float = TIGHTNES
             bounds = np.maximum(bounds, done.max(axis=1))
         centers = centers[open_cells]
         if not len(centers):
-            return Extremes(np.maximum(bounds, found), found, places)
+            return Extremes(np.maximum(bounds, found) * (1.0 + ROUNDING), found, places)
         if 4 * len(centers) > MOST_CELLS:
             break
         centers = (centers[:, np.newaxis] + 2.0 * half * corners).reshape(-1, 2)

@@ -23,7 +23,7 @@ from tri_glide_kinematics.sizing.designs import (
     needs,
     span_of,
 )
-from tri_glide_kinematics.sizing.proof import TIGHTNESS, largest_over
+from tri_glide_kinematics.sizing.proof import TIGHTNESS
 from tri_glide_kinematics.sizing.sizing import Sizing, sizing_of
 from tri_glide_kinematics.sizing.wish import Demand, Objective, Wish, distances, some_places
 from tri_glide_kinematics.vectors import FloatArray
@@ -47,6 +47,9 @@ TOGETHER = 60_000
 # Room that a machine leaves to each demand, so that it can be proved.
 ROOM = 2.0 * TIGHTNESS
 ATTEMPTS = 8
+
+# Machines with rounded lengths of which so many are proved at most.
+MOST_ROUNDINGS = 3
 
 # A nearest possible wish is loosened by this more than it has to be.
 MORE_THAN_NEEDED = 2e-3
@@ -89,7 +92,7 @@ class ImpossibleWishError(KinematicsError):
                 small as it can be.
         """
         demands = " and ".join(map(str, stops))
-        super().__init__(f"no machine does all that is wished: together it is too much for {demands}")
+        super().__init__(f"no machine does all that is wished: it is too much for {demands}")
         self.stops = stops
         self.nearest = nearest
 
@@ -150,6 +153,11 @@ class _Search:
         """Return a machine with what is proved of it."""
         return sizing_of(self._wish, found.difference + self._wish.platform_radius, found.length)
 
+    def ratios(self, found: _Found) -> FloatArray:
+        """Return what a machine needs of each demand, at the places that are tried. Shape (8,)."""
+        tried = self._needs(np.array([found.difference]), np.array([found.length]))
+        return tried.ratios[:, 0]
+
     def rounded(self, proved: Sizing, objective: Objective) -> Sizing:
         """Return a machine with lengths in four digits that is about as good, if there is one."""
         step = 10.0 ** (math.floor(math.log10(proved.arm_length)) - 3)
@@ -157,11 +165,11 @@ class _Search:
         lengths = _around(proved.arm_length, step)
         pairs = [(radius, length) for radius in radii for length in lengths]
         tried = self._needs(*(np.array(pairs) - (self._wish.platform_radius, 0.0)).T)
-        for index in np.argsort(tried.of(objective), kind="stable").tolist():
-            if tried.worst[index] <= 1.0:
-                sizing = sizing_of(self._wish, *pairs[index])
-                if sizing.worst <= 1.0:
-                    return sizing
+        ranked = np.argsort(tried.of(objective), kind="stable").tolist()
+        for index in [each for each in ranked if tried.worst[each] <= 1.0][:MOST_ROUNDINGS]:
+            sizing = sizing_of(self._wish, *pairs[index])
+            if sizing.worst <= 1.0:
+                return sizing
         return proved
 
     def best(self, merit: Callable[[Needs], FloatArray]) -> _Found:
@@ -246,7 +254,7 @@ def _around(value: float, step: float) -> list[float]:
 
 def _impossible(wish: Wish, search: _Search, least: _Found) -> ImpossibleWishError:
     """Return the error about a wish, for the machine that comes nearest to it."""
-    ratios = search.proved(least).needs.ratios[:, 0]
+    ratios = search.ratios(least)
     stops = []
     nearest = wish
     for demand, ratio in zip(DEMANDS, ratios.tolist()):

@@ -101,7 +101,7 @@ class Sizing:
 
     @property
     def platform_resolution(self) -> float:
-        """Twice the largest position error if each slider is half a step beside its setpoint [m]."""
+        """Twice the largest position error, each slider half a step beside its setpoint [m]."""
         return float(self.wish.drive_resolution * self.extremes.bounds[1])
 
     @property

@@ -165,8 +165,8 @@ class Wish:
         carriage_mass: of each slider [kg].
         arm_density: mass of an arm, both rods of it, for each metre [kg/m].
         platform_mass: [kg].
-        platform_radius: of the circle through the platform joints, as small as the tool allows [m].
-        drive_resolution: step of the drives; a slider is at most half of it beside its setpoint [m].
+        platform_radius: of the circle through its joints, as small as the tool allows [m].
+        drive_resolution: step of the drives; a slider is up to half of it beside its setpoint [m].
         platform_resolution: the platform may be at most half of this beside its setpoint for it;
             None for any [m].
         largest_base_radius: room for the towers; None for any [m].
@@ -214,7 +214,10 @@ class Wish:
         for names, check in (
             (("speed", "acceleration", "carriage_mass", "platform_mass", "jerk_time"), positive),
             (("max_condition_number", "least_arm_angle", "drive_resolution"), positive),
-            (("payload", "arm_density", "platform_radius", "clearance", "end_margin"), non_negative),
+            (
+                ("payload", "arm_density", "platform_radius", "clearance", "end_margin"),
+                non_negative,
+            ),
             (("orientation",), finite),
         ):
             for name in names:
@@ -259,4 +262,3 @@ class Wish:
         else:
             value = value * factor
         return replace(self, **{demand.value: value})
-
