@@ -57,7 +57,7 @@ def some_inside(volume, rng, count):
     ("name", "objective"),
     [
         *((name, Objective.SIZE) for name in WISHES if name != "heavy arms"),
-        *((name, Objective.POWER) for name in ("plain", "heavy arms", "a box in a corner")),
+        *((name, Objective.POWER) for name in ("heavy arms", "a box in a corner")),
     ],
 )
 def test_a_machine_does_what_is_wished_and_none_is_better(name, objective):
@@ -127,10 +127,6 @@ def least_of_many(wish, objective, rng, count=3000):
     [
         ({"largest_base_radius": 0.15}, {Demand.BASE_RADIUS, Demand.ARM_ANGLE}),
         ({"largest_force": 8.0}, {Demand.FORCE}),
-        (
-            {"max_condition_number": 1.6, "largest_column_height": 0.4},
-            {Demand.CONDITION, Demand.COLUMN_HEIGHT},
-        ),
     ],
 )
 def test_an_impossible_wish_is_told_with_the_nearest_possible_one(loosened, expected):
@@ -152,12 +148,6 @@ def test_an_impossible_wish_is_told_with_the_nearest_possible_one(loosened, expe
         halfway = replace(halfway, **{stop.demand.value: value})
     with pytest.raises(ImpossibleWishError):
         size(halfway)
-
-
-def test_a_wish_is_possible_as_long_as_a_machine_is():
-    sizing = size(replace(WISH, largest_force=40.0), Objective.POWER)
-    just = replace(WISH, largest_force=sizing.force * 1.001, largest_slider_speed=5.0)
-    assert size(just).force <= just.largest_force
 
 
 def test_a_machine_that_does_not_do_what_is_wished_is_judged_too():

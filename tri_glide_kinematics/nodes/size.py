@@ -87,7 +87,7 @@ def _size(options: argparse.Namespace) -> bool:
     )
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    wish = _wish(options)
+    wish, cycle = _wish(options), _cycle(options)
     objective = Objective(options.objective)
     others = [each for each in Objective if each is not objective]
     possible = True
@@ -99,7 +99,6 @@ def _size(options: argparse.Namespace) -> bool:
         possible = False
         best = size(error.nearest, objective)
     machines = [best, *(size(best.wish, other) for other in others)]
-    cycle = _cycle(options)
     loads = [duty_load(machine, cycle) for machine in machines]
     heads = [f"least {each.value}" for each in (objective, *others)]
     print("\n".join(_table(heads, machines, loads)))

@@ -16,7 +16,7 @@ from tri_glide_kinematics.sizing.fields import Cells
 from tri_glide_kinematics.workspace import Bound, Face, Workspace
 
 # A radius is found to this [m].
-RADIUS_TOLERANCE = 1e-8
+RADIUS_TOLERANCE = 1e-7
 
 FIRST_CELLS = 16
 MOST_HALVINGS = 60
@@ -70,7 +70,7 @@ def inscribed_radius(
     bottom, top = _ends(workspace, 0.0, center)
     if not (high > 0.0 and top - bottom >= height):
         raise NoCylinderError(f"no cylinder of {height:g} m is inside the workspace there")
-    while high - low > 0.1 * RADIUS_TOLERANCE:
+    while high - low > 1e-3 * RADIUS_TOLERANCE:
         middle = 0.5 * (low + high)
         bottom, top = _ends(workspace, middle, center)
         if top - bottom >= height:

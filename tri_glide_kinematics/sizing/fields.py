@@ -6,9 +6,9 @@ derivatives are known: none of the first is larger than $K_j = L_j^2/s_j^3$, non
 $T_j = 3 L_j^2 r_j/s_j^5$, with the distance $r_j$ and the rise at the farthest place of the cell.
 With $\sigma$ the least singular value in the cell, and K and T the roots of the sums of squares, a
 column n of the inverse has first derivatives of at most $|n| K/\sigma$, and second ones of at most
-$|n| (2 K^2/\sigma^2 + T/\sigma)$. So errors and forces have a bound that is the value at the place, d times the exact gradient there,
-and $d^2/2$ times what bounds the second derivatives; that of the condition number needs none of
-them. With the radius 0 the bound is the value itself.
+$|n| (2 K^2/\sigma^2 + T/\sigma)$. So errors and forces have a bound that is the value at the place,
+d times the exact gradient there, and $d^2/2$ times what bounds the second derivatives. The bound of
+the condition number needs K only. With the radius 0 the bound is the value itself.
 
 The derivation is in docs/which_machine.md.
 """

@@ -2,7 +2,8 @@
 
 Above each place of a level the platform may be between two heights, which follow in closed form.
 The places themselves are cut out of a grid; the points where its lines leave the workspace are
-found by halving. A top and a bottom of triangles and the walls between them are closed by construction.
+found by halving. A top and a bottom of triangles, and the walls between them, are closed by
+construction.
 """
 
 from __future__ import annotations
