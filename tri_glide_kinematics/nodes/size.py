@@ -78,6 +78,7 @@ def _size(options: argparse.Namespace) -> bool:
     # Threads of the linear algebra library would only wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from tri_glide_kinematics.files import replace_file
+    from tri_glide_kinematics.ros.parameters import IK_NODE, file_values
     from tri_glide_kinematics.sizing import (
         ImpossibleWishError,
         Objective,
@@ -106,6 +107,8 @@ def _size(options: argparse.Namespace) -> bool:
         folder = options.write.parent
         folder.mkdir(parents=True, exist_ok=True)
         replace_file(options.write, parameter_text(best))
+        # Nodes bound their parameters, too.
+        file_values(str(options.write), "/ik_node", IK_NODE)
         print(f"parameter file for all nodes, of the machine of {heads[0]}: {options.write}")
     return possible
 

@@ -48,6 +48,9 @@ TOGETHER = 60_000
 ROOM = 2.0 * TIGHTNESS
 ATTEMPTS = 8
 
+# How tight bounds are of a machine that does not do what is wished.
+ROUGHLY = 2e-3
+
 # Machines with rounded lengths of which so many are proved at most.
 MOST_ROUNDINGS = 3
 
@@ -114,7 +117,11 @@ def size(wish: Wish, objective: Objective = Objective.SIZE) -> Sizing:
     for _ in range(ATTEMPTS):
         least = search.best(lambda found: found.worst)
         if least.worst > limit:
-            raise _impossible(wish, search, least)
+            proved = search.proved(least, ROUGHLY)
+            if proved.worst <= least.worst * (1.0 + 2.0 * ROUGHLY):
+                raise _impossible(proved)
+            search.add_places(proved)
+            continue
         found = search.best(
             lambda found: np.where(
                 found.worst <= limit, found.of(objective), NOT_POSSIBLE * found.worst
@@ -149,14 +156,10 @@ class _Search:
         """Try the worst places of a machine, too."""
         self._places = np.concatenate((self._places, proved.extremes.places))
 
-    def proved(self, found: _Found) -> Sizing:
+    def proved(self, found: _Found, tightness: float = TIGHTNESS) -> Sizing:
         """Return a machine with what is proved of it."""
-        return sizing_of(self._wish, found.difference + self._wish.platform_radius, found.length)
-
-    def ratios(self, found: _Found) -> FloatArray:
-        """Return what a machine needs of each demand, at the places that are tried. Shape (8,)."""
-        tried = self._needs(np.array([found.difference]), np.array([found.length]))
-        return tried.ratios[:, 0]
+        radius = found.difference + self._wish.platform_radius
+        return sizing_of(self._wish, radius, found.length, tightness)
 
     def rounded(self, proved: Sizing, objective: Objective) -> Sizing:
         """Return a machine with lengths in four digits that is about as good, if there is one."""
@@ -252,12 +255,11 @@ def _around(value: float, step: float) -> list[float]:
     return [round((first + k) * step, digits) for k in range(-1, 3)]
 
 
-def _impossible(wish: Wish, search: _Search, least: _Found) -> ImpossibleWishError:
+def _impossible(least: Sizing) -> ImpossibleWishError:
     """Return the error about a wish, for the machine that comes nearest to it."""
-    ratios = search.ratios(least)
     stops = []
-    nearest = wish
-    for demand, ratio in zip(DEMANDS, ratios.tolist()):
+    wish = nearest = least.wish
+    for demand, ratio in zip(DEMANDS, least.needs.ratios[:, 0].tolist()):
         if ratio > 1.0 - ROOM:
             nearest = nearest.loosened(demand, max(1.0, ratio) * (1.0 + MORE_THAN_NEEDED))
             wanted, possible = getattr(wish, demand.value), getattr(nearest, demand.value)

@@ -10,7 +10,7 @@ import numpy as np
 from tri_glide_kinematics.dynamics import Masses
 from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.sizing.designs import DEMANDS, Needs, Spans, field_bounds, needs, spans
-from tri_glide_kinematics.sizing.proof import Extremes, largest_over
+from tri_glide_kinematics.sizing.proof import TIGHTNESS, Extremes, largest_over
 from tri_glide_kinematics.sizing.wish import Box, Demand, Wish, heights_of
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -159,13 +159,16 @@ class Sizing:
         )
 
 
-def sizing_of(wish: Wish, base_radius: float, arm_length: float) -> Sizing:
+def sizing_of(
+    wish: Wish, base_radius: float, arm_length: float, tightness: float = TIGHTNESS
+) -> Sizing:
     """Return what is proved of a symmetric machine for a wish, whether it does all of it or not.
 
     Args:
         wish: what it is to do.
         base_radius: [m].
         arm_length: [m].
+        tightness: largest part by which a bound is above a value that is reached.
     """
     difference = base_radius - wish.platform_radius
 
@@ -178,7 +181,7 @@ def sizing_of(wish: Wish, base_radius: float, arm_length: float) -> Sizing:
         none = np.full(3, np.inf)
         extremes = Extremes(none, none, np.zeros((3, 2)))
     else:
-        extremes = largest_over(wish.volume, quantities)
+        extremes = largest_over(wish.volume, quantities, tightness)
     return Sizing(
         wish,
         base_radius,
