@@ -227,9 +227,10 @@ def forces_batch(
             np.sign(rates, out=friction)
             friction *= coulomb
             np.add(forces, friction, out=result[:, block])
-            # An infinity would leave infinite forces, where one call raises an error.
-            if not isfinite(result[:, block].sum()):
-                result[:, block][:, ~np.isfinite(result[:, block].sum(axis=0))] = np.nan
+            # An infinity would leave infinite forces, where one call raises an error. The first
+            # force holds all numbers: it is finite only if they are.
+            if not isfinite(result[0, block].sum()):
+                result[:, block][:, ~np.isfinite(result[0, block])] = np.nan
     return result.T
 
 
