@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,30 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import random_geometry, random_positions, reproducible
 
+from testing.masses import random_masses
 from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
 from tri_glide_kinematics.errors import NotFiniteError, WrongShapeError
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, NoPoseError, TriGlide
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, NoPoseError, TriGlide, TriGlideGeometry
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
-
-
-def random_masses(rng, *, heavy_arms=False, friction=True):
-    """Three unequal arms and carriages, counterweights, and gravity in any direction."""
-    heaviest = 3.0 if heavy_arms else 0.4
-    arms = []
-    for uniform in rng.permutation([True, False, False]):
-        mass = rng.uniform(0.05, heaviest)
-        arms.append(Arm(mass) if uniform else Arm(mass, rng.uniform(), mass * rng.uniform(0, 0.05)))
-    return Masses(
-        rng.uniform(0.2, 3.0, 3),
-        tuple(arms),
-        rng.uniform(0.2, 2.0),
-        rng.uniform(0.0, 2.0),
-        counterweights=rng.uniform(0.0, 2.0, 3),
-        coulomb=rng.uniform(0.0, 10.0, 3) * friction,
-        viscous=rng.uniform(0.0, 30.0, 3) * friction,
-        gravity=9.80665 * rng.normal(size=3),
-    )
+MUJOCO = Path(__file__).with_name("mujoco_forces.json")
 
 
 def random_motion(machine, rng, count, max_condition=20.0):
@@ -115,6 +100,19 @@ def test_forces_are_those_of_a_constrained_lagrangian(heavy_arms):
             size = np.linalg.norm(expected)
             assert np.linalg.norm(found - expected) < 1e-11 * size
             assert np.linalg.norm(row - expected) < 1e-11 * size
+
+
+def test_forces_are_those_of_mujoco():
+    """Kept by ``python -m benchmarks.mujoco_forces --write``."""
+    kept = json.loads(MUJOCO.read_text())
+    assert len(kept) == 12
+    for each in kept:
+        masses = each["masses"]
+        arms = tuple(Arm(**arm) for arm in masses.pop("arms"))
+        machine = TriGlide(TriGlideGeometry(**each["geometry"]))
+        found = SliderForces(machine, Masses(arms=arms, **masses)).forces(*each["motion"])
+        expected = np.array(each["forces"])
+        assert np.linalg.norm(found - expected) < 1e-9 * np.linalg.norm(expected)
 
 
 def test_forces_of_a_motion_of_the_platform_are_those_of_its_sliders():
@@ -316,7 +314,7 @@ def test_a_simulation_is_as_good_as_the_square_of_its_step():
             forces = slider_forces.forces(*motion((k + 0.5) * step))
             heights, rates = slider_forces.step(heights, rates, forces, step)
         errors.append(np.linalg.norm(np.subtract(rates, motion(0.1)[1])))
-    assert errors[0] < 1e-3
+    assert errors[0] < 1e-5
     assert errors[1] < 0.3 * errors[0]
 
 

@@ -6,6 +6,19 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.dynamics.batch import Constants as Constants
+    from tri_glide_kinematics.dynamics.identification import ANY_ARMS as ANY_ARMS
+    from tri_glide_kinematics.dynamics.identification import NO_COUNTERWEIGHTS as NO_COUNTERWEIGHTS
+    from tri_glide_kinematics.dynamics.identification import UNIFORM_ARMS as UNIFORM_ARMS
+    from tri_glide_kinematics.dynamics.identification import Estimate as Estimate
+    from tri_glide_kinematics.dynamics.identification import Identified as Identified
+    from tri_glide_kinematics.dynamics.identification import (
+        NotIdentifiedError as NotIdentifiedError,
+    )
+    from tri_glide_kinematics.dynamics.identification import (
+        TooFewSamplesError as TooFewSamplesError,
+    )
+    from tri_glide_kinematics.dynamics.identification import identify as identify
+    from tri_glide_kinematics.dynamics.identification import regressor as regressor
     from tri_glide_kinematics.dynamics.masses import STANDARD_GRAVITY as STANDARD_GRAVITY
     from tri_glide_kinematics.dynamics.masses import Arm as Arm
     from tri_glide_kinematics.dynamics.masses import Masses as Masses

@@ -7,6 +7,7 @@ through in blocks, whose intermediate results stay in the processor's cache.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,10 @@ from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # Poses per block. There are more intermediate results than in the kinematics, so it is smaller.
-BLOCK = 8_000
+BLOCK = 6_000
+
+# Numbers of ``Arms`` for each pose.
+ROWS = 16
 
 
 class Constants(NamedTuple):
@@ -68,9 +72,10 @@ class Arms(NamedTuple):
         inverse_rises: Shape (3, n) [1/m].
         x: horizontal part of each arm over its rise, in x. Shape (3, n).
         y: the same in y. Shape (3, n).
-        dx: the same in x, less that of arm 1, of arms 2 and 3. Shape (2, n).
+        dx: the same in x, less that of arm 1, of arms 2 and 3; both over the determinant of the
+            Jacobian. Shape (2, n).
         dy: the same in y. Shape (2, n).
-        inverse: of the determinant of the Jacobian. Shape (n,).
+        spare: to work with. Shape (3, n).
     """
 
     inverse_rises: FloatArray
@@ -78,21 +83,46 @@ class Arms(NamedTuple):
     y: FloatArray
     dx: FloatArray
     dy: FloatArray
-    inverse: FloatArray
+    spare: FloatArray
 
     @classmethod
-    def at(cls, machine: TriGlide, heights: FloatArray, positions: FloatArray) -> Arms:
-        """Return those at ``heights`` and ``positions`` that belong together. Shape (n, 3) [m]."""
+    def at(
+        cls,
+        machine: TriGlide,
+        heights: FloatArray,
+        positions: FloatArray,
+        room: FloatArray | None = None,
+    ) -> Arms:
+        """Return those at ``heights`` and ``positions`` that belong together.
+
+        Args:
+            machine: whose arms they are.
+            heights: Shape (n, 3) [m].
+            positions: Shape (n, 3) [m].
+            room: where they are written; new memory for each block would take a third of the time.
+                Shape (ROWS, n).
+        """
+        if room is None:
+            room = np.empty((ROWS, len(heights)))
+        arms = cls(room[:3], room[3:6], room[6:9], room[9:11], room[11:13], room[13:])
+        inverse_rises, x, y, dx, dy, (determinant, term, _) = arms
         anchors_x, anchors_y = np.array(machine.geometry.anchors).T[:, :, np.newaxis]
         place_x, place_y, place_z = positions.T
-        inverse_rises = 1.0 / (heights.T - place_z)
-        x = anchors_x - place_x
+        np.subtract(heights.T, place_z, out=inverse_rises)
+        np.divide(1.0, inverse_rises, out=inverse_rises)
+        np.subtract(anchors_x, place_x, out=x)
         x *= inverse_rises
-        y = anchors_y - place_y
+        np.subtract(anchors_y, place_y, out=y)
         y *= inverse_rises
-        dx = x[1:] - x[0]
-        dy = y[1:] - y[0]
-        return cls(inverse_rises, x, y, dx, dy, 1.0 / (dx[0] * dy[1] - dy[0] * dx[1]))
+        np.subtract(x[1:], x[0], out=dx)
+        np.subtract(y[1:], y[0], out=dy)
+        np.multiply(dx[0], dy[1], out=determinant)
+        np.multiply(dy[0], dx[1], out=term)
+        determinant -= term
+        np.divide(1.0, determinant, out=determinant)
+        dx *= determinant
+        dy *= determinant
+        return arms
 
     def height_rates(self, platform: FloatArray) -> FloatArray:
         """Return the Jacobian times rates of the ``platform``. Shape (3, n)."""
@@ -100,14 +130,17 @@ class Arms(NamedTuple):
 
     def platform_rates(self, heights: FloatArray) -> FloatArray:
         """Return the inverse Jacobian times rates of the ``heights``. Shape (3, n)."""
-        steps = heights[1:] - heights[0]
-        steps *= self.inverse
-        rates = np.empty_like(heights)
+        step2, step3, term = self.spare
+        (dx2, dx3), (dy2, dy3) = self.dx, self.dy
+        rates = np.empty(heights.shape)
         x, y, z = rates
-        np.subtract(steps[0] * self.dy[1], steps[1] * self.dy[0], out=x)
-        np.subtract(steps[1] * self.dx[0], steps[0] * self.dx[1], out=y)
-        np.subtract(heights[0], self.x[0] * x, out=z)
-        z -= self.y[0] * y
+        np.subtract(heights[1:], heights[0], out=self.spare[:2])
+        np.multiply(step2, dy3, out=x)
+        x -= np.multiply(step3, dy2, out=term)
+        np.multiply(step3, dx2, out=y)
+        y -= np.multiply(step2, dx3, out=term)
+        np.subtract(heights[0], np.multiply(self.x[0], x, out=term), out=z)
+        z -= np.multiply(self.y[0], y, out=term)
         return rates
 
     def squares(self, heights: FloatArray, platform: FloatArray) -> FloatArray:
@@ -117,30 +150,36 @@ class Arms(NamedTuple):
             heights: rates of the heights. Shape (3, n).
             platform: rates of the platform. Shape (3, n).
         """
+        across, term, _ = self.spare
         squares = heights - platform[2]
         squares *= squares
-        squares += platform[0] * platform[0] + platform[1] * platform[1]
+        np.multiply(platform[0], platform[0], out=across)
+        across += np.multiply(platform[1], platform[1], out=term)
+        squares += across
         squares *= self.inverse_rises
         return squares
 
     def slider_forces(self, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
         """Return the forces of the sliders that push the platform with a force. Shape (3, n)."""
+        across_x, across_y, term = self.spare
+        (dx2, dx3), (dy2, dy3) = self.dx, self.dy
         forces = np.empty((3, len(z)))
-        across_x = x - self.x[0] * z
-        across_x *= self.inverse
-        across_y = y - self.y[0] * z
-        across_y *= self.inverse
-        np.subtract(across_x * self.dy[1], across_y * self.dx[1], out=forces[1])
-        np.subtract(across_y * self.dx[0], across_x * self.dy[0], out=forces[2])
-        np.subtract(z, forces[1], out=forces[0])
-        forces[0] -= forces[2]
+        first, second, third = forces
+        np.subtract(x, np.multiply(self.x[0], z, out=term), out=across_x)
+        np.subtract(y, np.multiply(self.y[0], z, out=term), out=across_y)
+        np.multiply(across_x, dy3, out=second)
+        second -= np.multiply(across_y, dx3, out=term)
+        np.multiply(across_y, dx2, out=third)
+        third -= np.multiply(across_x, dy2, out=term)
+        np.subtract(z, second, out=first)
+        first -= third
         return forces
 
 
 def driven(
     constants: Constants, arms: Arms, heights: FloatArray, platform: FloatArray
 ) -> FloatArray:
-    """Return the forces for second derivatives, without weight and friction.
+    """Return the forces for second derivatives, with the weight but without friction.
 
     Args:
         constants: of the machine.
@@ -148,22 +187,15 @@ def driven(
         heights: second derivatives. Shape (3, n).
         platform: second derivatives that belong to them. Shape (3, n).
     """
-    sliders = np.array(constants.sliders)[:, np.newaxis]
-    b1, b2, b3 = constants.couplings
-    x, y, z = constants.platform * platform
-    z += b1 * heights[0]
-    z += b2 * heights[1]
-    z += b3 * heights[2]
+    x, y, z = force = constants.platform * platform
+    for coupling, row in zip(constants.couplings, heights):
+        z += np.multiply(coupling, row, out=arms.spare[0])
+    force -= _column(constants.weight)
     forces = arms.slider_forces(x, y, z)
-    forces += sliders * heights
-    forces += np.array(constants.couplings)[:, np.newaxis] * platform[2]
+    forces += np.multiply(_column(constants.sliders), heights, out=arms.spare)
+    forces += np.multiply(_column(constants.couplings), platform[2], out=arms.spare)
+    forces -= _column(constants.weights)
     return forces
-
-
-def held(constants: Constants, arms: Arms) -> FloatArray:
-    """Return the forces that hold the weight. Shape (3, n) [N]."""
-    force = np.broadcast_to(-np.array(constants.weight)[:, np.newaxis], (3, len(arms.inverse)))
-    return arms.slider_forces(*force) - np.array(constants.weights)[:, np.newaxis]
 
 
 def forces_batch(
@@ -175,24 +207,32 @@ def forces_batch(
     masses: Masses,
 ) -> FloatArray:
     """Return the forces for many motions of the sliders, as ``SliderForces.forces_batch``."""
-    coulomb = np.array(masses.coulomb)[:, np.newaxis]
-    viscous = np.array(masses.viscous)[:, np.newaxis]
+    coulomb, viscous = _column(masses.coulomb), _column(masses.viscous)
     count = len(heights)
     result = np.empty((3, count))
+    buffers = np.empty((ROWS + 9, min(BLOCK, count)))
+    positions = machine.forward_batch(heights)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         for start in range(0, count, BLOCK):
             block = slice(start, min(start + BLOCK, count))
-            rows = heights[block]
-            arms = Arms.at(machine, rows, machine.forward_batch(rows))
-            rates = np.ascontiguousarray(velocities[block].T)
-            second = np.ascontiguousarray(accelerations[block].T)
+            room = buffers[:, : block.stop - start]
+            rates, second, friction = room[ROWS : ROWS + 3], room[-6:-3], room[-3:]
+            arms = Arms.at(machine, heights[block], positions[block], room[:ROWS])
+            np.copyto(rates, velocities[block].T)
+            np.copyto(second, accelerations[block].T)
             bends = arms.squares(rates, arms.platform_rates(rates))
             bends += second
             forces = driven(constants, arms, second, arms.platform_rates(bends))
-            forces += held(constants, arms)
-            forces += viscous * rates
-            forces += coulomb * np.sign(rates)
-            # An infinity would leave infinite forces, where one call raises an error.
-            forces[:, ~np.isfinite(forces.sum(axis=0))] = np.nan
-            result[:, block] = forces
+            forces += np.multiply(viscous, rates, out=friction)
+            np.sign(rates, out=friction)
+            friction *= coulomb
+            np.add(forces, friction, out=result[:, block])
+            # An infinity would leave infinite forces, where one call raises an error. The first
+            # force holds all numbers: it is finite only if they are.
+            if not isfinite(result[0, block].sum()):
+                result[:, block][:, ~np.isfinite(result[0, block])] = np.nan
     return result.T
+
+
+def _column(values: Sequence[float]) -> FloatArray:
+    return np.array(values)[:, np.newaxis]

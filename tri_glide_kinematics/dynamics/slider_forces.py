@@ -391,14 +391,14 @@ class SliderForces:
         arms = batch.Arms.at(self.machine, self.machine.inverse_batch(places), places)
         rates = arms.height_rates(first)
         bends = arms.height_rates(second) - arms.squares(rates, first)
-        coulomb = np.array(self.masses.coulomb)[:, np.newaxis]
-        viscous = np.array(self.masses.viscous)[:, np.newaxis]
+        still = np.zeros((3, len(places)))
+        at_rest = batch.driven(self._constants, arms, still, still)
         parts = (
-            batch.driven(self._constants, arms, rates, first),
-            batch.driven(self._constants, arms, bends, second),
-            batch.held(self._constants, arms),
-            viscous * rates,
-            coulomb * np.sign(rates),
+            batch.driven(self._constants, arms, rates, first) - at_rest,
+            batch.driven(self._constants, arms, bends, second) - at_rest,
+            at_rest,
+            (rates.T * self.masses.viscous).T,
+            (np.sign(rates).T * self.masses.coulomb).T,
         )
         return PathForces(*(part.T for part in parts))
 
