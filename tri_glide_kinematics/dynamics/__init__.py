@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.dynamics.masses import MIDDLE as MIDDLE
     from tri_glide_kinematics.dynamics.masses import STANDARD_GRAVITY as STANDARD_GRAVITY
     from tri_glide_kinematics.dynamics.masses import Arm as Arm
     from tri_glide_kinematics.dynamics.masses import Masses as Masses
