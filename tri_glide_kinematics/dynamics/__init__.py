@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.dynamics.identification import identify as identify
     from tri_glide_kinematics.dynamics.identification import regressor as regressor
+    from tri_glide_kinematics.dynamics.masses import MIDDLE as MIDDLE
     from tri_glide_kinematics.dynamics.masses import STANDARD_GRAVITY as STANDARD_GRAVITY
     from tri_glide_kinematics.dynamics.masses import Arm as Arm
     from tri_glide_kinematics.dynamics.masses import Masses as Masses

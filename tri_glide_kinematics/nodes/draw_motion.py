@@ -96,8 +96,8 @@ def _draw(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.ros.parameters import (
         IK_NODE,
         file_values,
-        limits_of,
         machine_of,
+        motion_limits_of,
         shaper_of,
         workspace_limits_of,
     )
@@ -113,7 +113,7 @@ def _draw(options: argparse.Namespace) -> None:
             f"{values['base_frame']} is known to a running machine only"
         )
     machine = machine_of(values)
-    limits = limits_of(values).with_velocity_scaled(values["speed_scale"])
+    limits = motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
     bounds = workspace_limits_of(values)
     timed = time_steps(
         work,

@@ -53,8 +53,8 @@ from tri_glide_kinematics.ros.parameters import (
     IK_NODE,
     Values,
     file_values,
-    limits_of,
     machine_of,
+    motion_limits_of,
     shaper_of,
     workspace_limits_of,
 )
@@ -82,8 +82,9 @@ def check_on_machine(program: Program, values: Values) -> ProgramCheck:
         KinematicsError: if a place of the program is not inside the workspace, or the parameters
             describe no machine.
     """
-    workspace = Workspace(machine_of(values), workspace_limits_of(values))
-    limits = limits_of(values).with_velocity_scaled(values["speed_scale"])
+    machine = machine_of(values)
+    workspace = Workspace(machine, workspace_limits_of(values))
+    limits = motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
     return check_program(program, workspace, limits, shaper_of(values))
 
 

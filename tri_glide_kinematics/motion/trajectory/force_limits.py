@@ -23,7 +23,7 @@ import numpy as np
 
 from tri_glide_kinematics.checks import finite_vector, positive
 from tri_glide_kinematics.dynamics import SliderForces
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.trajectory.added_bounds import (
     AddedBound,
     PathRows,
@@ -43,6 +43,8 @@ _FIRST = np.array((1.0, 2.0, 3.0, 4.0))[:, np.newaxis, np.newaxis]
 
 class CannotHoldError(KinematicsError):
     """A force limit is too low to hold the weight."""
+
+    refusal = Refusal.OUT_OF_BOUNDS
 
     def __init__(
         self, slider: int, force: float, limit: float, direction: str, position: FloatArray
