@@ -109,6 +109,6 @@ class SimulatedDrives:
             )
         self._setpoint = setpoint
 
-    def stopped(self, heights: Vector3, velocities: Vector3) -> None:
-        """Put the sliders where something has stopped them: heights [m], velocities [m/s]."""
-        self.heights, self.velocities = heights, velocities
+    def held(self, heights: Vector3) -> Setpoint:
+        """Return the setpoint that rests at ``heights`` [m] with the forces of the last one."""
+        return Setpoint(heights, forces=self._setpoint.forces)

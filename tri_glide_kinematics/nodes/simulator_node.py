@@ -31,7 +31,7 @@ from tri_glide_kinematics.control import (
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.cdr import FIRST, SECOND, THIRD, StampedTriples
-from tri_glide_kinematics.ros.inputs import SliderMeasurements
+from tri_glide_kinematics.ros.inputs import SliderMeasurements, StampedReading
 from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.parameters import (
     SIMULATOR_NODE,
@@ -202,13 +202,13 @@ class SimulatorNode(Node):
         if reading is None:
             return
         if all(map(math.isfinite, reading.heights)):
-            self._drive_time.command(reading.heights)
+            self._drive_time.command(self._setpoint(reading, data))
         else:
             self._reasons.add(
                 f"ignored a command: heights {vector_text(reading.heights)} m are not finite"
             )
 
-    def _setpoint(self, reading: SliderReading, data: bytes) -> Setpoint:
+    def _setpoint(self, reading: StampedReading, data: bytes) -> Setpoint:
         """Return the setpoint of a command; its efforts are the feed-forward of the drives."""
         setpoint = Setpoint(reading.heights)
         if self._sliders.drives is None:
@@ -296,7 +296,6 @@ class SimulatorNode(Node):
             values["encoder_offsets"],
             values["stuck_sliders"],
         )
-
 
     def _apply_drives(self, values: Values) -> None:
         forces = forces_of(values, self._truth.machine)

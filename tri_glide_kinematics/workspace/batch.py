@@ -108,7 +108,7 @@ def places_inside(machine: TriGlide, limits: WorkspaceLimits) -> FloatArray:
         heights = np.concatenate((heights, machine.inverse_batch(positions)))
     if limits.cylinder is not None:
         cylinder = limits.cylinder
-        radii = np.linspace(0.0, cylinder.radius, PLACES_ALONG)
+        radii = cylinder.radius * np.array((0.0, 0.5, 1.0))
         angles = np.linspace(0.0, 2.0 * math.pi, 2 * PLACES_ALONG, endpoint=False)
         levels = np.linspace(cylinder.z_min, cylinder.z_max, PLACES_ALONG)
         radius, angle, z = _grid(radii, angles, levels).T
