@@ -207,3 +207,29 @@ def test_a_node_does_not_start_with_force_limits_that_it_cannot_keep(nodes, valu
     node.exit_codes = (1,)
     assert node.process.wait(60.0) == 1
     assert words in node.output
+
+
+def test_a_simulated_machine_with_masses_is_driven_by_efforts(running_machine):
+    """Its drives hold the weight with the feed-forward, and the moves end where they should."""
+    machine = running_machine
+    drives = {"drive_stiffness": [20000.0] * 3, "drive_damping": [400.0] * 3}
+    answer = machine.client.set_parameters("simulator_node", drives)
+    assert not answer.successful
+    assert "drive_stiffness = [20000, 20000, 20000] N/m needs masses" in answer.reason
+    set_up(machine, **MASSES)
+    machine.client.wait_for(lambda: machine.commands[-1].effort, "efforts")
+    answer = machine.client.set_parameters("simulator_node", {**MASSES, **drives})
+    assert answer.successful, answer.reason
+    machine.client.wait_for(lambda: machine.measured[-1].effort, "forces of the drives")
+    machine.move(HIGH)
+    machine.move(LOW)
+    machine.wait_for_measured_rest()
+    expected = weight(0.5, machine.heights())
+    machine.client.wait_for(
+        lambda: list(machine.measured[-1].effort) == pytest.approx(expected, abs=0.05), "rest"
+    )
+    assert list(machine.measured[-1].position) == pytest.approx(machine.heights(), abs=1e-5)
+    off = {name: NO_LIMIT for name in drives}
+    assert machine.client.set_parameters("simulator_node", {**NO_MASSES, **off}).successful
+    machine.client.wait_for(lambda: not machine.measured[-1].effort, "no forces")
+    set_up(machine, **NO_MASSES)
