@@ -188,6 +188,8 @@ def test_single_block_and_override_are_those_of_the_page_and_the_dialect_stays(
     panel.wait_for_words(operator, "40.0 mm/s", "speed")
     operator.type(field("Override [%]"), "100")
     wait_for_text(panel, operator, "waiting: line 5 of 8")
+    operator.click(button("stop"))
+    wait_for_text(panel, operator, "ended: line 5 of 8")
 
 
 def test_a_file_that_was_replaced_is_read_again(
