@@ -142,7 +142,7 @@ def test_a_program_runs_is_paused_jogged_and_goes_on_where_it_was(
     positions = []
     operator.click(button("go on"))
     panel.client.wait_for(
-        lambda: positions.append(panel.position) or math.dist(paused, positions[-1]) < 1e-4,
+        lambda: positions.append(panel.position) or math.dist(paused, positions[-1]) < 1e-3,
         "the place of the pause",
     )
     wait_for_text(panel, operator, "waiting: line 5 of 8")
@@ -168,13 +168,14 @@ def test_a_run_that_is_stopped_goes_on_from_its_line(panel: Panel, operator: Pag
 def test_single_block_and_override_are_those_of_the_page_and_the_dialect_stays(
     panel: Panel, operator: Page, tmp_path: Path
 ) -> None:
-    upload(operator, tmp_path / "blocks.ngc", square_to(85))
+    # Wherever the platform is, line 2 moves it.
+    upload(operator, tmp_path / "blocks.ngc", square_to(85).replace("G0 X0", "G0 X7"))
     wait_for_text(panel, operator, "-20 to 85 mm")
     operator.click(field("Single block"))
     operator.type(field("Override [%]"), "200")
     operator.click(button("run"))
     wait_for_text(panel, operator, "waits: line 3 is next")
-    panel.wait_until_at((0.0, 0.0, 0.26))
+    panel.wait_until_at((0.007, 0.0, 0.26))
     panel.click_choice(operator, "Dialect", "marlin")
     panel.wait_for_words(operator, "dialect not changed: blocks.ngc runs", "refusal")
     operator.wait_for(
