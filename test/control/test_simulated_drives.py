@@ -27,7 +27,8 @@ def errors(known: SliderForces | None) -> FloatArray:
     for kind in (*MotionKind, *MotionKind):
         start, end = rng.uniform((-0.1, -0.1, 0.22), (0.1, 0.1, 0.36), (2, 3)).tolist()
         motion = plan_move(WORKSPACE, LIMITS, start, end, kind=kind)
-        drives = SimulatedDrives(TRUE, CONTROL, motion.at(0.0).heights)
+        moved = motion.at(0.0)[:2]
+        drives = SimulatedDrives(TRUE, CONTROL, moved[0])
         for time in np.arange(1, int(motion.duration / PERIOD) + 20) * PERIOD:
             heights, velocities, accelerations = motion.at(float(time))
             if known is None:
@@ -38,8 +39,8 @@ def errors(known: SliderForces | None) -> FloatArray:
                 own = known.forces(heights, STILL, STILL)
                 driven = known.forces(heights, velocities, accelerations)
                 forces = tuple(w + f - o for w, f, o in zip(weight, driven, own))
-            drives.step(Setpoint(heights, velocities, forces), PERIOD)
-            found.append(np.subtract(drives.heights, heights))
+            moved = drives.step(*moved, Setpoint(heights, velocities, forces), PERIOD)
+            found.append(np.subtract(moved[0], heights))
     return np.array(found)
 
 
@@ -57,20 +58,22 @@ def test_feed_forward_takes_the_error_off():
 def test_a_machine_at_rest_stays_where_it_is_held():
     drives = SimulatedDrives(TRUE, CONTROL, (0.6, 0.55, 0.6))
     weight = TRUE.forces((0.6, 0.55, 0.6), STILL, STILL)
+    moved = (0.6, 0.55, 0.6), STILL
     for _ in range(50):
-        drives.step(Setpoint((0.6, 0.55, 0.6), STILL, weight), PERIOD)
-    assert drives.heights == pytest.approx((0.6, 0.55, 0.6), abs=1e-12)
+        moved = drives.step(*moved, Setpoint((0.6, 0.55, 0.6), STILL, weight), PERIOD)
+    assert moved[0] == pytest.approx((0.6, 0.55, 0.6), abs=1e-12)
     assert drives.exerted == pytest.approx(weight, abs=1e-9)
 
 
 def test_without_its_weight_it_sinks_until_the_spring_holds_it():
     smooth = SliderForces(MACHINE, Masses.uniform(1.0, 0.2, 1.0))
     drives = SimulatedDrives(smooth, CONTROL, (0.6, 0.6, 0.6))
+    heights, velocities = (0.6, 0.6, 0.6), STILL
     for _ in range(1000):
-        drives.step(Setpoint((0.6, 0.6, 0.6)), PERIOD)
-    sunk = 0.6 - drives.heights[0]
+        heights, velocities = drives.step(heights, velocities, Setpoint((0.6, 0.6, 0.6)), PERIOD)
+    sunk = 0.6 - heights[0]
     assert sunk == pytest.approx(drives.exerted[0] / 6000.0, rel=1e-6)
-    assert drives.exerted == pytest.approx(smooth.forces(drives.heights, STILL, STILL), rel=1e-6)
+    assert drives.exerted == pytest.approx(smooth.forces(heights, STILL, STILL), rel=1e-6)
 
 
 def test_a_control_without_stiffness_is_none():

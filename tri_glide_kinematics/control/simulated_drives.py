@@ -62,13 +62,11 @@ class PositionControl:
 
 
 class SimulatedDrives:
-    """The sliders of a machine with masses, under position control.
+    """Drives under position control, and the masses that they move.
 
     Attributes:
         forces: of the machine as it is.
         control: of the drives.
-        heights: of the sliders. Shape (3,) [m].
-        velocities: of the sliders. Shape (3,) [m/s].
         exerted: forces of the drives in the last step. Shape (3,) [N].
     """
 
@@ -77,13 +75,22 @@ class SimulatedDrives:
         still = (0.0, 0.0, 0.0)
         self.forces = forces
         self.control = control
-        self.heights = heights
-        self.velocities = still
         self.exerted = forces.forces(heights, still, still)
         self._setpoint = Setpoint(heights, still, self.exerted)
 
-    def step(self, setpoint: Setpoint, dt: float) -> None:
+    def step(
+        self, heights: Vector3, velocities: Vector3, setpoint: Setpoint, dt: float
+    ) -> tuple[Vector3, Vector3]:
         """Go over to a ``setpoint`` in ``dt`` [s].
+
+        Args:
+            heights: of the sliders. Shape (3,) [m].
+            velocities: of the sliders. Shape (3,) [m/s].
+            setpoint: for the end of the step.
+            dt: of the step [s].
+
+        Returns:
+            Heights and velocities of the sliders after it.
 
         Raises:
             KinematicsError: if the machine has no pose there.
@@ -96,18 +103,13 @@ class SimulatedDrives:
             f1, f2, f3 = (
                 force + stiff * (height - own) + damp * (velocity - rate)
                 for height, velocity, force, own, rate, stiff, damp in zip(
-                    *wanted,
-                    self.heights,
-                    self.velocities,
-                    self.control.stiffness,
-                    self.control.damping,
+                    *wanted, heights, velocities, self.control.stiffness, self.control.damping
                 )
             )
             self.exerted = f1, f2, f3
-            self.heights, self.velocities = self.forces.step(
-                self.heights, self.velocities, self.exerted, dt / count
-            )
+            heights, velocities = self.forces.step(heights, velocities, self.exerted, dt / count)
         self._setpoint = setpoint
+        return heights, velocities
 
     def held(self, heights: Vector3) -> Setpoint:
         """Return the setpoint that rests at ``heights`` [m] with the forces of the last one."""

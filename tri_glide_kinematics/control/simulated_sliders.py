@@ -147,19 +147,17 @@ class SimulatedSliders:
 
     def _drive(self, drives: SimulatedDrives, dt: float) -> None:
         """Let the drives move the machine; where it is stopped, it has no velocity any more."""
-        drives.heights, drives.velocities = self.heights, _three(self._velocities)
         if self._setpoint is not None:
             setpoint = self._setpoint._replace(heights=_three(self._commanded))
             # Where no newer one comes, this one holds.
             self._setpoint = None
         else:
             setpoint = drives.held(_three(self._commanded))
-        drives.step(setpoint, dt)
-        for slider, stuck in enumerate(self.faults.stuck_sliders):
-            height = self._inside(slider, drives.heights[slider])
-            stopped = stuck or height != drives.heights[slider]
-            self._velocities[slider] = 0.0 if stopped else drives.velocities[slider]
-            self._heights[slider] = self._heights[slider] if stuck else height
+        moved = drives.step(self.heights, _three(self._velocities), setpoint, dt)
+        for slider, (height, velocity) in enumerate(zip(*moved)):
+            stuck, inside = self.faults.stuck_sliders[slider], self._inside(slider, height)
+            self._velocities[slider] = 0.0 if stuck or inside != height else velocity
+            self._heights[slider] = self._heights[slider] if stuck else inside
 
     def _inside(self, slider: int, height: float) -> float:
         return min(max(height, self._lower[slider]), self._upper[slider])

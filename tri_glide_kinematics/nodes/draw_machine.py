@@ -14,6 +14,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from tri_glide_kinematics.nodes.draw_motion import add_node_argument
 from tri_glide_kinematics.picture_commands import (
     MILLIMETRES,
     command_parser,
@@ -114,12 +115,7 @@ def _parser() -> argparse.ArgumentParser:
         "through its workspace. It needs no ROS and no machine.",
         "parameters of the machine; those of config/ are found by their name alone",
     )
-    parser.add_argument(
-        "--node",
-        default="/ik_node",
-        metavar="NAME",
-        help="full name of the node whose parameters they are (default: /ik_node)",
-    )
+    add_node_argument(parser)
     parser.add_argument(
         "--resolution",
         type=float,

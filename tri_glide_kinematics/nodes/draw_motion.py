@@ -47,6 +47,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return exit_code("draw_motion", options.output, lambda: _draw(options))
 
 
+def add_node_argument(parser: argparse.ArgumentParser) -> None:
+    """Add what tells a command whose parameters of a file are those of the machine."""
+    parser.add_argument(
+        "--node",
+        default="/ik_node",
+        metavar="NAME",
+        help="full name of the node whose parameters they are (default: /ik_node)",
+    )
+
+
 def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
     """Add what tells a command about the machine: the rate, and where its parameters are."""
     parser.add_argument(
@@ -62,12 +72,7 @@ def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help=f"parameters of the machine (default: {PARAMETERS})",
     )
-    parser.add_argument(
-        "--node",
-        default="/ik_node",
-        metavar="NAME",
-        help="full name of the node whose parameters they are (default: /ik_node)",
-    )
+    add_node_argument(parser)
 
 
 def _draw(options: argparse.Namespace) -> None:

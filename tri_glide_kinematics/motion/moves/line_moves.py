@@ -105,7 +105,8 @@ class LinearMotion:
 
         found = yield from kept(plan, limits)
         yield
-        return _checked(found, limits)
+        found.check_sliders(limits)
+        return found
 
     def jog(
         self,

@@ -12,12 +12,12 @@ from enum import Enum
 from functools import partial
 
 from tri_glide_kinematics.checks import finite_vector, member
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.moves.line_entry import LineToEdge, LineToPosition
 from tri_glide_kinematics.motion.moves.line_moves import (
     LinearMotion,
     LineJoining,
-    WayOnto,
     found,
 )
 from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
@@ -96,19 +96,12 @@ class MotionPlanner:
         """
         if not moving:
             return (yield from self._move_from_rest(state, position, limits, region))
+        onto = self._onto_line if self._kind is MotionKind.LINEAR else self._slider_move
         gentle = list(gentler(limits, state))
-        ways: list[list[WayOnto]] = []
-        if self._kind is MotionKind.LINEAR:
-            builder = LineToPosition(region, position)
-            for used in gentle:
-                ways.append((yield from self._joining.ways(state, builder, used)))
 
         def candidates() -> Iterator[Candidate]:
-            if self._kind is MotionKind.SLIDER:
-                for used in gentle:
-                    yield partial(self._slider_move, state, position, used, region)
-            for used, onto in zip(gentle, ways):
-                yield from self._line_moves(onto, used, region)
+            for used in gentle:
+                yield partial(onto, state, position, used, region)
             for used in gentle:
                 for braking in self.stopping.candidates(state, used, region):
                     yield partial(self._then_move, braking, position, limits)
@@ -242,12 +235,19 @@ class MotionPlanner:
         yield
         return (yield from inside(plan, region, limits))
 
-    def _line_moves(
-        self, ways: list[WayOnto], limits: SliderLimits, region: Workspace
-    ) -> Iterator[Candidate]:
-        """Yield plans that go over to a line without a stop, the soonest first."""
-        while ways:
-            yield partial(self._blended, partial(self._joining.soonest, ways), limits, region)
+    def _onto_line(
+        self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
+    ) -> Interruptible[Trajectory]:
+        """Return the soonest plan that goes over to a line without a stop, and stays inside."""
+        ways = yield from self._joining.ways(state, LineToPosition(region, position), limits)
+        while True:
+            soonest = partial(self._joining.soonest, ways)
+            try:
+                return (yield from self._blended(soonest, limits, region))
+            except KinematicsError:
+                if not ways:
+                    raise
+            yield
 
     def _blended(
         self,

@@ -43,9 +43,10 @@ class SliderMotion:
         """
         if state.velocities == AT_REST and state.accelerations == AT_REST:
             plan = yield from self._from_rest(state, heights, limits)
-        else:
-            bounds = (limits.velocity, limits.acceleration, limits.jerk)
-            plan = CubicPlan(state, self._ruckig.to_rest_at(heights, *state, bounds))
+            plan.check_sliders(limits)
+            return plan
+        bounds = (limits.velocity, limits.acceleration, limits.jerk)
+        plan = CubicPlan(state, self._ruckig.to_rest_at(heights, *state, bounds))
         if limits.added:
             yield
         plan.check_limits(limits)
@@ -55,6 +56,8 @@ class SliderMotion:
         self, state: SliderState, heights: Vector3, limits: SliderLimits
     ) -> Interruptible[CubicPlan]:
         """Return the fastest plan along the straight line in slider space to ``heights`` [m].
+
+        It keeps the added bounds; whether the sliders keep theirs is for the caller to check.
 
         The slider with the longest way leads, under limits with which all keep theirs. (Ruckig can
         be asked to synchronize the phases itself. If the limits of the sliders differ it often does

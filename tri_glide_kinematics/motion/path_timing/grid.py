@@ -22,7 +22,7 @@ from tri_glide_kinematics.motion.path_timing.speed_estimate import (
     added_rows,
     samples,
 )
-from tri_glide_kinematics.motion.trajectory import PathHeights
+from tri_glide_kinematics.motion.trajectory import PathHeights, PathRows
 from tri_glide_kinematics.vectors import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -285,11 +285,12 @@ def timing_grid(
     middles = rest_map.derivatives(cells.middle_parameters)
     squared = _squared_speeds(curve, middles, velocity, (first, ends.rates * s1[:, 0]))
     shape = first.shape[1:]
-    begins = cells.ways[:3, :-1]
-    # In the middles, as the parameter has no speed by its way at rest.
-    speeds = np.interp(middles[0], cells.estimate.places, cells.estimate.speeds) / middles[1]
-    speeds = np.maximum(speeds, _LEAST_SPEED * speeds.max())
-    added = added_rows(curve, begins, usable, speeds)
+    added = PathRows.none(len(squared))
+    if usable.added:
+        # In the middles, as the parameter has no speed by its way at rest.
+        speeds = np.interp(middles[0], cells.estimate.places, cells.estimate.speeds) / middles[1]
+        speeds = np.maximum(speeds, _LEAST_SPEED * speeds.max())
+        added = added_rows(curve, cells.ways[:3, :-1], usable, speeds)
     return TimingGrid(
         cells,
         CellHeights(

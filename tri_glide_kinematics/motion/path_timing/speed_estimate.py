@@ -117,10 +117,12 @@ def estimated(
         steady = np.minimum((velocity / np.abs(first)).min(axis=0), asked)
         steady = np.minimum(steady, np.sqrt((acceleration / np.abs(second)).min(axis=0)))
         along = (acceleration / np.abs(first)).min(axis=0)
-        added = added_rows(heights, _by_way(places), limits, steady)
-        if len(added.squared):
-            steady = np.minimum(steady, np.sqrt(1.0 / np.abs(added.squared).max(axis=0)))
-            along = np.minimum(along, 1.0 / np.abs(added.acceleration).max(axis=0))
+        if limits.added:
+            added = added_rows(heights, _by_way(places), limits, steady)
+            steady = np.minimum(
+                steady, np.sqrt(1.0 / np.abs(added.squared).max(axis=0, initial=0.0))
+            )
+            along = np.minimum(along, 1.0 / np.abs(added.acceleration).max(axis=0, initial=0.0))
     reached = steady.copy()
     reached[0], reached[-1] = speed, 0.0
     reached = _reachable(reached, steps, 2.0, 2.0 * along)
@@ -166,11 +168,9 @@ def added_rows(
     Args:
         heights: of the sliders along the path.
         ways: places, and two derivatives by the parameter u. Shape (3, n) [m].
-        limits: with the added bounds.
+        limits: with added bounds.
         speed: that u may have there, about. Shape (n,).
     """
-    if not limits.added:
-        return PathRows(*np.empty((2, 0, ways.shape[1])))
     place, slope, bend = ways
     position, tangent, half = heights.place_series(place, np.zeros(len(place))).values[:3]
     rows = [

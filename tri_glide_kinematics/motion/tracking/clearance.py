@@ -25,7 +25,6 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderLimits,
     SliderState,
     after,
-    keeps_added,
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Traced, Workspace, WorkspaceLimits
@@ -160,7 +159,7 @@ def first_certified(
         box = _box(start, excursions, workspace.limits)
         if box is None or not keep_limits(excursions, limits):
             continue
-        if limits.added and not keeps_added(CubicPlan(start, ways), limits):
+        if limits.added and not CubicPlan(start, ways).keeps_limits(limits):
             continue
         centre, half_diagonal = box
         if half_diagonal <= workspace.free_way(centre):

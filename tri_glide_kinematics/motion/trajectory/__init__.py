@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.added_bounds import added_use as added_use
     from tri_glide_kinematics.motion.trajectory.added_bounds import check_added as check_added
     from tri_glide_kinematics.motion.trajectory.added_bounds import gentler as gentler
-    from tri_glide_kinematics.motion.trajectory.added_bounds import keeps_added as keeps_added
     from tri_glide_kinematics.motion.trajectory.added_bounds import kept as kept
     from tri_glide_kinematics.motion.trajectory.along_curve import CurvePlan as CurvePlan
     from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan as LinePlan

@@ -75,6 +75,11 @@ class PathRows(NamedTuple):
     acceleration: FloatArray
     squared: FloatArray
 
+    @classmethod
+    def none(cls, count: int) -> PathRows:
+        """Return no rows, at so many places."""
+        return cls(*np.empty((2, 0, count)))
+
 
 class AddedBound(ABC):
     """Something that bounds every motion besides the limits of the sliders.
@@ -119,7 +124,7 @@ class AddedBound(ABC):
             curvatures: the second derivatives. Shape (3, n).
             speed: that u may have there, about. Shape (n,).
         """
-        return PathRows(*np.empty((2, 0, positions.shape[1])))
+        return PathRows.none(positions.shape[1])
 
     @abstractmethod
     def error(self, part: float, time: float) -> AddedBoundError:
@@ -295,14 +300,14 @@ _STRETCHED = 5
 def kept(
     plan: Callable[[UsableParts], tuple[Motion, float]], limits: SliderLimits
 ) -> Interruptible[Motion]:
-    """Return a motion from rest to rest that keeps all added bounds, if ``plan`` finds one soon.
+    """Return a motion from rest to rest that is proved to keep all added bounds.
 
     Args:
         plan: makes the motion with parts of the limits, and tells when it is fastest [s].
         limits: with the added bounds.
 
     Raises:
-        AddedBoundError: if a part of a bound is not known.
+        AddedBoundError: if a part of a bound is not known, or none keeps it after some attempts.
         KinematicsError: if there is no plan.
     """
     usable = UsableParts()
@@ -311,9 +316,10 @@ def kept(
         yield
         less = usable.after(motion, fastest, limits, attempt)
         if less == usable:
-            break
+            return motion
         usable = less
         motion, fastest = plan(usable)
+    check_added(motion, limits)
     return motion
 
 
@@ -349,12 +355,3 @@ def check_added(trajectory: Trajectory, limits: SliderLimits, since: float = 0.0
             use = added_use(trajectory, bound, since)
             if not use.part <= 1.0 + RELATIVE_ROUNDING:
                 raise bound.error(use.part, use.time)
-
-
-def keeps_added(trajectory: Trajectory, limits: SliderLimits) -> bool:
-    """Return whether a motion keeps all added bounds."""
-    try:
-        check_added(trajectory, limits)
-    except AddedBoundError:
-        return False
-    return True

@@ -31,7 +31,7 @@ from tri_glide_kinematics.motion.trajectory.added_bounds import (
     largest_value,
 )
 from tri_glide_kinematics.motion.trajectory.errors import AddedBoundError
-from tri_glide_kinematics.motion.trajectory.series import Series, heights_of
+from tri_glide_kinematics.motion.trajectory.series import Series, heights_of, largest_inverse
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
@@ -146,12 +146,9 @@ class ForceLimits(AddedBound):
             for up, down, force, row in zip(self.up, self.down, held, matrix)
         )
 
+    @np.errstate(invalid="ignore", divide="ignore")
     def used(self, position: Series, half: FloatArray) -> UsedParts:
         """Return which part of the forces is used that are left beside the weight."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return self._used(position, half)
-
-    def _used(self, position: Series, half: FloatArray) -> UsedParts:
         constants, masses = self.forces.constants, self.forces.masses
         heights = heights_of(self.machine.geometry, position, half)
         sliders, couplings = (
@@ -168,11 +165,7 @@ class ForceLimits(AddedBound):
         moving[:, 2] += heights.bounds[:4]
         moving[0] = np.abs(arms[0]) + half * moving[1]
         inverse = np.linalg.inv(arms[0].transpose(2, 0, 1)).transpose(1, 2, 0)
-        size = np.abs(inverse)
-        change = np.einsum("ijn,jkn->ikn", size, half * moving[1])
-        norm = change.sum(axis=1).max(axis=0)
-        factor = np.where(norm < 1.0, 1.0 / (1.0 - norm), np.nan)
-        largest = size + np.einsum("kn,kjn->jn", change.max(axis=0), size)[np.newaxis] * factor
+        largest = largest_inverse(np.abs(inverse), half * moving[1])
 
         # Second derivatives of platform and heights; and what they ask of the arms.
         of_platform = _SECOND * position.values[2:], _SECOND * position.bounds[2:]

@@ -240,15 +240,30 @@ def position_of(machine: TriGlide, heights: Series, half: FloatArray) -> Series:
     turned = np.repeat(supposed[np.newaxis], 3, axis=0)
     turned[:, 2] += heights.bounds[1]
     turned *= half
-    change = np.einsum("ijn,jkn->ikn", size, turned)
-    norm = change.sum(axis=1).max(axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        factor = np.where(norm < 1.0, 1.0 / (1.0 - norm), np.nan)
-    more = np.einsum("kn,kjn->jn", change.max(axis=0), size) * factor
-    bounds = _recursion(size + more, rises + turned[:, 2], heights.bounds, 1.0)
+    largest = largest_inverse(size, turned)
+    bounds = _recursion(largest, rises + turned[:, 2], heights.bounds, 1.0)
     bounds[0] = np.abs(start) + half * bounds[1]
     bounds[:, :, ~(bounds[1] <= supposed).all(axis=0)] = np.nan
     return Series(values, bounds)
+
+
+def largest_inverse(size: FloatArray, changes: FloatArray) -> FloatArray:
+    """Return bounds of the absolute inverse of a matrix that changes in a cell.
+
+    They are those of a Neumann series.
+
+    Args:
+        size: absolute values of the inverse in the middle. Shape (3, 3, n).
+        changes: of the matrix from there, at most. Shape (3, 3, n).
+
+    Returns:
+        Shape (3, 3, n); NaN where the series does not converge.
+    """
+    change = np.einsum("ijn,jkn->ikn", size, changes)
+    norm = change.sum(axis=1).max(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factor = np.where(norm < 1.0, 1.0 / (1.0 - norm), np.nan)
+    return np.asarray(size + np.einsum("kn,kjn->jn", change.max(axis=0), size) * factor)
 
 
 def _recursion(

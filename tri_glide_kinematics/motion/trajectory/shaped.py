@@ -401,6 +401,7 @@ class ShapedTrajectory(Trajectory):
         Raises:
             SliderLimitError: if a limit may be exceeded.
         """
+        limits = limits.with_added()
         at_once(self.limit_use(limits, since)).check(limits)
 
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:

@@ -25,7 +25,7 @@ from tri_glide_kinematics.motion.trajectory import (
     PlatformSpeedLimit,
     SliderLimits,
 )
-from tri_glide_kinematics.ros.parameters.table import ParameterError, Values
+from tri_glide_kinematics.ros.parameters.table import Parameter, ParameterError, Values
 from tri_glide_kinematics.ros.parameters.tables import (
     DRIVES,
     FORCE_LIMITS,
@@ -91,11 +91,7 @@ def motion_limits_of(values: Values, machine: TriGlide) -> SliderLimits:
     forces = forces_of(values, machine)
     if limited:
         if forces is None:
-            entry = limited[0]
-            raise ParameterError(
-                f"{entry.name} = {entry.text(values[entry.name])} needs masses: set at least "
-                "carriage_masses and platform_mass"
-            )
+            raise _without_masses(limited[0], values)
         (u1, u2, u3), (d1, d2, d3) = (
             [limit or MOST_FORCE for limit in values[entry.name]] for entry in FORCE_LIMITS
         )
@@ -114,12 +110,16 @@ def position_control_of(values: Values, forces: SliderForces | None) -> Position
     if not given:
         return None
     if forces is None:
-        entry = given[0]
-        raise ParameterError(
-            f"{entry.name} = {entry.text(values[entry.name])} needs masses: set at least "
-            "carriage_masses and platform_mass"
-        )
+        raise _without_masses(given[0], values)
     return PositionControl(values["drive_stiffness"], values["drive_damping"])
+
+
+def _without_masses(entry: Parameter, values: Values) -> ParameterError:
+    """Return the error of a parameter that is given, and needs masses that are not."""
+    return ParameterError(
+        f"{entry.name} = {entry.text(values[entry.name])} needs masses: set at least "
+        "carriage_masses and platform_mass"
+    )
 
 
 def check_holding(limits: SliderLimits, places: FloatArray) -> None:
