@@ -214,6 +214,8 @@ def test_a_page_that_only_looks_on_may_stop_a_program(
 ) -> None:
     """It is the last one: the operator's page is hidden by then."""
     panel.recover()
+    # A node that was just started takes no motion before it is sure of the machine.
+    panel.wait_for_state(operator, "idle")
     operator.click(button("run"))
     wait_for_text(panel, operator, "waiting: line 5 of 8")
     other = panel.open(chromium.new_page())
