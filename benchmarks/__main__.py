@@ -22,7 +22,18 @@ FIGURES = (
     "start",
     "transport",
 )
-TABLES = ("tracking", "smoothness", "calm", "stops", "moves", "paths", "goals", "streams", "panel")
+TABLES = (
+    "tracking",
+    "smoothness",
+    "calm",
+    "stops",
+    "moves",
+    "paths",
+    "forces",
+    "goals",
+    "streams",
+    "panel",
+)
 CALLS = "cycle_calls"
 GROWTH = "growth"
 NAMES = (*FIGURES, *TABLES, CALLS, GROWTH)

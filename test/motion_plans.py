@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.moves import SliderMotion
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
@@ -37,8 +38,8 @@ def heights() -> st.SearchStrategy[tuple[float, float, float]]:
 def moving_plan(first: Vector3, second: Vector3, part: float) -> CubicPlan:
     """Return a move that begins when a ``part`` of another one is over."""
     motion = SliderMotion()
-    one = motion.move(HOME, first, LIMITS)
-    return motion.move(one.at(part * one.duration), second, LIMITS)
+    one = at_once(motion.move(HOME, first, LIMITS))
+    return at_once(motion.move(one.at(part * one.duration), second, LIMITS))
 
 
 def dense(plan: CubicPlan, count: int = 4001) -> SampledPlan:

@@ -159,6 +159,18 @@ class Panel:
         page.click(element)
         wait(PAGE_TIMEOUT)
 
+    def click_choice(self, page: Page, label: str, choice: str) -> None:
+        """Open the list with a ``label`` on a ``page``, and click on a ``choice`` of it."""
+        options = "[...document.querySelectorAll('[role=option]')].filter((e) => e.offsetParent)"
+        option = f"{options}.find((e) => e.textContent === {json.dumps(choice)})"
+        # A list may close when the page draws anew.
+        self.click_until(
+            page,
+            field(label),
+            lambda seconds: page.wait_for(f"{option} !== undefined", choice, seconds, self.spin),
+        )
+        page.evaluate(f"{option}.click()")
+
     def wait_until_at(self, position: Sequence[float]) -> None:
         """Wait until the platform is commanded to rest at a ``position`` [m]."""
         self.client.wait_for(

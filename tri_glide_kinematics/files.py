@@ -11,6 +11,10 @@ from tri_glide_kinematics.errors import KinematicsError
 
 BACKUP = ".bak"
 
+# Files in config/ that are taken where none is named.
+PARAMETERS = "tri_glide.yaml"
+SETTINGS = "program_settings.yaml"
+
 
 class OutsideFolderError(KinematicsError):
     """A file lies outside the folder that it has to be in."""

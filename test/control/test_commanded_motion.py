@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import pytest
-from controller_rig import HOME, TARGET, Parts
+from controller_rig import HOME, LIMITS, MACHINE, TARGET, Parts
 
-from tri_glide_kinematics.control import IDLE, MOVING, STOPPING, WAITING, CommandRefusedError
+from tri_glide_kinematics.control import (
+    IDLE,
+    MOVING,
+    STOPPING,
+    TEACH_SPEED,
+    WAITING,
+    CommandRefusedError,
+)
+from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.motion.engine import GoalCode, Move
+from tri_glide_kinematics.motion.trajectory import ForceLimits, PlatformSpeedLimit
 
 
 def test_a_command_is_carried_out_when_it_is_its_turn():
@@ -21,6 +30,31 @@ def test_a_command_is_carried_out_when_it_is_its_turn():
     parts.motion.go_on()
     assert parts.states.state is MOVING and parts.motion.leads_to(goal)
     assert parts.engine.target == TARGET
+
+
+def test_the_teach_mode_bounds_all_limits_that_come_and_leaves_lower_ones():
+    parts = Parts(IDLE)
+    parts.engine.start(HOME)
+
+    def in_force():
+        parts.queue.next_cycle(0.0)
+        parts.motion.go_on()
+        return parts.engine.limits
+
+    parts.motion.set_teach_mode(True)
+    assert in_force().added == (PlatformSpeedLimit(MACHINE, TEACH_SPEED),)
+    forces = ForceLimits(
+        SliderForces(MACHINE, Masses.uniform(2.0, 0.3, 1.0)), (90.0,) * 3, (90.0,) * 3
+    )
+    fast = LIMITS.with_added(PlatformSpeedLimit(MACHINE, 0.4), forces)
+    parts.motion.set_limits(fast, 1.0)
+    assert in_force().added == (PlatformSpeedLimit(MACHINE, TEACH_SPEED), forces)
+    slow = LIMITS.with_added(PlatformSpeedLimit(MACHINE, 0.1))
+    parts.motion.set_limits(slow, 1.0)
+    assert in_force() == slow
+    parts.motion.set_limits(fast, 1.0)
+    parts.motion.set_teach_mode(False)
+    assert in_force() == fast
 
 
 def test_a_cancelled_motion_brakes():

@@ -3,8 +3,17 @@ from __future__ import annotations
 import math
 
 import pytest
+from motion_machine import MACHINE
 
-from tri_glide_kinematics.control import DriveTime, SimulatedSliders, SliderFaults
+from tri_glide_kinematics.control import (
+    DriveTime,
+    PositionControl,
+    Setpoint,
+    SimulatedDrives,
+    SimulatedSliders,
+    SliderFaults,
+)
+from tri_glide_kinematics.dynamics import Masses, SliderForces
 
 LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
 HOME = (0.6, 0.6, 0.6)
@@ -21,7 +30,7 @@ def test_rest_without_a_command(sliders):
 
 
 def test_without_lag_the_command_is_reached_in_one_step(sliders):
-    sliders.command((0.601, 0.6, 0.598))
+    sliders.command(Setpoint((0.601, 0.6, 0.598)))
     sliders.step(0.002)
     heights, velocities = sliders.measure()
     assert heights == pytest.approx((0.601, 0.6, 0.598))
@@ -31,28 +40,28 @@ def test_without_lag_the_command_is_reached_in_one_step(sliders):
 @pytest.mark.parametrize("dt", [0.001, 0.004])
 def test_lag_is_exact_for_any_step(sliders, dt):
     sliders.lag = 0.02
-    sliders.command((0.7, 0.6, 0.6))
+    sliders.command(Setpoint((0.7, 0.6, 0.6)))
     for _ in range(round(0.04 / dt)):
         sliders.step(dt)
     assert sliders.measure()[0][0] == pytest.approx(0.7 - 0.1 * math.exp(-2.0))
 
 
 def test_hard_stops(sliders):
-    sliders.command((1.5, 0.0, 0.6))
+    sliders.command(Setpoint((1.5, 0.0, 0.6)))
     sliders.step(0.002)
     assert sliders.measure()[0] == (0.9, 0.3, 0.6)
 
 
 def test_encoder_resolution(sliders):
     sliders.encoder_resolution = 1e-4
-    sliders.command((0.60004, 0.60006, 0.6))
+    sliders.command(Setpoint((0.60004, 0.60006, 0.6)))
     sliders.step(0.002)
     assert sliders.measure()[0] == pytest.approx((0.6, 0.6001, 0.6), abs=1e-12)
 
 
 def test_stuck_slider(sliders):
     sliders.faults = SliderFaults(stuck_sliders=(False, True, False))
-    sliders.command((0.7, 0.7, 0.7))
+    sliders.command(Setpoint((0.7, 0.7, 0.7)))
     sliders.step(0.002)
     heights, velocities = sliders.measure()
     assert heights == (0.7, 0.6, 0.7)
@@ -61,7 +70,7 @@ def test_stuck_slider(sliders):
 
 def test_frozen_encoder_shows_what_it_showed(sliders):
     sliders.faults = SliderFaults(frozen_encoders=(True, False, False))
-    sliders.command((0.7, 0.7, 0.7))
+    sliders.command(Setpoint((0.7, 0.7, 0.7)))
     sliders.step(0.002)
     assert sliders.measure() == ((0.6, 0.7, 0.7), pytest.approx((0.0, 50.0, 50.0)))
     sliders.faults = SliderFaults()
@@ -89,14 +98,14 @@ def test_encoders_show_what_they_look_at(sliders):
     assert sliders.measure(seen) == (pytest.approx((0.6, 0.7, 0.8)), (0.0, 0.2, 0.3))
 
 
-OTHER = (0.61, 0.6, 0.6)
+HERE, OTHER = Setpoint(HOME), Setpoint((0.61, 0.6, 0.6))
 PERIOD = 0.002
 
 
 def test_drives_go_to_the_newest_setpoint_in_each_cycle():
     time = DriveTime()
     assert time.steps(PERIOD) == [(None, PERIOD)]
-    time.command(HOME)
+    time.command(HERE)
     time.command(OTHER)
     assert time.steps(PERIOD) == [(OTHER, PERIOD)]
     assert time.steps(PERIOD) == [(None, PERIOD)]
@@ -104,13 +113,37 @@ def test_drives_go_to_the_newest_setpoint_in_each_cycle():
 
 def test_drives_take_each_setpoint_for_its_period():
     time = DriveTime(0.004)
-    time.command(HOME)
+    time.command(HERE)
     time.command(OTHER)
-    assert time.steps(PERIOD) == [(HOME, 0.004), (OTHER, 0.004)]
+    assert time.steps(PERIOD) == [(HERE, 0.004), (OTHER, 0.004)]
     late = [time.steps(PERIOD) for _ in range(260)]
     # A late one is waited for, but not for ever.
     assert late[:249] == [[]] * 249
     assert late[-1] == [(None, PERIOD)]
-    time.command(HOME)
-    assert time.steps(PERIOD) == [(HOME, 0.004)]
+    time.command(HERE)
+    assert time.steps(PERIOD) == [(HERE, 0.004)]
     assert time.steps(PERIOD) == []
+
+
+def test_drives_with_masses_hold_their_sliders_and_stop_at_the_ends(sliders):
+    forces = SliderForces(MACHINE, Masses.uniform(1.0, 0.1, 1.0))
+    control = PositionControl((6000.0,) * 3, (130.0,) * 3)
+    sliders.drives = SimulatedDrives(forces, control, HOME)
+    weight = sliders.exerted
+    for _ in range(100):
+        sliders.command(Setpoint(HOME, forces=weight))
+        sliders.step(PERIOD)
+    assert sliders.measure()[0] == pytest.approx(HOME, abs=1e-9)
+    sliders.faults = SliderFaults(stuck_sliders=(False, True, False))
+    sliders.command(Setpoint((0.62, 0.62, 0.62), forces=weight))
+    for _ in range(500):
+        sliders.step(PERIOD)
+    heights, velocities = sliders.measure()
+    assert heights[1] == pytest.approx(0.6, abs=1e-9)
+    assert heights[0] == pytest.approx(0.62, abs=5e-3)
+    assert velocities == pytest.approx((0.0, 0.0, 0.0), abs=1e-3)
+    sliders.faults = SliderFaults()
+    sliders.command(Setpoint((1.5, 1.5, 1.5), forces=(200.0,) * 3))
+    for _ in range(500):
+        sliders.step(PERIOD)
+    assert sliders.measure() == (UPPER, (0.0, 0.0, 0.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import signal
@@ -10,6 +11,7 @@ import threading
 
 import pytest
 import yaml
+from std_srvs.srv import Trigger
 
 from testing.commands import KINEMATICS
 from tri_glide_interfaces.msg import Output
@@ -370,12 +372,17 @@ def test_no_room_for_progress_is_told_once(running_machine, drive, tmp_path):
     assert command.output.count("how far the program comes is not kept") == 1
 
 
+def run_of(client, text, **options):
+    """Return the run of a program, whose zero is in the workspace."""
+    settings = ProgramSettings(offsets={"G54": (0.0, 0.0, 0.25)}, start=(0.0, 0.0, 0.29))
+    return ProgramRun(ProgramLink(client.node), read_program(text, settings), **options)
+
+
 def test_a_single_block_waits_before_each_line(running_machine):
     machine, client = running_machine, running_machine.client
     outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
-    settings = ProgramSettings(offsets={"G54": (0.0, 0.0, 0.25)}, start=(0.0, 0.0, 0.29))
     text = "G0 X0 Y0 Z40\nX10\nM62 P3\nG3 X20 I5 F3000\nG1 X30\nX40\nM2\n"
-    run = ProgramRun(ProgramLink(client.node), read_program(text, settings), single_block=True)
+    run = run_of(client, text, single_block=True)
     ends = {3: 10.0, 4: 10.0, 5: 20.0}
     for line, end in ends.items():
         looked = lambda: run.look() or run.state is RunState.WAITING  # noqa: E731
@@ -397,13 +404,56 @@ def test_a_single_block_waits_before_each_line(running_machine):
     assert [line_of(each.step) for each in run.reports] == [2, 3, 4, 5, 6, 7]
 
 
+def test_a_single_block_that_is_switched_on_in_a_path_waits_at_its_end(running_machine):
+    machine, client = running_machine, running_machine.client
+    run = run_of(client, "G1 X0 Y0 Z40 F6000\nX20\nX40\nG4 P0.01\nX0\nM2\n")
+    moving = lambda: run.look() or KINEMATICS.forward(machine.heights())[0] > 0.005  # noqa: E731
+    client.wait_for(moving, "some way")
+    run.single_block = True
+    client.wait_for(lambda: run.look() or run.state is RunState.WAITING, "the wait")
+    assert run.line == 4
+    machine.catch_up()
+    place = KINEMATICS.forward(machine.heights())
+    assert place == pytest.approx((0.04, 0.0, 0.29), abs=1e-6)
+    run.stop()
+    client.wait_for(lambda: run.look() or run.state is RunState.ENDED, "the end")
+
+
+def test_a_paused_path_that_is_left_for_a_target_goes_on_where_it_was(running_machine):
+    machine, client = running_machine, running_machine.client
+    run = run_of(client, "G1 X0 Y0 Z40 F6000\nX60 F1200\nM2\n")
+    places = []
+
+    def place():
+        run.look()
+        places.append(KINEMATICS.forward(machine.heights()))
+        return places[-1]
+
+    client.wait_for(lambda: place()[0] > 0.02, "some way")
+    client.call(Trigger, "ik_node/pause", Trigger.Request())
+    client.wait_for(lambda: place() and machine.state == "paused", "the pause")
+    machine.catch_up()
+    paused = place()
+    client.send_pose((0.0, 0.03, 0.29))
+    client.wait_for(lambda: place()[1] > 0.0299 and run.state is RunState.WAITING, "the wait")
+    assert "moved while the path was paused" in run.doing
+    assert run.line == 2
+    run.go_on()
+    places.clear()
+    client.wait_for(lambda: place() and run.state is RunState.ENDED, "the end")
+    assert run.is_whole
+    # It went back to where it was paused, and on from there.
+    assert min(math.dist(each, paused) for each in places) < 1e-3
+    assert all(each[1] < 1e-4 for each in places if each[0] > paused[0] + 1e-3)
+    assert places[-1] == pytest.approx((0.06, 0.0, 0.29), abs=1e-6)
+
+
 @pytest.mark.parametrize("ending", ["stop", "disable"])
 def test_the_platform_rests_before_the_spindle_is_off(running_machine, ending):
     machine, client = running_machine, running_machine.client
     outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
-    settings = ProgramSettings(offsets={"G54": (0.0, 0.0, 0.25)}, start=(0.0, 0.0, 0.29))
     text = "M3 S9 M8\nM64 P4\nG1 X60 F12000\nM2\n"
-    run = ProgramRun(ProgramLink(client.node), read_program(text, settings))
+    run = run_of(client, text)
     moving = lambda: run.look() or KINEMATICS.forward(machine.heights())[0] > 0.01  # noqa: E731
     client.wait_for(moving, "some way")
     client.stop() if ending == "stop" else client.enable(False)

@@ -388,15 +388,7 @@ def test_speed_scale(panel: Panel, page: Page) -> None:
 
 def choose(panel: Panel, page: Page, label: str, choice: str) -> None:
     """Choose something of a list."""
-    options = "[...document.querySelectorAll('[role=option]')].filter((e) => e.offsetParent)"
-    option = f"{options}.find((e) => e.textContent === {json.dumps(choice)})"
-    # A list may close when the page draws anew.
-    panel.click_until(
-        page,
-        field(label),
-        lambda seconds: page.wait_for(f"{option} !== undefined", choice, seconds, panel.spin),
-    )
-    page.evaluate(f"{option}.click()")
+    panel.click_choice(page, label, choice)
     page.wait_for(f"{field(label)}.value === {json.dumps(choice)}", choice, spin=panel.spin)
 
 

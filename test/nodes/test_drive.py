@@ -76,7 +76,7 @@ def test_check_takes_the_shaper_of_the_parameters(command, tmp_path):
     )
     code, written = command("G0 X20\nY20\nM2\n", parameters=shaped)
     assert code == 0, written.err
-    assert "without the time that the shaper takes" in written.out
+    assert "without the time that the shaper takes in bends" in written.out
     # It cuts bends, so one without a tolerance is refused, as by ik_node.
     arc = "G61\nG0 X20\nG3 X-20 I-20 F6000\nM2\n"
     assert command(arc)[0] == 0

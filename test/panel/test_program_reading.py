@@ -26,7 +26,7 @@ from tri_glide_kinematics.panel.program_reading import (
     points_of_line,
     thinned_out,
 )
-from tri_glide_kinematics.programs import PathRun, ProgramCheck, ProgramSettings
+from tri_glide_kinematics.programs import PathRun, ProgramCheck, ProgramSettings, line_of
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
@@ -41,7 +41,7 @@ def reading(folder: Path, text: bytes, *, is_check: bool = False) -> Reading:
     file = folder / "part.ngc"
     if not file.exists() or file.read_bytes() != text:
         file.write_bytes(text)
-    return Reading(file, SETTINGS, WORKSPACE, LIMITS, is_check, mark_of(file))
+    return Reading(file, SETTINGS, WORKSPACE, LIMITS, None, is_check, mark_of(file))
 
 
 def read(folder: Path, text: bytes) -> ReadProgram:
@@ -70,6 +70,21 @@ def test_rapid_moves_and_cuts_are_told_apart_and_arcs_are_on_their_helix(tmp_pat
     assert arc[:, 2] == pytest.approx(0.3 + 0.01 * angles / np.pi)
     assert points_of_line(run, 4)[[0, -1], 0] == pytest.approx((-0.03, 0.0))
     assert not len(points_of_line(run, 5))
+
+
+def test_the_steps_of_a_line_are_found(tmp_path: Path) -> None:
+    text = b"G21\nM3 S500\nG1 X1 Z300 F600\nM62 P2 X2\nM8\nX3\nM65 P2\nG4 P1\n(a)\nX4 M0\nM5\nM2\n"
+    part = read(tmp_path, text)
+    for line in range(part.program.lines + 2):
+        expected = [
+            index
+            for index, step in enumerate(part.program.steps)
+            if line_of(step) <= line <= line_of(step, -1)
+        ]
+        assert list(part.steps_at(line)) == expected
+        # What comes behind them begins later.
+        behind = part.program.steps[part.steps_at(line).stop :]
+        assert all(line_of(step) > line for step in behind)
 
 
 def test_what_is_outside_is_red_from_the_edge_on(tmp_path: Path) -> None:

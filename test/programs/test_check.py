@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from testing.program_writer import Piece, written_program
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import MotionPhase, time_path
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.programs import (
     Dialect,
     Dwell,
@@ -70,6 +71,19 @@ def test_the_time_told_is_the_time_driven(name):
     last = [step for step in program.steps if isinstance(step, PathRun)][-1]
     path = at_once(last.segments.path_from(last.start))
     assert end == pytest.approx(np.array(path.end), abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["lines", "exact"])
+def test_the_time_told_has_that_of_a_shaper_at_stops(name):
+    program = read_program(PROGRAMS[name], SETTINGS)
+    shaper = Shaper.of(ShaperKind.ZV, Mode(15.0, 0.05))
+    told = check_program(program, WORKSPACE, LIMITS, shaper)
+    (run,) = [step for step in program.steps if isinstance(step, PathRun)]
+    path = at_once(run.segments.path_from(run.start))
+    assert told.is_shaped
+    assert told.duration == pytest.approx(
+        time_path(path, WORKSPACE, LIMITS, shaper).duration, rel=0.01
+    )
 
 
 def test_f_is_kept_where_the_limits_allow_it():

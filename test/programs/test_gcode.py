@@ -347,6 +347,12 @@ def test_what_is_not_understood_is_named_with_its_place(name):
     assert str(error).startswith(f"program: line {line}")
 
 
+def test_a_file_of_zero_bytes_is_not_taken_for_utf_16():
+    with pytest.raises(ProgramError, match="it begins with zero bytes") as caught:
+        read_program(bytes(1000))
+    assert "UTF-16" not in str(caught.value)
+
+
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
 def test_a_text_in_utf_16_is_told(encoding):
     with pytest.raises(ProgramError, match="program: is no text in UTF-8 or ASCII"):

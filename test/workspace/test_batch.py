@@ -9,11 +9,18 @@ import pytest
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
-from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits, overruns
+from tri_glide_kinematics.workspace import (
+    Cylinder,
+    Workspace,
+    WorkspaceLimits,
+    overruns,
+    places_inside,
+)
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 PLAIN = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
 BOX = replace(PLAIN, box_lower=(-0.1, -0.05, 0.1), box_upper=(0.12, 0.08, 0.4))
+CENTRE = np.array((0.0, 0.0, 0.3))
 ROUND = replace(PLAIN, cylinder=Cylinder(0.01, 0.0, 0.1, 0.15, 0.4))
 
 
@@ -34,6 +41,24 @@ def test_the_workspace_agrees(limits):
     assert 40 < sum(outside) < 395
     # None of these is within the tolerance of an edge.
     np.testing.assert_array_equal(found.are_outside, outside)
+
+
+@pytest.mark.parametrize(
+    ("limits", "lowest", "highest"),
+    [
+        (PLAIN, (-0.2, -0.17, -0.046), (0.2, 0.24, 0.55)),
+        (BOX, BOX.box_lower, BOX.box_upper),
+        (ROUND, (-0.09, -0.095, 0.15), (0.11, 0.095, 0.4)),
+    ],
+)
+def test_places_are_spread_over_all_of_a_workspace(limits, lowest, highest):
+    places = places_inside(MACHINE, limits)
+    workspace = Workspace(MACHINE, limits)
+    for place in places.tolist():
+        # A place on an edge may be outside by rounding.
+        workspace.check_position(CENTRE + 0.999999 * (place - CENTRE))
+    assert (places.min(axis=0) <= np.array(lowest) + 1e-9).all()
+    assert (places.max(axis=0) >= np.array(highest) - 1e-9).all()
 
 
 def test_each_limit_is_passed_by_its_own_amount():

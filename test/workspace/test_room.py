@@ -10,6 +10,7 @@ from motion_machine import HOME, LIMITS, MACHINE, WORKSPACE
 from strategies import DEFAULT_LIMITS, random_positions
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.moves import SliderMotion
 from tri_glide_kinematics.motion.trajectory import AT_REST, SliderState
 from tri_glide_kinematics.workspace import TOLERANCE, Cylinder, Workspace
@@ -58,7 +59,7 @@ def test_free_way_without_a_pose_or_a_number():
 
 def test_a_path_is_proved_as_far_as_the_samples_go():
     start = SliderState(HOME, AT_REST, AT_REST)
-    plan = SliderMotion().move(start, MACHINE.inverse((0.16, 0.0, 0.3)), LIMITS)
+    plan = at_once(SliderMotion().move(start, MACHINE.inverse((0.16, 0.0, 0.3)), LIMITS))
     acceleration = float(np.linalg.norm(np.abs(plan.sample(np.linspace(0.0, 1.0, 999))[3]).max(0)))
     arguments = plan.at, plan.duration, acceleration
     WORKSPACE.check_path(*arguments)

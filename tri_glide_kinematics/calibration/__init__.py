@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.calibration.excitation import Excitation as Excitation
+    from tri_glide_kinematics.calibration.excitation import NoMovesError as NoMovesError
+    from tri_glide_kinematics.calibration.excitation import exciting_moves as exciting_moves
     from tri_glide_kinematics.calibration.fit import Calibration as Calibration
     from tri_glide_kinematics.calibration.fit import CalibrationError as CalibrationError
     from tri_glide_kinematics.calibration.fit import Distance as Distance

@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.command_queue import Decided as Decided
     from tri_glide_kinematics.control.command_queue import Inbox as Inbox
     from tri_glide_kinematics.control.command_queue import Kind as Kind
+    from tri_glide_kinematics.control.commanded_motion import TEACH_SPEED as TEACH_SPEED
     from tri_glide_kinematics.control.commanded_motion import CommandedMotion as CommandedMotion
     from tri_glide_kinematics.control.controller import MotionController as MotionController
+    from tri_glide_kinematics.control.feed_forward import FeedForward as FeedForward
     from tri_glide_kinematics.control.health import Health as Health
     from tri_glide_kinematics.control.health import Level as Level
     from tri_glide_kinematics.control.health import delay_counts as delay_counts
@@ -62,6 +64,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.operation import BrokenError as BrokenError
     from tri_glide_kinematics.control.operation import Operation as Operation
     from tri_glide_kinematics.control.operation import StartingPlace as StartingPlace
+    from tri_glide_kinematics.control.simulated_drives import PositionControl as PositionControl
+    from tri_glide_kinematics.control.simulated_drives import Setpoint as Setpoint
+    from tri_glide_kinematics.control.simulated_drives import SimulatedDrives as SimulatedDrives
     from tri_glide_kinematics.control.simulated_sliders import DriveTime as DriveTime
     from tri_glide_kinematics.control.simulated_sliders import SimulatedPlate as SimulatedPlate
     from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders as SimulatedSliders

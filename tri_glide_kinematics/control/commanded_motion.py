@@ -19,6 +19,7 @@ from tri_glide_kinematics.control.operating_state import (
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import (
     Command,
+    DriveLimits,
     Follow,
     GoalCode,
     Jog,
@@ -28,6 +29,7 @@ from tri_glide_kinematics.motion.engine import (
     TargetKind,
     Track,
 )
+from tri_glide_kinematics.motion.trajectory import PlatformSpeedLimit, SliderLimits
 from tri_glide_kinematics.vectors import Vector3
 
 if TYPE_CHECKING:
@@ -35,7 +37,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.newest_target import NewestTarget
     from tri_glide_kinematics.control.operation import Operation
     from tri_glide_kinematics.control.streams import Streams
-    from tri_glide_kinematics.motion.trajectory import SliderLimits
 
 STATE_OF = {
     MotionPhase.MOVING: MOVING,
@@ -45,8 +46,16 @@ STATE_OF = {
 }
 
 
+# Largest speed of the platform in teach mode: that of ISO 10218 for manual operation [m/s].
+TEACH_SPEED = 0.25
+
+
 class CommandedMotion:
-    """Takes targets and limits in, and tells of those that are carried out."""
+    """Takes targets and limits in, and tells of those that are carried out.
+
+    Attributes:
+        is_teaching: whether the platform has to be slow, as somebody may be beside it.
+    """
 
     def __init__(
         self,
@@ -61,7 +70,7 @@ class CommandedMotion:
         """Take nothing in yet.
 
         Args:
-            engine: that carries commands out.
+            engine: whose limits are kept, and that carries commands out.
             queue: of commands for the engine.
             states: say what may be asked for, and tell what is done.
             streams: of what has to be renewed.
@@ -69,7 +78,9 @@ class CommandedMotion:
             operation: brakes, and fails if something in here is broken.
             on_refusal: gets why a command that had waited is refused, in words and for programs.
         """
+        self.is_teaching = False
         self._engine = engine
+        self._limits = DriveLimits(engine.limits, engine.speed_scale, engine.path_speed_scale)
         self._queue = queue
         self._states = states
         self._streams = streams
@@ -139,7 +150,27 @@ class CommandedMotion:
         self, limits: SliderLimits, speed_scale: float, path_speed_scale: float = 1.0
     ) -> None:
         """Change the limits when it is their turn; too fast a motion slows down first."""
-        self._queue.put_limits(limits, speed_scale, path_speed_scale)
+        self._limits = DriveLimits(limits, speed_scale, path_speed_scale)
+        self._put_limits()
+
+    def set_teach_mode(self, on: bool) -> str:
+        """Limit the speed of the platform to ``TEACH_SPEED`` or no more; return that in words.
+
+        Too fast a motion slows down first. A lower limit of the speed stays in force.
+        """
+        self.is_teaching = on
+        self._put_limits()
+        if not on:
+            return "teach mode is off"
+        return f"teach mode is on: the platform slows down to {TEACH_SPEED:g} m/s at most"
+
+    def _put_limits(self) -> None:
+        limits = self._limits.sliders
+        if self.is_teaching and limits.platform_speed > TEACH_SPEED:
+            others = [each for each in limits.added if not isinstance(each, PlatformSpeedLimit)]
+            slow = PlatformSpeedLimit(self._engine.machine, TEACH_SPEED)
+            limits = limits.with_added(slow, *others)
+        self._queue.put_limits(limits, self._limits.speed_scale, self._limits.path_speed_scale)
         self.go_on()
 
     def pursue_position(self, position: Sequence[float]) -> Command:

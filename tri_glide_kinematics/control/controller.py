@@ -67,7 +67,8 @@ class MotionController:
         streams: of what has to be renewed; their timeouts can be changed.
         newest_target: when it counts as reached can be changed.
         passed_outputs: of the path, where the setpoint has just been; who tells them clears it.
-        move_to, jog, track, follow, set_limits: motions, as ``CommandedMotion`` says.
+        move_to, jog, track, follow, set_limits, set_teach_mode: motions, as ``CommandedMotion``
+            says.
         pursue, pursue_position, pause, resume, cancel, leads_to: motions whose end somebody waits
             for, as ``CommandedMotion`` says.
         stop, enable, disable, end, set_obstacle, fail: as ``Operation`` says.
@@ -118,6 +119,7 @@ class MotionController:
         self.fail = operation.fail
         self.move_to, self.jog, self.track = motion.move_to, motion.jog, motion.track
         self.follow, self.set_limits = motion.follow, motion.set_limits
+        self.set_teach_mode = motion.set_teach_mode
         self.pursue, self.pursue_position = motion.pursue, motion.pursue_position
         self.pause, self.resume = motion.pause, motion.resume
         self.cancel, self.leads_to = motion.cancel, motion.leads_to
@@ -143,6 +145,8 @@ class MotionController:
             self._engine.speed_scale,
             self._engine.path_speed_scale,
             self._engine.shaper_pending,
+            self._motion.is_teaching,
+            self._engine.limits.platform_speed,
         )
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -91,6 +91,7 @@ def health_of(
     refused: ReasonLog,
     unusable: int,
     remark: str = "",
+    continuous_forces: Sequence[float] | None = None,
 ) -> Health:
     """Return the health of the last second.
 
@@ -101,6 +102,7 @@ def health_of(
         refused: commands that were refused.
         unusable: measurements without a meaning in the last second.
         remark: something beside the state that somebody should know; empty for none.
+        continuous_forces: of the sliders. Shape (3,) [N]; None where none are known.
     """
     timing = loop.report()
     refused_now = refused.end_of_second()
@@ -135,6 +137,10 @@ def health_of(
             "tracking error [m]": supervisor.tracking_error,
             "distance from the moving target [m]": controller.tracking_distance,
             "duration of the shaper [s]": controller.shaper_duration,
+            **{
+                f"continuous force of slider {index} [N]": force
+                for index, force in enumerate(continuous_forces or (), start=1)
+            },
         },
     )
 

@@ -123,6 +123,8 @@ class ControllerStatus:
         speed_scale: by how much velocities are reduced.
         path_speed_scale: by what the speeds that paths ask for are multiplied.
         shaper_waits: whether a new shaper waits for the next rest to be in force.
+        is_teaching: whether the teach mode is switched on.
+        platform_speed_limit: in force for the platform; inf for none [m/s].
     """
 
     state: OperatingState
@@ -139,6 +141,8 @@ class ControllerStatus:
     speed_scale: float = 1.0
     path_speed_scale: float = 1.0
     shaper_waits: bool = False
+    is_teaching: bool = False
+    platform_speed_limit: float = math.inf
 
 
 class MotionProgress(NamedTuple):

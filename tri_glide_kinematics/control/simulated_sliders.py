@@ -7,6 +7,7 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tri_glide_kinematics.control.simulated_drives import Setpoint, SimulatedDrives
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
@@ -85,10 +86,13 @@ class SliderFaults:
 
 
 class SimulatedSliders:
-    """Sliders that follow a commanded height with a first-order lag, between two hard stops.
+    """Sliders that follow a commanded height, between two hard stops.
+
+    They do so with a first-order lag, or as drives that exert forces let them.
 
     Attributes:
-        lag: time constant [s], 0 for none.
+        lag: time constant [s], 0 for none; of no use with ``drives``.
+        drives: that exert forces; None for sliders without masses.
         encoder_resolution: step of the measured heights [m], 0 for exact ones.
         faults: what is wrong.
     """
@@ -96,6 +100,7 @@ class SimulatedSliders:
     def __init__(self, heights: Sequence[float], lower: Sequence[float], upper: Sequence[float]):
         """Begin at ``heights``, standing still, between the stops ``lower`` and ``upper`` [m]."""
         self.lag = 0.0
+        self.drives: SimulatedDrives | None = None
         self.encoder_resolution = 0.0
         self.faults = SliderFaults()
         self._lower = tuple(lower)
@@ -103,6 +108,7 @@ class SimulatedSliders:
         self._heights = list(heights)
         self._velocities = [0.0, 0.0, 0.0]
         self._commanded = list(heights)
+        self._setpoint: Setpoint | None = None
         self._measured = list(heights)
         self._random = random.Random(1)
 
@@ -112,18 +118,51 @@ class SimulatedSliders:
         h1, h2, h3 = self._heights
         return h1, h2, h3
 
-    def command(self, heights: Sequence[float]) -> None:
-        """Send the sliders to ``heights`` [m]; they stop at the ends of their travel."""
-        for slider, height in enumerate(heights):
-            self._commanded[slider] = min(max(height, self._lower[slider]), self._upper[slider])
+    @property
+    def exerted(self) -> Vector3 | None:
+        """Forces of the drives in the last step; None without masses. Shape (3,) [N]."""
+        return self.drives.exerted if self.drives is not None else None
+
+    def command(self, setpoint: Setpoint) -> None:
+        """Send the sliders to a ``setpoint``; they stop at the ends of their travel."""
+        self._setpoint = setpoint
+        for slider, height in enumerate(setpoint.heights):
+            self._commanded[slider] = self._inside(slider, height)
 
     def step(self, dt: float) -> None:
-        """Move for ``dt`` [s] towards the latest command."""
+        """Move for ``dt`` [s] towards the latest command.
+
+        Raises:
+            KinematicsError: if drives that exert forces have moved the machine to where it has no
+                pose; the sliders stay where they were.
+        """
+        if self.drives is not None:
+            self._drive(self.drives, dt)
+            return
         part = 1.0 - math.exp(-dt / self.lag) if self.lag > 0.0 else 1.0
         for slider, stuck in enumerate(self.faults.stuck_sliders):
             way = 0.0 if stuck else part * (self._commanded[slider] - self._heights[slider])
             self._heights[slider] += way
             self._velocities[slider] = way / dt
+
+    def _drive(self, drives: SimulatedDrives, dt: float) -> None:
+        """Let the drives move the machine; where it is stopped, it has no velocity any more."""
+        drives.heights, drives.velocities = self.heights, _three(self._velocities)
+        if self._setpoint is not None:
+            setpoint = self._setpoint._replace(heights=_three(self._commanded))
+            # Where no newer one comes, this one holds.
+            self._setpoint = None
+        else:
+            setpoint = drives.held(_three(self._commanded))
+        drives.step(setpoint, dt)
+        for slider, stuck in enumerate(self.faults.stuck_sliders):
+            height = self._inside(slider, drives.heights[slider])
+            stopped = stuck or height != drives.heights[slider]
+            self._velocities[slider] = 0.0 if stopped else drives.velocities[slider]
+            self._heights[slider] = self._heights[slider] if stuck else height
+
+    def _inside(self, slider: int, height: float) -> float:
+        return min(max(height, self._lower[slider]), self._upper[slider])
 
     def measure(
         self, seen: tuple[Vector3, Vector3] | None = None
@@ -153,6 +192,11 @@ class SimulatedSliders:
         return round(height / step) * step if step > 0.0 else height
 
 
+def _three(values: Sequence[float]) -> Vector3:
+    first, second, third = values
+    return first, second, third
+
+
 # Drives that take each setpoint for its period wait so long for a late one [s].
 PATIENCE = 0.5
 
@@ -168,20 +212,20 @@ class DriveTime:
     def __init__(self, setpoint_period: float = 0.0) -> None:
         """Take each setpoint for ``setpoint_period`` [s]; 0 to go to the newest one."""
         self._setpoint_period = setpoint_period
-        self._waiting: list[Vector3] = []
+        self._waiting: list[Setpoint] = []
         self._silence = 0.0
 
-    def command(self, heights: Vector3) -> None:
-        """Give the drives a setpoint [m]."""
+    def command(self, setpoint: Setpoint) -> None:
+        """Give the drives a ``setpoint``."""
         if self._setpoint_period <= 0.0:
             self._waiting.clear()
-        self._waiting.append(heights)
+        self._waiting.append(setpoint)
 
-    def steps(self, period: float) -> list[tuple[Vector3 | None, float]]:
+    def steps(self, period: float) -> list[tuple[Setpoint | None, float]]:
         """Return the steps of a cycle that lasts for a ``period`` [s].
 
         Returns:
-            A new setpoint [m], or None for the last one, and how long the drives go for it [s].
+            A new setpoint, or None for the last one, and how long the drives go for it [s].
             No step while a setpoint is late.
         """
         waiting, self._waiting = self._waiting, []
@@ -189,6 +233,6 @@ class DriveTime:
             return [(waiting[-1] if waiting else None, period)]
         if waiting:
             self._silence = 0.0
-            return [(heights, self._setpoint_period) for heights in waiting]
+            return [(setpoint, self._setpoint_period) for setpoint in waiting]
         self._silence += period
         return [(None, period)] if self._silence > PATIENCE else []

@@ -1,4 +1,4 @@
-"""Figures: pictures of motions, calibrations and swings."""
+"""Figures: pictures of motions, machines, calibrations and swings."""
 
 from typing import TYPE_CHECKING
 
@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.figures.calibration_pictures import (
         calibration_figure as calibration_figure,
     )
+    from tri_glide_kinematics.figures.machine import machine_figure as machine_figure
     from tri_glide_kinematics.figures.motion import Mark as Mark
     from tri_glide_kinematics.figures.motion import Span as Span
     from tri_glide_kinematics.figures.motion import file_figure as file_figure

@@ -15,11 +15,16 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path import PathPlaceError as PathPlaceError
     from tri_glide_kinematics.motion.path import PlatformPath as PlatformPath
     from tri_glide_kinematics.motion.path_timing import time_path as time_path
+    from tri_glide_kinematics.motion.trajectory import AddedBound as AddedBound
+    from tri_glide_kinematics.motion.trajectory import AddedBoundError as AddedBoundError
+    from tri_glide_kinematics.motion.trajectory import CannotHoldError as CannotHoldError
+    from tri_glide_kinematics.motion.trajectory import ForceLimits as ForceLimits
     from tri_glide_kinematics.motion.trajectory import MotionError as MotionError
     from tri_glide_kinematics.motion.trajectory import NoPathError as NoPathError
     from tri_glide_kinematics.motion.trajectory import NoRoomError as NoRoomError
     from tri_glide_kinematics.motion.trajectory import NotStartedError as NotStartedError
     from tri_glide_kinematics.motion.trajectory import PlanningError as PlanningError
+    from tri_glide_kinematics.motion.trajectory import PlatformSpeedLimit as PlatformSpeedLimit
     from tri_glide_kinematics.motion.trajectory import SampledPlan as SampledPlan
     from tri_glide_kinematics.motion.trajectory import SliderLimitError as SliderLimitError
     from tri_glide_kinematics.motion.trajectory import SliderLimits as SliderLimits

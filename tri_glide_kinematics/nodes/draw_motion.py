@@ -14,6 +14,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from tri_glide_kinematics.files import PARAMETERS, SETTINGS
 from tri_glide_kinematics.keys import UNITS
 from tri_glide_kinematics.picture_commands import (
     MILLIMETRES,
@@ -22,10 +23,6 @@ from tri_glide_kinematics.picture_commands import (
     find_file,
     save_figure,
 )
-
-# Files in config/ that are taken where none is named.
-PARAMETERS = Path("tri_glide.yaml")
-SETTINGS = Path("program_settings.yaml")
 
 # More would take more memory than a small computer has.
 MOST_SETPOINTS = 5_000_000
@@ -61,7 +58,7 @@ def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--parameters",
         type=Path,
-        default=PARAMETERS,
+        default=Path(PARAMETERS),
         metavar="FILE",
         help=f"parameters of the machine (default: {PARAMETERS})",
     )
@@ -99,8 +96,8 @@ def _draw(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.ros.parameters import (
         IK_NODE,
         file_values,
-        limits_of,
         machine_of,
+        motion_limits_of,
         shaper_of,
         workspace_limits_of,
     )
@@ -116,7 +113,7 @@ def _draw(options: argparse.Namespace) -> None:
             f"{values['base_frame']} is known to a running machine only"
         )
     machine = machine_of(values)
-    limits = limits_of(values).with_velocity_scaled(values["speed_scale"])
+    limits = motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
     bounds = workspace_limits_of(values)
     timed = time_steps(
         work,
@@ -189,7 +186,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--settings",
         type=Path,
-        default=SETTINGS,
+        default=Path(SETTINGS),
         metavar="FILE",
         help="what a program does not say: dialect, offsets, tools, home; of points, tolerance and "
         f"speed (default: {SETTINGS})",

@@ -27,8 +27,8 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.files import PARAMETERS, SETTINGS
 from tri_glide_kinematics.keys import UNITS
-from tri_glide_kinematics.nodes.draw_motion import PARAMETERS, SETTINGS
 from tri_glide_kinematics.picture_commands import find_file
 from tri_glide_kinematics.programs import (
     POINTS_ENDING,
@@ -53,8 +53,8 @@ from tri_glide_kinematics.ros.parameters import (
     IK_NODE,
     Values,
     file_values,
-    limits_of,
     machine_of,
+    motion_limits_of,
     shaper_of,
     workspace_limits_of,
 )
@@ -82,8 +82,9 @@ def check_on_machine(program: Program, values: Values) -> ProgramCheck:
         KinematicsError: if a place of the program is not inside the workspace, or the parameters
             describe no machine.
     """
-    workspace = Workspace(machine_of(values), workspace_limits_of(values))
-    limits = limits_of(values).with_velocity_scaled(values["speed_scale"])
+    machine = machine_of(values)
+    workspace = Workspace(machine, workspace_limits_of(values))
+    limits = motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
     return check_program(program, workspace, limits, shaper_of(values))
 
 
@@ -92,7 +93,7 @@ def _tell_check(program: Program, check: ProgramCheck, line: int = 1) -> None:
     for told in program.told:
         print(f"drive: {program.file}: line {told.line}: {told.word} is not done: {told.reason}")
     begin = f", from line {line} on" if line > 1 else ""
-    shaper = ", without the time that the shaper takes" if check.is_shaped else ""
+    shaper = ", without the time that the shaper takes in bends" if check.is_shaped else ""
     print(
         f"drive: {program.file}: {program.lines} lines{begin}, inside the workspace: "
         f"{check.duration:.2f} s, {in_millimetres(check.length, 1)}{shaper}",
@@ -310,7 +311,7 @@ def main() -> int:
         file = find_file(arguments.file)
         work: Program | DriveFile
         if is_program(file):
-            settings_file = find_file(arguments.settings or SETTINGS)
+            settings_file = find_file(arguments.settings or Path(SETTINGS))
             print(f"drive: {file} with the settings of {settings_file}", flush=True)
             settings = load_settings(settings_file)
             stops = arguments.optional_stops
@@ -320,7 +321,7 @@ def main() -> int:
         if not arguments.check:
             return _drive(work, arguments)
         if isinstance(work, Program):
-            parameters = find_file(arguments.parameters or PARAMETERS)
+            parameters = find_file(arguments.parameters or Path(PARAMETERS))
             values = file_values(str(parameters), "/ik_node", IK_NODE)
             line = _begin(arguments)
             rest = from_line(work, line)

@@ -16,6 +16,7 @@ from sensor_msgs.msg import JointState
 
 from tri_glide_interfaces.msg import Output
 from tri_glide_kinematics.control import (
+    FeedForward,
     Health,
     LoopStatistics,
     MotionController,
@@ -55,10 +56,12 @@ from tri_glide_kinematics.ros.parameters import (
     IK_NODE,
     LiveParameters,
     Values,
+    check_holding,
     check_joint_names,
+    forces_of,
     in_position_bounds_of,
-    limits_of,
     machine_of,
+    motion_limits_of,
     shaper_of,
     supervision_bounds_of,
     true_travel_of,
@@ -66,7 +69,9 @@ from tri_glide_kinematics.ros.parameters import (
 )
 from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.ros.starting import FatalError
-from tri_glide_kinematics.workspace import Workspace
+from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.workspace import Workspace, places_inside
 
 # Twists are renewed all the time: the latest one counts, and none is sent again after the
 # connection was lost.
@@ -96,7 +101,8 @@ class IkNode(Node):
             KinematicsError: if a parameter has a value that it cannot work with.
         """
         super().__init__("ik_node")
-        parameters = LiveParameters(self, IK_NODE, _check)
+        self._made: tuple[TriGlide, FloatArray] | None = None
+        parameters = LiveParameters(self, IK_NODE, self._check)
         values = parameters.values
         period = 1.0 / values["rate"]
         self._time_before_setpoint = PLANNING_PART * period
@@ -118,10 +124,12 @@ class IkNode(Node):
         self._motion_states = MotionStates(self, values)
         self._path_outputs = self.create_publisher(Output, "outputs", LATEST_OUTPUTS)
         self._supervisor = Supervisor(supervision_bounds_of(values), values["joint_names"])
-        machine = machine_of(values)
+        machine, _ = self._machine_of(values)
+        self._feed_forward = FeedForward(period, values["force_window"])
+        self._feed_forward.forces = forces_of(values, machine)
         self._engine = MotionEngine(
             Workspace(machine, workspace_limits_of(values)),
-            limits_of(values),
+            motion_limits_of(values, machine),
             kind=MotionKind[values["motion"].upper()],
             speed_scale=values["speed_scale"],
             path_speed_scale=values["path_speed_scale"],
@@ -220,7 +228,7 @@ class IkNode(Node):
             may_go_on = planning.until(until) if planning.is_short(until) else None
             setpoint = self._controller.cycle(now, may_go_on)
             if setpoint is not None:
-                self._outputs.publish(setpoint, self._engine)
+                self._outputs.publish(setpoint, self._engine, self._feed_forward.of(setpoint))
             return setpoint
         except Exception as error:
             earlier = self._controller.failure
@@ -326,8 +334,10 @@ class IkNode(Node):
         self._actions.path_tolerance = values["path_tolerance"]
         self._controller.newest_target.bounds = in_position_bounds_of(values)
         self._supervisor.bounds = supervision_bounds_of(values)
+        machine, _ = self._machine_of(values)
+        self._feed_forward.forces = forces_of(values, machine)
         self._controller.set_limits(
-            limits_of(values), values["speed_scale"], values["path_speed_scale"]
+            motion_limits_of(values, machine), values["speed_scale"], values["path_speed_scale"]
         )
         self._engine.set_shaper(shaper_of(values))
 
@@ -342,11 +352,22 @@ class IkNode(Node):
             self._refused,
             unusable,
             self._reports.remark,
+            self._feed_forward.continuous,
         )
 
+    def _check(self, values: Values) -> None:
+        """Check what can be set live; all else is checked by what is made of it at the start."""
+        machine, places = self._machine_of(values)
+        check_holding(motion_limits_of(values, machine), places)
+        shaper_of(values)
+        in_position_bounds_of(values)
 
-def _check(values: Values) -> None:
-    """Check what can be set live; all else is checked by what is made of it at the start."""
-    limits_of(values)
-    shaper_of(values)
-    in_position_bounds_of(values)
+    def _machine_of(self, values: Values) -> tuple[TriGlide, FloatArray]:
+        """Return the machine, and places all over its workspace. Shape (n, 3) [m].
+
+        No value that they are made of can be set live.
+        """
+        if self._made is None:
+            machine = machine_of(values)
+            self._made = machine, places_inside(machine, workspace_limits_of(values))
+        return self._made

@@ -13,12 +13,15 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool
 
 from tri_glide_kinematics.control import (
     DriveTime,
     PlatformState,
+    Setpoint,
+    SimulatedDrives,
     SimulatedPlate,
     SimulatedSliders,
     SimulatedSwing,
@@ -27,8 +30,8 @@ from tri_glide_kinematics.control import (
 )
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
-from tri_glide_kinematics.ros.cdr import FIRST, SECOND, StampedTriples
-from tri_glide_kinematics.ros.inputs import SliderMeasurements
+from tri_glide_kinematics.ros.cdr import FIRST, SECOND, THIRD, StampedTriples
+from tri_glide_kinematics.ros.inputs import SliderMeasurements, StampedReading
 from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.parameters import (
     SIMULATOR_NODE,
@@ -37,7 +40,9 @@ from tri_glide_kinematics.ros.parameters import (
     Values,
     check_joint_names,
     check_travel,
+    forces_of,
     machine_of,
+    position_control_of,
     swing_of,
 )
 from tri_glide_kinematics.ros.serving import PatientServices
@@ -171,9 +176,10 @@ class SimulatorNode(Node):
         self._platform: PlatformState | None = None
         self._apply(values)
         parameters.on_change(self._apply)
-        self._message = StampedTriples(
-            JointState(name=values["joint_names"], position=FIRST, velocity=SECOND), 2
-        )
+        message = JointState(name=values["joint_names"], position=FIRST, velocity=SECOND)
+        self._message = StampedTriples(message, 2)
+        message.effort = THIRD
+        self._message_with_forces = StampedTriples(message, 3)
         self._now = self.get_clock().now
         self._publisher = self.create_publisher(JointState, "joint_states", RELIABLE)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -196,11 +202,30 @@ class SimulatorNode(Node):
         if reading is None:
             return
         if all(map(math.isfinite, reading.heights)):
-            self._drive_time.command(reading.heights)
+            self._drive_time.command(self._setpoint(reading, data))
         else:
             self._reasons.add(
                 f"ignored a command: heights {vector_text(reading.heights)} m are not finite"
             )
+
+    def _setpoint(self, reading: StampedReading, data: bytes) -> Setpoint:
+        """Return the setpoint of a command; its efforts are the feed-forward of the drives."""
+        setpoint = Setpoint(reading.heights)
+        if self._sliders.drives is None:
+            return setpoint
+        if reading.velocities is not None:
+            setpoint = setpoint._replace(velocities=reading.velocities)
+        message = deserialize_message(data, JointState)
+        forces = dict(zip(message.name, message.effort))
+        try:
+            f1, f2, f3 = (forces[name] for name in self._values["joint_names"])
+        except KeyError:
+            return setpoint
+        if all(map(math.isfinite, (f1, f2, f3))):
+            return setpoint._replace(forces=(f1, f2, f3))
+        text = vector_text((f1, f2, f3))
+        self._reasons.add(f"ignored the efforts of a command: {text} N are not finite")
+        return setpoint
 
     def _cycle(self) -> None:
         states = []
@@ -213,7 +238,10 @@ class SimulatorNode(Node):
         for setpoint, dt in self._drive_time.steps(self._period):
             if setpoint is not None:
                 self._sliders.command(setpoint)
-            self._sliders.step(dt)
+            try:
+                self._sliders.step(dt)
+            except KinematicsError as error:
+                self._reasons.add(f"the drives have torn the machine apart: {error}")
             self._platform = self._swung(dt)
             if self._platform is not None:
                 states.append((self._platform, self._truth_outputs.stamp_after(dt, now)))
@@ -223,7 +251,12 @@ class SimulatorNode(Node):
             # Those of a platform that swings have the time of that.
             nanoseconds = states[-1][1] if seen and states else self._now().nanoseconds
             stamp = divmod(nanoseconds, 1_000_000_000)
-            self._publisher.publish(self._message.at(*stamp, *measured))
+            exerted = self._sliders.exerted
+            if exerted is None:
+                self._publisher.publish(self._message.at(*stamp, *measured))
+            else:
+                message = self._message_with_forces
+                self._publisher.publish(message.at(*stamp, *measured, exerted))
         for state, nanoseconds in states:
             self._truth_outputs.publish(state, nanoseconds)
 
@@ -255,6 +288,7 @@ class SimulatorNode(Node):
         self._truth_outputs.plate = _plate_of(values)
         self._truth_outputs.set_noise(values["accelerometer_noise"])
         self._sliders.lag = values["lag"]
+        self._apply_drives(values)
         self._sliders.encoder_resolution = values["encoder_resolution"]
         self._sliders.faults = SliderFaults(
             values["drop_out"],
@@ -262,6 +296,18 @@ class SimulatorNode(Node):
             values["encoder_offsets"],
             values["stuck_sliders"],
         )
+
+    def _apply_drives(self, values: Values) -> None:
+        forces = forces_of(values, self._truth.machine)
+        control = position_control_of(values, forces)
+        drives = self._sliders.drives
+        if forces is None or control is None:
+            self._sliders.drives = None
+        elif drives is None:
+            heights = self._sliders.heights
+            self._sliders.drives = SimulatedDrives(forces, control, heights)
+        else:
+            drives.forces, drives.control = forces, control
 
 
 def _plate_of(values: Values) -> SimulatedPlate:
@@ -272,6 +318,7 @@ def _check(values: Values) -> None:
     check_joint_names(values)
     check_travel(values)
     swing_of(values)
+    position_control_of(values, forces_of(values, machine_of(values)))
     for index, height in enumerate(values["initial_heights"]):
         lower, upper = values["lower_heights"][index], values["upper_heights"][index]
         if not lower <= height <= upper:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
+from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.ros.parameters import (
     IK_NODE,
     Values,
     limits_of,
     machine_of,
+    shaper_of,
     true_travel_of,
     workspace_limits_of,
 )
@@ -20,6 +23,18 @@ from tri_glide_kinematics.workspace import Workspace
 
 # What is asked for.
 NAMES = tuple(parameter.name for parameter in IK_NODE)
+
+
+class Bounds(NamedTuple):
+    """What bounds the motion of a machine, and may be changed while it runs.
+
+    Attributes:
+        limits: of its sliders, scaled.
+        shaper: None without one.
+    """
+
+    limits: SliderLimits
+    shaper: Shaping | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +57,12 @@ class MachineFacts:
     def limits(self) -> SliderLimits:
         """Of its sliders, before they are scaled."""
         return limits_of(self.values)
+
+    @cached_property
+    def bounds(self) -> Bounds:
+        """What the proof of a program depends on, besides the workspace."""
+        limits = self.limits.with_velocity_scaled(self.speed_scale)
+        return Bounds(limits, shaper_of(self.values))
 
     @property
     def travel(self) -> tuple[Vector3, Vector3]:

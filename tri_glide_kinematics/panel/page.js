@@ -213,6 +213,8 @@ const look = setInterval(() => {
   // The canvas ends where viser's own panel begins.
   const canvas = document.querySelector("canvas");
   if (canvas) document.documentElement.style.setProperty("--strip-width", canvas.clientWidth + "px");
+  const tabs = document.querySelector("[role=tablist]");
+  if (tabs) document.documentElement.style.setProperty("--tabs-top", tabs.getBoundingClientRect().top + "px");
   if (document.hidden || performance.now() - heard < settings.silence) return;
   document.body.classList.add("tri-glide-lost");
   strip.dataset.color = "fault";

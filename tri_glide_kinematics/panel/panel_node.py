@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.files import state_folder
+from tri_glide_kinematics.files import SETTINGS, state_folder
 from tri_glide_kinematics.panel.admission import default_token_file, is_loopback, kept_token
 from tri_glide_kinematics.panel.button_jogs import JogWatch, Steps
 from tri_glide_kinematics.panel.feeds import Feeds
@@ -46,8 +46,6 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 POINTS_FILE = "taught_points.yaml"
 PROGRAMS_FOLDER = "programs"
-# Of the package, as `drive` takes it.
-SETTINGS_FILE = "program_settings.yaml"
 FRAMES = 30.0  # 1/s
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 PATIENCE = 5.0  # s after which it is asked again
@@ -166,7 +164,7 @@ class PanelNode(Node):
             self._requests,
             ProgramLink(self),
             uploads,
-            Path(settings) if settings else default_parameter_file().with_name(SETTINGS_FILE),
+            Path(settings) if settings else default_parameter_file().with_name(SETTINGS),
             Path(kept) if kept else default_kept_file(self.get_namespace()),
             self._commanded_position,
         )

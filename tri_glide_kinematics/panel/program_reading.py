@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import Segments, clearances
+from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.programs import (
     PathRun,
@@ -28,6 +29,7 @@ from tri_glide_kinematics.programs import (
     ProgramError,
     ProgramSettings,
     check_program,
+    line_of,
     load_program,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -76,6 +78,7 @@ class Reading(NamedTuple):
         settings: what it does not say itself.
         workspace: of the machine.
         limits: of its sliders.
+        shaper: of the machine; None without one.
         is_check: whether to prove it, and not to draw it.
         mark: of the file that is meant, by ``mark_of``.
     """
@@ -84,6 +87,7 @@ class Reading(NamedTuple):
     settings: ProgramSettings
     workspace: Workspace
     limits: SliderLimits
+    shaper: Shaping | None
     is_check: bool
     mark: Mark
 
@@ -99,6 +103,7 @@ class ReadProgram:
         looks: of each piece: CUT, RAPID or OUTSIDE. Shape (n,).
         outside: the first line that leads outside the workspace; 0 for none.
         ways: length of each step that is a path, as programmed. Shape (steps,) [m].
+        lines: the first line and the last of each step, which both ascend. Shape (2, steps).
         lower, upper: corners of the box around the path. Shapes (3,) [m].
     """
 
@@ -108,8 +113,14 @@ class ReadProgram:
     looks: NDArray[np.uint8]
     outside: int
     ways: tuple[float, ...]
+    lines: NDArray[np.int64]
     lower: Vector3
     upper: Vector3
+
+    def steps_at(self, line: int) -> range:
+        """Return the indices of the steps that a ``line`` belongs to."""
+        first = int(np.searchsorted(self.lines[1], line))
+        return range(first, int(np.searchsorted(self.lines[0], line, "right")))
 
 
 @dataclass(frozen=True)
@@ -180,7 +191,7 @@ def answer_to(reading: Reading) -> Answer:
         if mark_of(reading.file) != reading.mark:
             return NotRead(f"{reading.file.name} was changed while it was read")
         if reading.is_check:
-            return check_program(program, reading.workspace, reading.limits)
+            return check_program(program, reading.workspace, reading.limits, reading.shaper)
         return drawn(program, data, reading.workspace)
     except OSError as error:
         return NotRead(f"{reading.file.name} cannot be read: {error.strerror or error}")
@@ -230,6 +241,7 @@ def drawn(program: Program, data: bytes, workspace: Workspace) -> ReadProgram:
         look[look != NOTHING],
         outside,
         tuple(ways),
+        np.array([[line_of(step, segment) for step in program.steps] for segment in (0, -1)]),
         _vector(low),
         _vector(high),
     )

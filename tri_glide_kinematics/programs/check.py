@@ -23,7 +23,7 @@ class ProgramCheck:
         duration: without the time for which it waits for somebody [s].
         durations: of each step. Shape (n,) [s].
         length: of the way driven [m].
-        is_shaped: whether there is a shaper, whose own time the durations leave out.
+        is_shaped: whether there is a shaper; the durations leave out what it takes in bends.
     """
 
     duration: float
@@ -41,8 +41,8 @@ def check_program(
     """Prove that all of a program is inside the workspace, and find out how long it takes.
 
     It is timed as a ``MotionEngine`` drives it, path by path. With a ``shaper`` the path is the one
-    that is driven with it; the time that the shaper itself needs, in bends and at stops, is left
-    out.
+    that is driven with it, and at each stop it has its time to become empty; it is left out that
+    the platform is slower in bends for its sake.
 
     Raises:
         ProgramError: if a place of it is not inside, or no motion keeps the limits; it names the
@@ -71,7 +71,10 @@ def _timed(
     planner = PathPlanner(workspace)
     heights = yield from planner.begun(path, limits, shaper)
     duration = yield from planner.duration(heights, limits)
-    return duration, heights.driven.arc_length.total
+    driven = heights.driven
+    if shaper is not None:
+        duration += (len(driven.stops) - 1) * shaper.covering(driven.places()).duration
+    return duration, driven.arc_length.total
 
 
 def at_its_line(program: Program, run: PathRun, error: KinematicsError) -> ProgramError:

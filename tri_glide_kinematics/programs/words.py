@@ -131,11 +131,14 @@ class WordReader:
                 an exponent, which is not understood.
 
         Raises:
-            ProgramError: if it is a text in UTF-16.
+            ProgramError: if it is a text in UTF-16, or none.
         """
         self._file = file
-        if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data[:2]:
+        if data.startswith((b"\xff\xfe", b"\xfe\xff")) or data[:2].count(0) == 1:
             reason = "is no text in UTF-8 or ASCII, but in UTF-16 as it seems: save it as UTF-8"
+            raise ProgramError(file, 0, 0, "", reason)
+        if data.startswith(b"\0"):
+            reason = "is no text in UTF-8 or ASCII: it begins with zero bytes, as a damaged file"
             raise ProgramError(file, 0, 0, "", reason)
         data = data.removeprefix(b"\xef\xbb\xbf")
         if b"\r" in data:

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.workspace.batch import OVERRUN_TOLERANCES as OVERRUN_TOLERANCES
     from tri_glide_kinematics.workspace.batch import Overruns as Overruns
     from tri_glide_kinematics.workspace.batch import overruns as overruns
+    from tri_glide_kinematics.workspace.batch import places_inside as places_inside
     from tri_glide_kinematics.workspace.bounds import ROUNDING as ROUNDING
     from tri_glide_kinematics.workspace.bounds import Bound as Bound
     from tri_glide_kinematics.workspace.bounds import Disc as Disc

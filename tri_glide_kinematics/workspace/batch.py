@@ -1,4 +1,4 @@
-"""By how much many heights of the sliders pass the limits of a workspace.
+"""By how much many heights of the sliders pass the limits of a workspace, and places inside.
 
 This is for what has been commanded, as arrays; a ``Workspace`` checks one place, or a whole way.
 """
@@ -18,6 +18,9 @@ from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 
 # What tracing a way leaves between its samples [m].
 PLACE_TOLERANCE = 6e-5
+
+# Places of a grid along each axis.
+PLACES_ALONG = 9
 
 
 class Overruns(NamedTuple):
@@ -87,6 +90,39 @@ def overruns(machine: TriGlide, limits: WorkspaceLimits, heights: ArrayLike) -> 
         _conditions(machine, positions, largest), _conditions(machine, nearer, largest)
     )
     return Overruns(travel, reach, place, conditions / largest - 1.0)
+
+
+def places_inside(machine: TriGlide, limits: WorkspaceLimits) -> FloatArray:
+    """Return places of the platform inside ``limits``, spread over all of it with its corners.
+
+    They are those of a grid over the travel of the sliders, and of one over box or cylinder.
+
+    Returns:
+        Shape (n, 3) [m].
+    """
+    travel = zip(limits.lower_heights, limits.upper_heights)
+    heights = _grid(*(np.linspace(*ends, PLACES_ALONG) for ends in travel))
+    if limits.box_lower is not None and limits.box_upper is not None:
+        ends = zip(limits.box_lower, limits.box_upper)
+        positions = _grid(*(np.linspace(*pair, PLACES_ALONG) for pair in ends))
+        heights = np.concatenate((heights, machine.inverse_batch(positions)))
+    if limits.cylinder is not None:
+        cylinder = limits.cylinder
+        radii = cylinder.radius * np.array((0.0, 0.5, 1.0))
+        angles = np.linspace(0.0, 2.0 * math.pi, 2 * PLACES_ALONG, endpoint=False)
+        levels = np.linspace(cylinder.z_min, cylinder.z_max, PLACES_ALONG)
+        radius, angle, z = _grid(radii, angles, levels).T
+        x = cylinder.center_x + radius * np.cos(angle)
+        y = cylinder.center_y + radius * np.sin(angle)
+        heights = np.concatenate((heights, machine.inverse_batch(np.stack((x, y, z), axis=1))))
+    heights = heights[np.isfinite(heights).all(axis=1)]
+    inside = heights[~overruns(machine, limits, heights).are_outside]
+    return machine.forward_batch(inside)
+
+
+def _grid(*axes: FloatArray) -> FloatArray:
+    """Return all combinations of numbers of three ``axes``. Shape (n, 3)."""
+    return np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
 
 
 def _conditions(machine: TriGlide, positions: FloatArray, largest: float) -> FloatArray:

@@ -9,6 +9,7 @@ import pytest
 from motion_machine import skip_if_too_long_for_ruckig
 from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
 
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.moves import SliderMotion
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
@@ -26,7 +27,7 @@ ROUNDING = 2e-15
 
 
 def from_rest(start, target, limits: SliderLimits = UNEQUAL) -> StraightPlan:
-    plan = SliderMotion().move(SliderState(start, AT_REST, AT_REST), target, limits)
+    plan = at_once(SliderMotion().move(SliderState(start, AT_REST, AT_REST), target, limits))
     assert isinstance(plan, StraightPlan)
     return plan
 
@@ -171,7 +172,7 @@ def test_tiny_and_huge_ways_and_sliders_that_stay(way, ratios):
 def test_where_the_sliders_are_there_is_no_way_to_go(way):
     """Ruckig takes less than 1e-14 m for no way at all."""
     state = SliderState((0.0, 0.55, 0.5), AT_REST, AT_REST)
-    plan = SliderMotion().move(state, (way, 0.55, 0.5), UNEQUAL)
+    plan = at_once(SliderMotion().move(state, (way, 0.55, 0.5), UNEQUAL))
     assert plan.duration == 0.0
     for time in (0.0, 1e-3, 1e9):
         assert plan.at(time) == state

@@ -88,6 +88,8 @@ def test_all_that_is_known_is_told():
         speed_scale=0.5,
         path_speed_scale=1.5,
         shaper_waits=True,
+        is_teaching=True,
+        platform_speed_limit=0.25,
     )
     progress = MotionProgress((0.4, 0.5, 0.6), 0.07, 3, 0.8, 9.0)
     message = told(status, refused, "two senders", progress)
@@ -106,6 +108,7 @@ def test_all_that_is_known_is_told():
     assert message.sends_setpoints and not message.target_reached
     assert message.speed_scale == 0.5 and message.shaper_waits
     assert message.path_speed_scale == 1.5
+    assert message.teach_mode and message.platform_speed_limit == 0.25
     assert (message.position.x, message.position.y, message.position.z) == (0.4, 0.5, 0.6)
     assert (message.speed, message.segment) == (0.07, 3)
     assert (message.way_remaining, message.time_remaining) == (0.8, 9.0)
@@ -119,6 +122,7 @@ def test_what_is_not_known_is_nan_or_none():
     assert message.target_kind == MachineState.TARGET_NONE
     assert all(math.isnan(part) for part in (message.target.x, message.target_distance))
     assert message.refusal == MachineState.REFUSAL_NONE
+    assert message.platform_speed_limit == 0.0
     unknown = (message.position.y, message.speed, message.way_remaining, message.time_remaining)
     assert all(map(math.isnan, unknown))
 

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperByPlace, ShaperKind
+from tri_glide_kinematics.motion.trajectory import ForceLimits, PlatformSpeedLimit
 from tri_glide_kinematics.ros.parameters import (
     IK_NODE,
     SIMULATOR_NODE,
+    check_holding,
     check_joint_names,
     check_travel,
+    forces_of,
     in_position_bounds_of,
     limits_of,
     machine_of,
+    motion_limits_of,
     shaper_of,
     supervision_bounds_of,
     swing_of,
@@ -40,6 +46,66 @@ def test_limits_are_those_of_the_parameters():
     limits = limits_of(values(velocity_limits=(1.0, 2.0, 3.0)))
     assert limits.velocity == (1.0, 2.0, 3.0)
     assert supervision_bounds_of(values(velocity_limits=(1.0, 2.0, 3.0))).velocity == (1, 2, 3)
+
+
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
+WEIGHED = {"carriage_masses": (2.0, 2.0, 2.5), "platform_mass": 1.0}
+
+
+def test_by_default_nothing_is_known_of_forces_and_nothing_is_added_to_the_limits():
+    assert forces_of(values(), MACHINE) is None
+    assert motion_limits_of(values(), MACHINE) == limits_of(values())
+
+
+def test_masses_become_forces():
+    changed = values(
+        **WEIGHED,
+        arm_masses=(0.3, 0.2, 0.1),
+        arm_centres=(0.5, 0.6, 0.5),
+        arm_inertias=(0.0, 0.004, 0.0),
+        payload=0.5,
+        counterweight_masses=(0.1, 0.2, 0.3),
+        coulomb_friction=(1.0, 2.0, 3.0),
+        viscous_friction=(4.0, 5.0, 6.0),
+        gravity=(1.0, 0.0, -9.0),
+    )
+    masses = Masses(
+        (2.0, 2.0, 2.5),
+        (Arm(0.3), Arm(0.2, 0.6, 0.004), Arm(0.1)),
+        1.0,
+        0.5,
+        counterweights=(0.1, 0.2, 0.3),
+        coulomb=(1.0, 2.0, 3.0),
+        viscous=(4.0, 5.0, 6.0),
+        gravity=(1.0, 0.0, -9.0),
+    )
+    assert forces_of(changed, MACHINE).masses == masses
+
+
+def test_bounds_that_are_set_are_added_to_the_limits():
+    changed = values(**WEIGHED, platform_speed_limit=0.5, force_limit_up=(90.0, 0.0, 80.0))
+    forces = SliderForces(MACHINE, forces_of(changed, MACHINE).masses)
+    none = 1e6
+    assert motion_limits_of(changed, MACHINE).added == (
+        PlatformSpeedLimit(MACHINE, 0.5),
+        ForceLimits(forces, (90.0, none, 80.0), (none, none, none)),
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"force_limit_down": (9.0, 0.0, 0.0)}, "force_limit_down = [9, 0, 0] N needs masses"),
+        ({"payload": 1.0}, "carriage_masses[0] = 0 kg must be greater than 0 kg, as payload = 1"),
+        ({"carriage_masses": (1.0, 1.0, 1.0)}, "platform_mass = 0 kg must be greater than 0 kg"),
+        ({**WEIGHED, "arm_centres": (0.5, 0.6, 0.5)}, "arm centre = 0.6 must be 0.5 for a uniform"),
+        ({**WEIGHED, "force_limit_up": (60.0, 20.0, 60.0)}, "force_limit_up[1] = 20 N cannot hold"),
+    ],
+)
+def test_masses_and_force_limits_that_do_not_fit_together_are_refused(changes, text):
+    with pytest.raises(KinematicsError) as refused:
+        check_holding(motion_limits_of(values(**changes), MACHINE), np.array((POSITION,)))
+    assert text in str(refused.value)
 
 
 def test_by_default_nothing_is_shaped():

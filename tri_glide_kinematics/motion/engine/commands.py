@@ -341,14 +341,15 @@ class Jog(Command):
     def _is_tracked(self, execution: PlanExecution) -> bool:
         """Go over to it in motion, if there is a certified step; return whether that is done.
 
-        With a shaper the step is prepared. Outside the workspace, as from rest, it is planned.
+        With a shaper or added bounds the step is prepared. Outside the workspace, as from rest, it
+        is planned.
         """
         held = execution.holder.held
         if held.region is not execution.workspace:
             return False
         tracking = held.with_goal(self)
         goes_on = execution.tracks and held.goal is not None and held.goal.kind is self.kind
-        if execution.is_shaped:
+        if execution.prepares_steps:
             if goes_on:
                 # A step that is being prepared is held soon; the next one leads to this.
                 execution.keep_goal()

@@ -113,6 +113,11 @@ class MotionEngine:
         return f"<MotionEngine, {self._kind.name}, {self.phase.name}, heights {heights} m>"
 
     @property
+    def machine(self) -> TriGlide:
+        """Whose sliders it moves."""
+        return self._machine
+
+    @property
     def kind(self) -> MotionKind:
         """How moves go to their target."""
         return self._kind

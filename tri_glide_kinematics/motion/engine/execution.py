@@ -54,8 +54,9 @@ URGENT_PIECES = 7
 # The first step of tracking, before any other was made, is taken to be this long [s].
 FIRST_STEP = 0.002
 
-# With a shaper a step of tracking has to be proved, which takes longer than a cycle: so the steps
-# are about so long [s], and no smaller part of the shaper, as each of them that it remembers costs.
+# With a shaper or added bounds a step of tracking has to be proved, which takes longer than a
+# cycle: so the steps are about so long [s], and no smaller part of the shaper, as each of them that
+# it remembers costs.
 SHAPED_STEP = 0.02
 PART_OF_SHAPER = 0.3
 
@@ -67,12 +68,14 @@ JERK_LEFT_TO_STEPS = 0.9
 ATTEMPTS_IN_MOTION = 5
 
 
-def step_period(shaper: Shaper) -> float:
-    """Return how long steps of tracking are with a ``shaper`` [s].
+def step_period(shaper: Shaper | None) -> float:
+    """Return how long steps of tracking are that have to be proved, with a ``shaper`` or none [s].
 
     A step has three phases. If they are as long as the first delay, or fit into it, the knots of
     the copies fall together. So there are few cells to prove.
     """
+    if shaper is None:
+        return SHAPED_STEP
     three = 3.0 * shaper.times[1]
     period = max(SHAPED_STEP, PART_OF_SHAPER * shaper.duration)
     return three * max(round(period / three), 1) / max(round(three / period), 1)
@@ -209,8 +212,8 @@ class PlanHolder:
 class PlanExecution:
     """Steps a held plan, and prepares at most one that takes its place.
 
-    While something is tracked, each step is a plan of its own. Without a shaper it is made when it
-    is its turn; with one it is longer, and prepared and proved like any other plan.
+    While something is tracked, each step is a plan of its own. As a rule it is made when it is its
+    turn; with a shaper or added bounds it is longer, and prepared and proved like any other plan.
 
     Attributes:
         holder: of the plan.
@@ -385,6 +388,11 @@ class PlanExecution:
     def is_shaped(self) -> bool:
         """Whether there is a shaper in force."""
         return self.holder.limits.shaper is not None
+
+    @property
+    def prepares_steps(self) -> bool:
+        """Whether steps of tracking are prepared, as their proof takes longer than a cycle."""
+        return self.is_shaped or bool(self.holder.limits.sliders.added)
 
     @property
     def shaper_pending(self) -> bool:
@@ -627,7 +635,7 @@ class PlanExecution:
         if newest is not preparation.held.pending:
             held = replace(held, pending=newest)
         self.replace(held, refusal, preparation.elapsed(self.holder.time))
-        if self.tracks and self.is_shaped and held.goal is not None:
+        if self.tracks and self.prepares_steps and held.goal is not None:
             if not is_step:
                 # Not in this engine step any more, however long that is.
                 lead = self._step_lead_time.after(self._last_step)
@@ -644,7 +652,7 @@ class PlanExecution:
         """
         self._last_step = dt
         preparation = self.preparation
-        if self.tracks and not self.is_shaped:
+        if self.tracks and not self.prepares_steps:
             if (preparation is None or preparation.goal is None) and self._take_step(dt):
                 return
         held = None
@@ -664,7 +672,7 @@ class PlanExecution:
     def _prepare_what_is_due(self) -> None:
         """Try again what had to wait, or make the next part of a path or of tracking."""
         if self.tracks:
-            if self.is_shaped:
+            if self.prepares_steps:
                 self._prepare_next_step()
         elif self.holder.time >= self._retry_at:
             self.try_again()
@@ -718,7 +726,6 @@ class PlanExecution:
             raise PlanningError("a shaper has to be empty when another one takes its place")
         limits = limits.leaving(Planned(limits.effective.times(1.0, 1.0, JERK_LEFT_TO_STEPS)))
         held = held.with_goal(goal or self.holder.held.goal, limits=limits, pending=None)
-        assert limits.shaper is not None
         period = step_period(limits.shaper)
         step = yield from self.tracker.prepared(held, start, period, ahead)
         if step is None:

@@ -160,7 +160,7 @@ def _raised(lower: SliderLimits, state: SliderState, limits: SliderLimits) -> Sl
     table = lower.table.copy()
     raised = np.maximum(table[:2], (reached, np.abs(accelerations)))
     table[:2] = np.minimum(raised, limits.table[:2])
-    return SliderLimits(*table.tolist())
+    return limits.with_table(table)
 
 
 class PlanRole(Enum):

@@ -37,8 +37,10 @@ from tri_glide_kinematics.motion.trajectory import (
     PathHeights,
     PathPlan,
     SequencePlan,
+    SliderLimits,
     SliderState,
     Trajectory,
+    gentler,
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -151,7 +153,9 @@ class PathReplanning:
         self, heights: PathHeights, place: float, limits: DriveLimits
     ) -> Interruptible[PathHeights]:
         scale, shaper, cut = limits.of_path_speeds, limits.shaper, limits.cut
-        return (yield from self._paths.with_speeds(heights, place, scale, shaper, cut))
+        return (
+            yield from self._paths.with_speeds(heights, place, scale, limits.effective, shaper, cut)
+        )
 
     def braked(self, held: HeldMotion, plan: PathPlan, time: float) -> Interruptible[HeldMotion]:
         """Return ``held`` with a plan that comes to rest soon on the path of its ``plan``."""
@@ -284,7 +288,34 @@ class Replanning:
             return replace(held, role=PlanRole.BRAKES)
         if held.path_plan is not None:
             return (yield from self._paths.braked(held, held.path_plan, time))
-        state, region, limits = plan.at(time), self._region(held, time), held.limits.effective
+        state = plan.at(time)
+        for limits in gentler(held.limits.effective, state):
+            braked = yield from self._braked_within(held, time, state, limits, stays=stays)
+            if braked.role is PlanRole.BRAKES or not limits.added:
+                break
+            yield
+        return braked
+
+    def _braked_within(
+        self,
+        held: HeldMotion,
+        time: float,
+        state: SliderState,
+        limits: SliderLimits,
+        *,
+        stays: bool,
+    ) -> Interruptible[HeldMotion]:
+        """Return ``held`` with a plan that comes to rest soon within ``limits``, if there is one.
+
+        Args:
+            held: what is held, in motion and not on a path.
+            time: when the plan begins.
+            state: of the sliders then.
+            limits: those in force, or less.
+            stays: whether the platform stays on its line or path where that takes little longer.
+        """
+        plan, left = held.plan, held.plan.duration - time
+        region = self._region(held, time)
         own = own_stop(state, limits)
         # What is left to a shaper makes stops longer, and is no reason to keep a still longer plan.
         shortest = own

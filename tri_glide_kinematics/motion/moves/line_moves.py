@@ -37,6 +37,7 @@ from tri_glide_kinematics.motion.moves.line_timing import (
 from tri_glide_kinematics.motion.moves.parametrisation import PathParametrisation, parametrise
 from tri_glide_kinematics.motion.trajectory import (
     RELATIVE_ROUNDING,
+    AddedBoundError,
     LinePlan,
     PlanningError,
     SliderLimitError,
@@ -44,7 +45,9 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderState,
     StraightLine,
     TimeScaling,
-    derivative_bounds,
+    UsableParts,
+    bounds_along,
+    kept,
     shortest_piece,
     total_duration,
     with_knots_of,
@@ -84,6 +87,26 @@ class LinearMotion:
         """
         return LinePlan(line, self._timing.from_rest(line, limits))
 
+    def kept_from_rest(self, line: StraightLine, limits: SliderLimits) -> Interruptible[LinePlan]:
+        """Return the same where there are added bounds, which it keeps.
+
+        Args:
+            line: of positive length.
+            limits: of the sliders.
+
+        Raises:
+            KinematicsError: if none is found that does.
+        """
+
+        def plan(usable: UsableParts) -> tuple[LinePlan, float]:
+            """Return the plan with parts of the limits, and when it is fastest [s]."""
+            scaling = self._timing.from_rest(line, limits, usable)
+            return LinePlan(line, scaling), float(scaling.times[scaling.speeds.argmax()])
+
+        found = yield from kept(plan, limits)
+        yield
+        return _checked(found, limits)
+
     def jog(
         self,
         state: SliderState,
@@ -109,13 +132,16 @@ class LinearMotion:
         entry = yield from _limited(entry, builder)
         check_length(entry.blend, state, limits, LONGEST_JOG_BLEND)
         yield
-        parametrisation = parametrise(entry.line, limits, JOG_NORM, platform_speed)
+        fastest = min(platform_speed, limits.platform_speed)
+        parametrisation = parametrise(entry.line, limits, JOG_NORM, fastest)
         factors = JogFactors(begin=1.0 - fraction)
         for _ in range(JOG_ATTEMPTS):
             yield
             timed = self._jogs.time_scaling(entry, parametrisation, factors)
             yield
-            slowdowns = derivative_bounds(entry.line, timed.scaling, entry.blend).slowdown(limits)
+            slowdowns = bounds_along(entry.line, timed.scaling, limits, entry.blend).slowdown(
+                limits
+            )
             if slowdowns.max() <= 1.0 + RELATIVE_ROUNDING:
                 break
             factors = factors.after(timed, slowdowns)
@@ -331,7 +357,7 @@ class LineJoining:
         yield
         entry = yield from _limited(entry, builder)
         check_length(entry.blend, state, limits, LONGEST_MOVE_BLEND)
-        parametrisation = parametrise(entry.line, limits, NORM)
+        parametrisation = parametrise(entry.line, limits, NORM, limits.platform_speed)
         factors = MovingFactors(1.0 - fraction, 1.0)
         phases = self._timing.phases(entry, parametrisation, factors)
 
@@ -412,20 +438,20 @@ class LineJoining:
         """
         blend = entry.blend
         best: LinePlan | None = None
-        refusal: SliderLimitError | None = None
+        refusal: KinematicsError | None = None
         for attempt in range(ATTEMPTS):
             if attempt:
                 yield
             scaling = self._timing.in_motion(entry, parametrisation, factors)
             plan = LinePlan(entry.line, scaling, blend)
-            bounds = derivative_bounds(entry.line, scaling, blend)
+            bounds = bounds_along(entry.line, scaling, limits, blend)
             slower = bounds.slowdown(limits)
             begins = scaling.times[:-1] < (blend.duration if blend is not None else 0.0)
             begin = float(slower[begins].max(initial=0.0))
             after = float(slower[~begins].max(initial=0.0))
             try:
                 bounds.check(scaling.times, limits)
-            except SliderLimitError as error:
+            except (SliderLimitError, AddedBoundError) as error:
                 if best is None and attempt == ATTEMPTS - 1:
                     raise
                 refusal = error

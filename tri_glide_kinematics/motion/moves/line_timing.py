@@ -21,8 +21,9 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderLimits,
     StraightLine,
     TimeScaling,
+    UsableParts,
     after,
-    derivative_bounds,
+    bounds_along,
     evaluate,
     first_of,
     knots_with_blend,
@@ -70,7 +71,9 @@ class LineTiming:
         """Prepare ruckig."""
         self._ruckig = RuckigPlanner(1)
 
-    def from_rest(self, line: StraightLine, limits: SliderLimits) -> TimeScaling:
+    def from_rest(
+        self, line: StraightLine, limits: SliderLimits, usable: UsableParts | None = None
+    ) -> TimeScaling:
         """Return the shortest time scaling found from rest to rest at the end of ``line``.
 
         It is stretched by the factor with which all limits just hold.
@@ -78,11 +81,13 @@ class LineTiming:
         Args:
             line: of positive length.
             limits: of the sliders.
+            usable: parts of them, which may be others while the platform brakes; then it is not
+                stretched for the added bounds.
 
         Raises:
             PlanningError: if the line comes so close to the reach of an arm that none is found.
         """
-        parametrisation = parametrise(line, limits, NORM)
+        parametrisation = parametrise(line, limits, NORM, limits.platform_speed)
         target, rate, acceleration, jerk = (
             float(parametrisation.coordinates[-1]),
             float(parametrisation.rates.min()),
@@ -93,15 +98,24 @@ class LineTiming:
         shortest = shortest_piece(target, acceleration)
         jerk = min(jerk, 0.5 * acceleration / shortest, 0.25 * rate / shortest**2)
         jerks = jerk, (1.0 - JERK_OF_BENDS * parametrisation.bend_fraction) * jerk
-        phases = rest_to_rest(target, rate, acceleration, jerks)
+        if usable is None:
+            phases = rest_to_rest(target, rate, acceleration, jerks)
+        else:
+            upwards, downwards = usable.rising * acceleration, usable.braking * acceleration
+            rates = [usable.velocity * rate], [upwards], [min(jerks)]
+            (phases,) = self._ruckig.to_rest_at(
+                [target], [0.0], [0.0], [0.0], rates, downwards=[downwards]
+            )
+            limits = limits.with_added()
         times = np.array(knots(phases, PIECES, shortest))
         scaling = parametrisation.time_scaling(evaluate(phases, (0.0, 0.0, 0.0), times))
         scaling = scaling.with_ends((0.0, 0.0, 0.0), line.length)
-        bounds = derivative_bounds(line, scaling)
+        bounds = bounds_along(line, scaling, limits)
         # This is looked at before the motion is stretched, which would hide it.
         if not bounds.backwards <= NO_WAY_BACK * float(scaling.speeds.max()):
             raise PlanningError("the line comes too close to where an arm lies flat")
-        return scaling.slower(float(bounds.slowdown(limits).max()))
+        slower = 1.0 if usable is None else usable.slower
+        return scaling.slower(slower * float(bounds.slowdown(limits).max()))
 
     def in_motion(
         self,

@@ -33,6 +33,7 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderState,
     StraightLine,
     Trajectory,
+    gentler,
     planned_shaped,
 )
 from tri_glide_kinematics.vectors import Vector3
@@ -95,18 +96,22 @@ class MotionPlanner:
         """
         if not moving:
             return (yield from self._move_from_rest(state, position, limits, region))
-        ways: list[WayOnto] = []
+        gentle = list(gentler(limits, state))
+        ways: list[list[WayOnto]] = []
         if self._kind is MotionKind.LINEAR:
             builder = LineToPosition(region, position)
-            ways = yield from self._joining.ways(state, builder, limits)
+            for used in gentle:
+                ways.append((yield from self._joining.ways(state, builder, used)))
 
         def candidates() -> Iterator[Candidate]:
             if self._kind is MotionKind.SLIDER:
-                yield partial(self._slider_move, state, position, limits, region)
-            else:
-                yield from self._line_moves(ways, limits, region)
-            for braking in self.stopping.candidates(state, limits, region):
-                yield partial(self._then_move, braking, position, limits)
+                for used in gentle:
+                    yield partial(self._slider_move, state, position, used, region)
+            for used, onto in zip(gentle, ways):
+                yield from self._line_moves(onto, used, region)
+            for used in gentle:
+                for braking in self.stopping.candidates(state, used, region):
+                    yield partial(self._then_move, braking, position, limits)
             if held is not None:
                 yield partial(self._move_after, held, position, limits)
 
@@ -136,17 +141,28 @@ class MotionPlanner:
         """
         builder = LineToEdge(region, direction, speed)
         if not moving:
-            fraction = JOG_BLEND_FRACTION_FROM_REST
-            return (yield from self._lines.jog(state, builder, limits, fraction, speed))
+            return (yield from first_found(self._jogs_from_rest(state, builder, limits, speed)))
+        gentle = list(gentler(limits, state))
 
         def candidates() -> Iterator[Candidate]:
-            for fraction in JOG_BLEND_FRACTIONS:
-                jog = partial(self._lines.jog, state, builder, limits, fraction, speed)
-                yield partial(self._blended, jog, limits, region)
-            for braking in self.stopping.candidates(state, limits, region):
-                yield partial(self._then_jog, braking, direction, limits, speed)
+            for used in gentle:
+                for fraction in JOG_BLEND_FRACTIONS:
+                    jog = partial(self._lines.jog, state, builder, used, fraction, speed)
+                    yield partial(self._blended, jog, used, region)
+            for used in gentle:
+                for braking in self.stopping.candidates(state, used, region):
+                    yield partial(self._then_jog, braking, direction, limits, speed)
 
         return (yield from first_found(candidates()))
+
+    def _jogs_from_rest(
+        self, state: SliderState, builder: LineToEdge, limits: SliderLimits, speed: float
+    ) -> Iterator[Candidate]:
+        """Yield jogs from rest, with lower accelerations where forces are bounded."""
+        for used in gentler(limits, state):
+            yield partial(
+                self._lines.jog, state, builder, used, JOG_BLEND_FRACTION_FROM_REST, speed
+            )
 
     def region(self, state: SliderState, region_of_motion: Workspace | None = None) -> Workspace:
         """Return where the platform may be on a way that begins at ``state``.
@@ -189,6 +205,8 @@ class MotionPlanner:
         yield from found(region.way_check(start, position))
         yield
         line = StraightLine.between(self._geometry, start, position)
+        if limits.added:
+            return (yield from self._lines.kept_from_rest(line, limits))
         return self._lines.from_rest(line, limits)
 
     def _then_move(
@@ -220,7 +238,7 @@ class MotionPlanner:
     def _slider_move(
         self, state: SliderState, position: Vector3, limits: SliderLimits, region: Workspace
     ) -> Interruptible[Trajectory]:
-        plan = self._sliders.move(state, self._machine.inverse(position), limits)
+        plan = yield from self._sliders.move(state, self._machine.inverse(position), limits)
         yield
         return (yield from inside(plan, region, limits))
 

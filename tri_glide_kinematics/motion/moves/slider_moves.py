@@ -5,6 +5,7 @@ Ruckig gives the jerks. They are integrated, and every plan is compared with the
 
 from __future__ import annotations
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     CubicPlan,
@@ -12,6 +13,9 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderLimits,
     SliderState,
     StraightPlan,
+    UsableParts,
+    kept,
+    total_duration,
 )
 from tri_glide_kinematics.vectors import Vector3
 
@@ -24,7 +28,9 @@ class SliderMotion:
         self._ruckig = RuckigPlanner(3)
         self._leader = RuckigPlanner(1)
 
-    def move(self, state: SliderState, heights: Vector3, limits: SliderLimits) -> CubicPlan:
+    def move(
+        self, state: SliderState, heights: Vector3, limits: SliderLimits
+    ) -> Interruptible[CubicPlan]:
         """Return the plan from ``state`` to rest at ``heights`` [m].
 
         From rest the sliders keep the ratio of their ways, so that the path is a straight line
@@ -33,16 +39,21 @@ class SliderMotion:
         Raises:
             PlanningError: if there is none.
             SliderLimitError: if it breaks a limit, because the state already leads to that.
+            AddedBoundError: if it breaks an added bound.
         """
         if state.velocities == AT_REST and state.accelerations == AT_REST:
-            plan = self._from_rest(state, heights, limits)
+            plan = yield from self._from_rest(state, heights, limits)
         else:
             bounds = (limits.velocity, limits.acceleration, limits.jerk)
             plan = CubicPlan(state, self._ruckig.to_rest_at(heights, *state, bounds))
+        if limits.added:
+            yield
         plan.check_limits(limits)
         return plan
 
-    def _from_rest(self, state: SliderState, heights: Vector3, limits: SliderLimits) -> CubicPlan:
+    def _from_rest(
+        self, state: SliderState, heights: Vector3, limits: SliderLimits
+    ) -> Interruptible[CubicPlan]:
         """Return the fastest plan along the straight line in slider space to ``heights`` [m].
 
         The slider with the longest way leads, under limits with which all keep theirs. (Ruckig can
@@ -58,10 +69,24 @@ class SliderMotion:
             return CubicPlan(state, ((), (), ()))
         ratios = (w1 / longest, w2 / longest, w3 / longest)
         velocity, acceleration, jerk = (
-            [min(bound / abs(ratio) for bound, ratio in zip(bounds, ratios) if ratio)]
+            min(bound / abs(ratio) for bound, ratio in zip(bounds, ratios) if ratio)
             for bounds in (limits.velocity, limits.acceleration, limits.jerk)
         )
-        (phases,) = self._leader.to_rest_at(
-            [longest], [0.0], [0.0], [0.0], (velocity, acceleration, jerk)
-        )
-        return StraightPlan(state.heights, ratios, phases)
+
+        def plan(usable: UsableParts) -> tuple[StraightPlan, float]:
+            """Return the plan with parts of the limits, and when it is fastest [s]."""
+            upwards, downwards = usable.rising * acceleration, usable.braking * acceleration
+            if longest < 0.0:
+                upwards, downwards = downwards, upwards
+            others = [downwards] if limits.added else None
+            bounds = [usable.velocity * velocity], [upwards], [jerk]
+            (phases,) = self._leader.to_rest_at(
+                [longest], [0.0], [0.0], [0.0], bounds, downwards=others
+            )
+            slower = usable.slower
+            phases = [(slower * duration, each / slower**3) for duration, each in phases]
+            # Four phases of seven come after that.
+            fastest = total_duration(phases[:-4])
+            return StraightPlan(state.heights, ratios, phases), fastest
+
+        return (yield from kept(plan, limits))

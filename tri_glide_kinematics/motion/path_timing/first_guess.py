@@ -76,13 +76,17 @@ def _steady(grid: TimingGrid) -> FloatArray:
     """Return a b that steady speeds allow, and that changes slowly. Shape (n,)."""
     _, second, highest, lowest = grid.heights
     third = np.maximum(np.abs(highest), np.abs(lowest))
-    acceleration, jerk = grid.limits.acceleration, grid.limits.jerk
+    acceleration, jerk, added = grid.limits[1:]
     with np.errstate(divide="ignore"):
         steady = np.minimum(
             (acceleration / np.abs(second)).min(axis=(0, 1)),
             np.square(np.cbrt((jerk / third).min(axis=(0, 1)))),
         )
-        slopes = 2.0 * _FLAT * (acceleration / np.abs(grid.heights.first)).min(axis=(0, 1))
+        slopes = (acceleration / np.abs(grid.heights.first)).min(axis=(0, 1))
+        if len(added.squared):
+            steady = np.minimum(steady, 0.5 / np.abs(added.squared).max(axis=0))
+            slopes = np.minimum(slopes, 1.0 / np.abs(added.acceleration).max(axis=0))
+        slopes = 2.0 * _FLAT * slopes
     steady = np.minimum(steady, grid.limits.squared_speed)
     spans = np.diff(grid.cells.parameters)
     # Next to rest the heights hardly depend on the parameter; no slope has to be so large there.

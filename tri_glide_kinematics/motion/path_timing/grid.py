@@ -19,9 +19,10 @@ from tri_glide_kinematics.motion.path_timing.rest_map import REACH, RestMap
 from tri_glide_kinematics.motion.path_timing.speed_estimate import (
     SAMPLES,
     SpeedEstimate,
+    added_rows,
     samples,
 )
-from tri_glide_kinematics.motion.trajectory import PathHeights, SliderLimits
+from tri_glide_kinematics.motion.trajectory import PathHeights
 from tri_glide_kinematics.vectors import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -48,6 +49,9 @@ _WIDTH = 40.0
 # a steady speed is to be constant.
 _ASKED_WIDTH = 3.0
 
+# Part of the largest speed of a window from which on its added bounds are best known.
+_LEAST_SPEED = 0.2
+
 # The largest b: where the sliders do not move.
 _FASTEST = 1e6
 
@@ -59,14 +63,14 @@ class Cells(NamedTuple):
         rest_map: the parameter u.
         parameters: u where cells begin, and where the last one ends. Shape (n + 1,) [m].
         ways: the way there, and three derivatives by u. Shape (4, n + 1).
-        usable: what of the sliders' limits the cells can use.
+        estimate: of the speed, and of what of the sliders' limits the cells can use.
         is_cut: whether the window ends before the next stop.
     """
 
     rest_map: RestMap
     parameters: FloatArray
     ways: FloatArray
-    usable: SliderLimits
+    estimate: SpeedEstimate
     is_cut: bool
 
     def divided(self, which: BoolArray) -> Cells:
@@ -175,7 +179,7 @@ def cells_of(
     parameters, ways = _cells(rest_map, estimate, extent.breaks)
     if first_places is not None:
         parameters, ways = _begun(rest_map, parameters, ways, first_places)
-    return Cells(rest_map, parameters, ways, estimate.limits, extent.is_cut)
+    return Cells(rest_map, parameters, ways, estimate, extent.is_cut)
 
 
 def _widths(estimate: SpeedEstimate) -> tuple[float, float]:
@@ -271,16 +275,21 @@ def timing_grid(
         ends: of the cells.
         thirds: the largest and the least third derivatives in them (``extreme_thirds``).
     """
-    rest_map = cells.rest_map
+    rest_map, usable = cells.rest_map, cells.estimate.limits
     h1, h2, _ = ends.heights
     highest, lowest = thirds
     _, s1, s2, s3 = np.stack((cells.ways[:, :-1], cells.ways[:, 1:]), axis=1)[:, :, np.newaxis]
     first, square = h1 * s1, s1 * s1
     rest = 3.0 * h2 * s1 * s2 + h1 * s3
-    velocity, acceleration, jerk = cells.usable.table[..., np.newaxis]
+    velocity, acceleration, jerk = usable.table[..., np.newaxis]
     middles = rest_map.derivatives(cells.middle_parameters)
     squared = _squared_speeds(curve, middles, velocity, (first, ends.rates * s1[:, 0]))
     shape = first.shape[1:]
+    begins = cells.ways[:3, :-1]
+    # In the middles, as the parameter has no speed by its way at rest.
+    speeds = np.interp(middles[0], cells.estimate.places, cells.estimate.speeds) / middles[1]
+    speeds = np.maximum(speeds, _LEAST_SPEED * speeds.max())
+    added = added_rows(curve, begins, usable, speeds)
     return TimingGrid(
         cells,
         CellHeights(
@@ -289,7 +298,9 @@ def timing_grid(
             highest * (square * s1) + rest,
             lowest * (square * s1) + rest,
         ),
-        CellLimits(squared, np.broadcast_to(acceleration, shape), np.broadcast_to(jerk, shape)),
+        CellLimits(
+            squared, np.broadcast_to(acceleration, shape), np.broadcast_to(jerk, shape), added
+        ),
     )
 
 

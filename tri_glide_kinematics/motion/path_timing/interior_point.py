@@ -120,13 +120,15 @@ def solutions(
     table = np.concatenate(
         (problem.linear, problem.jerks * np.repeat(scale, 3, axis=0)[_TWICE]), axis=1
     )
+    # So many rows come before those of the jerks.
+    steady = problem.linear.shape[1]
     linear = table.copy()
     size = table.shape[1] * count
 
     def values_at(c: FloatArray, b: FloatArray) -> FloatArray:
         values = _applied(linear, c)
-        values[:7] -= 1.0
-        values[7:] -= (scale / np.sqrt(b[:2]))[_OF_ROW]
+        values[:steady] -= 1.0
+        values[steady:] -= (scale / np.sqrt(b[:2]))[_OF_ROW]
         return values
 
     first_gap, least_slack = _WARM if is_near else _COLD
@@ -135,7 +137,7 @@ def solutions(
     stuck = 0
     for step in range(MOST_STEPS):
         yield Solution(c, step, False)
-        table[:, 7:] = linear[:, 7:] + (places * b[:2] ** -1.5)[:, _OF_ROW]
+        table[:, steady:] = linear[:, steady:] + (places * b[:2] ** -1.5)[:, _OF_ROW]
         root = weights / np.sqrt(b[2:])
         total = float(root.sum())
         primal = values_at(c, b) + s

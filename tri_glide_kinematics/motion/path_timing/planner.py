@@ -43,6 +43,7 @@ from tri_glide_kinematics.motion.trajectory import (
     Slowing,
     TimeScaling,
     Trajectory,
+    check_added,
     check_along,
     evaluate,
     planned_shaped,
@@ -237,6 +238,7 @@ class PathPlanner:
         heights: PathHeights,
         place: float,
         scale: float,
+        limits: SliderLimits,
         shaper: Shaper | None,
         cut: float = 1.0,
     ) -> Interruptible[PathHeights]:
@@ -246,11 +248,12 @@ class PathPlanner:
             heights: of the path.
             place: where the next part begins [m].
             scale: of the speeds that the path asks for.
+            limits: which may bound the speed of the platform, too.
             shaper: cuts bends the less the slower they are driven; None without one.
             cut: the part that it may cut them by, of what the tolerances leave.
         """
         if shaper is None:
-            return heights.at_speed_scale(scale)
+            return heights.at_speeds(scale, None, limits.platform_speed)
         driven = heights.driven
         behind = place - FARTHEST_BACK * shaper.duration
         stop = int(np.searchsorted(driven.stops, place, "right"))
@@ -259,7 +262,7 @@ class PathPlanner:
         first, here, end = (ends - 1).tolist()
         spans = slice(max(first, here - MOST_BACK), max(min(end, here + MOST_PIECES), here + 1))
         steps = yield from Bends(driven, spans).speeds(shaper, scale, cut)
-        return heights.at_speed_scale(scale, steps)
+        return heights.at_speeds(scale, steps, limits.platform_speed)
 
     def extended(
         self, heights: PathHeights, path: PlatformPath, place: float
@@ -330,7 +333,7 @@ class PathPlanner:
         Raises:
             PathTimingError: if none is found.
         """
-        scaled = yield from self.with_speeds(heights, 0.0, 1.0, shaper, planned.cut)
+        scaled = yield from self.with_speeds(heights, 0.0, 1.0, planned.limits, shaper, planned.cut)
         plan = yield from self.from_rest(scaled, 0.0, planned.limits)
         parts = []
         while not plan.ends_path:
@@ -349,6 +352,7 @@ class PathPlanner:
             PathTimingError: if no motion is found.
         """
         yield from heights.driven.measured()
+        heights = yield from self.with_speeds(heights, 0.0, 1.0, limits, None)
         ahead = _MotionAhead(heights, limits)
         total = 0.0
         plan = yield from self.from_rest(heights, 0.0, limits)
@@ -368,7 +372,9 @@ class PathPlanner:
         time = plan.continue_at
         is_going_on = time < plan.duration
         place = plan.place(time)
-        scaled = yield from self.with_speeds(plan.heights, place, 1.0, shaper, planned.cut)
+        scaled = yield from self.with_speeds(
+            plan.heights, place, 1.0, planned.limits, shaper, planned.cut
+        )
         if is_going_on:
             try:
                 following = yield from self.going_on(plan, scaled, time, planned.limits)
@@ -377,7 +383,9 @@ class PathPlanner:
                 # The platform comes to rest where the plan does, and goes on from there.
                 yield
             place = plan.place(plan.duration)
-            scaled = yield from self.with_speeds(plan.heights, place, 1.0, shaper, planned.cut)
+            scaled = yield from self.with_speeds(
+                plan.heights, place, 1.0, planned.limits, shaper, planned.cut
+            )
         following = yield from self.from_rest(scaled, place, planned.limits)
         return plan, following if shaper is None else following.delayed(shaper.duration)
 
@@ -394,7 +402,12 @@ class PathPlanner:
         start = plan.on_curve(time)
         braking = brake_hard(plan.heights, start, limits, longest)
         with SOUND:
-            return PathPlan(plan.heights, (yield from braking))
+            found = PathPlan(plan.heights, (yield from braking))
+        if limits.added:
+            yield
+            # Its few pieces bound the speed only nearly.
+            check_added(found, limits)
+        return found
 
     def brake(self, plan: PathPlan, time: float, limits: SliderLimits) -> Interruptible[PathPlan]:
         """Return a plan that comes to rest soon on the path, from a ``time`` in a ``plan`` [s].
@@ -466,10 +479,9 @@ class _MotionAhead:
         first = int(np.searchsorted(self._places, start.place))
         end = first + int(self._ends[first:].argmax())
         place = float(self._places[end]) - window
-        if place - start.place > _STEADY_WINDOWS * window:
+        passed, following = yield from self._estimated(start, begin + time, window)
+        if following is None and place - start.place > _STEADY_WINDOWS * window:
             passed, following = yield from self._steady(start, place)
-        else:
-            passed, following = yield from self._estimated(start, begin + time, window)
         return time + passed, following
 
     def _steady(

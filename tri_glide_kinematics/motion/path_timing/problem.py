@@ -25,6 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.motion.trajectory import PathRows
 from tri_glide_kinematics.vectors import FloatArray
 
 # Places of Gauss' quadrature with two points, in a cell from 0 to 1.
@@ -79,11 +80,13 @@ class CellLimits(NamedTuple):
         squared_speed: upper bound of the middle control point of b. Shape (n,).
         acceleration: of the sliders. Shape (3, n) [m/s^2].
         jerk: of the sliders. Shape (3, n) [m/s^3].
+        added: what the added bounds ask for where each cell begins.
     """
 
     squared_speed: FloatArray
     acceleration: FloatArray
     jerk: FloatArray
+    added: PathRows
 
 
 class TimingProblem(NamedTuple):
@@ -92,8 +95,9 @@ class TimingProblem(NamedTuple):
     Attributes:
         spans: lengths of the cells in u. Shape (n,).
         rows: of the spline.
-        linear: rows over the coefficients that are at most 1: the middle control point, and the
-            accelerations upwards and downwards where cells begin. Shape (3, 7, n).
+        linear: rows over the coefficients that are at most 1: the middle control point, the
+            accelerations upwards and downwards where cells begin, and the k rows of the added
+            bounds there. Shape (3, 7 + k, n).
         jerks: rows that are at most 1/sqrt(b): the jerks upwards where cells begin and where
             they end, and downwards. Shape (3, 12, n).
         values: b where cells begin and where they end. Shape (3, 2, n).
@@ -150,14 +154,16 @@ def timing_problem(
     """
     values = np.stack((rows.left, rows.right), axis=1)
     slopes = np.stack((rows.left_slope, rows.right_slope), axis=1)
-    linear = np.empty((3, 7, len(spans)))
+    added = limits.added
+    linear = np.empty((3, 7 + len(added.squared), len(spans)))
     jerks = np.empty((3, 4, 3, len(spans)))
     for side, (first, second, highest, lowest) in enumerate(zip(*heights)):
         half, value, slope = 0.5 * first, values[:, side, np.newaxis], slopes[:, side, np.newaxis]
         if side == 0:
             linear[:, 0] = _MIDDLE / limits.squared_speed
             linear[:, 1:4] = (slope * half + value * second) / limits.acceleration
-            linear[:, 4:] = -linear[:, 1:4]
+            linear[:, 4:7] = -linear[:, 1:4]
+            linear[:, 7:] = 0.5 * slope * added.acceleration + value * added.squared
         common = rows.bend[:, np.newaxis] * half + slope * (1.5 * second)
         jerks[:, side] = common + value * highest
         jerks[:, 2 + side] = -common - value * lowest
@@ -173,6 +179,7 @@ def feasible_constant(heights: CellHeights, limits: CellLimits) -> float:
         return min(
             float(limits.squared_speed.min()),
             float((limits.acceleration / np.abs(heights.second)).min()),
+            float((1.0 / np.abs(limits.added.squared)).min(initial=np.inf)),
             float(np.square(np.cbrt(limits.jerk / third)).min()),
         )
 

@@ -13,7 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.path import distinct
-from tri_glide_kinematics.motion.trajectory import HeightDerivatives, PathHeights, SliderLimits
+from tri_glide_kinematics.motion.trajectory import (
+    HeightDerivatives,
+    PathHeights,
+    PathRows,
+    SliderLimits,
+)
 from tri_glide_kinematics.vectors import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -112,6 +117,10 @@ def estimated(
         steady = np.minimum((velocity / np.abs(first)).min(axis=0), asked)
         steady = np.minimum(steady, np.sqrt((acceleration / np.abs(second)).min(axis=0)))
         along = (acceleration / np.abs(first)).min(axis=0)
+        added = added_rows(heights, _by_way(places), limits, steady)
+        if len(added.squared):
+            steady = np.minimum(steady, np.sqrt(1.0 / np.abs(added.squared).max(axis=0)))
+            along = np.minimum(along, 1.0 / np.abs(added.acceleration).max(axis=0))
     reached = steady.copy()
     reached[0], reached[-1] = speed, 0.0
     reached = _reachable(reached, steps, 2.0, 2.0 * along)
@@ -142,6 +151,33 @@ def estimated(
     ramp = jerk_along * until**3 / 6.0
     is_asked = speeds > _AS_ASKED * asked
     return SpeedEstimate(places, speeds, times / each, each, limits, ramp, is_asked)
+
+
+def _by_way(places: FloatArray) -> FloatArray:
+    """Return ``places`` as a parameter of themselves: value and two derivatives. Shape (3, n)."""
+    return np.array((places, np.ones_like(places), np.zeros_like(places)))
+
+
+def added_rows(
+    heights: PathHeights, ways: FloatArray, limits: SliderLimits, speed: FloatArray
+) -> PathRows:
+    """Return what the added bounds ask of the timing of a path.
+
+    Args:
+        heights: of the sliders along the path.
+        ways: places, and two derivatives by the parameter u. Shape (3, n) [m].
+        limits: with the added bounds.
+        speed: that u may have there, about. Shape (n,).
+    """
+    if not limits.added:
+        return PathRows(*np.empty((2, 0, ways.shape[1])))
+    place, slope, bend = ways
+    position, tangent, half = heights.place_series(place, np.zeros(len(place))).values[:3]
+    rows = [
+        bound.rows(position, tangent * slope, 2.0 * half * slope * slope + tangent * bend, speed)
+        for bound in limits.added
+    ]
+    return PathRows(*(np.concatenate(each) for each in zip(*rows)))
 
 
 def _reachable(

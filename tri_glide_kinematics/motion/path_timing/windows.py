@@ -47,6 +47,7 @@ from tri_glide_kinematics.motion.trajectory import (
     RELATIVE_ROUNDING,
     Bounds,
     PathHeights,
+    PathRows,
     PathScaling,
     PathStart,
     PathTimingError,
@@ -56,6 +57,7 @@ from tri_glide_kinematics.motion.trajectory import (
     blocks,
     bounds_of,
     smooth_parts,
+    with_added,
 )
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -194,7 +196,7 @@ class TimingSearch:
             return
         self.scaling = self.scaling.with_ends(self._begin, self._grid.cells.rest_map.end)
         yield
-        bounds = yield from _bounds(self._curve, self.scaling)
+        bounds = yield from _bounds(self._curve, self.scaling, self._limits)
         self.parts = bounds.parts(self._limits)
         self.slower = float(bounds.slowdown(self._limits).max())
         if not bounds.backwards <= NO_BACKWARD_SPEED or not np.isfinite(self.slower):
@@ -230,8 +232,12 @@ def _margins(grid: TimingGrid, moving: bool) -> FloatArray:
 
 def _tightened(limits: CellLimits, own: FloatArray) -> CellLimits:
     """Return ``limits`` of the cells, times parts of them of their own. Shape (3, n)."""
+    added = PathRows(*(rows / own[1] for rows in limits.added))
     return CellLimits(
-        limits.squared_speed * own[0] ** 2, limits.acceleration * own[1], limits.jerk * own[2]
+        limits.squared_speed * own[0] ** 2,
+        limits.acceleration * own[1],
+        limits.jerk * own[2],
+        added,
     )
 
 
@@ -345,7 +351,9 @@ def _grid(curve: PathHeights, cells: Cells) -> Interruptible[TimingGrid]:
     return grid
 
 
-def _bounds(curve: PathHeights, scaling: TimeScaling) -> Interruptible[Bounds]:
+def _bounds(
+    curve: PathHeights, scaling: TimeScaling, limits: SliderLimits
+) -> Interruptible[Bounds]:
     """Return the bounds along a path, found block by block."""
     found = []
     for block in blocks(curve, scaling):
@@ -355,6 +363,9 @@ def _bounds(curve: PathHeights, scaling: TimeScaling) -> Interruptible[Bounds]:
         yield
         found.append(bounds_of(parts, seen))
         yield
+        if limits.added:
+            found[-1] = with_added(found[-1], curve, block, limits)
+            yield
     return Bounds.joined(found)
 
 
@@ -398,7 +409,7 @@ def _certified(
         PlanningError: if its knots are too close to be more than rounding.
     """
     for _ in range(_ROUNDS):
-        bounds = yield from _bounds(curve, scaling)
+        bounds = yield from _bounds(curve, scaling, limits)
         slower = float(bounds.slowdown(limits).max())
         if slower <= 1.0 + RELATIVE_ROUNDING:
             return scaling

@@ -21,9 +21,11 @@ from tri_glide_kinematics.motion.tracking.slider_way import Phase
 from tri_glide_kinematics.motion.trajectory import (
     RELATIVE_ROUNDING,
     TRAVEL_ROUNDING,
+    CubicPlan,
     SliderLimits,
     SliderState,
     after,
+    keeps_added,
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Traced, Workspace, WorkspaceLimits
@@ -157,6 +159,8 @@ def first_certified(
         ]
         box = _box(start, excursions, workspace.limits)
         if box is None or not keep_limits(excursions, limits):
+            continue
+        if limits.added and not keeps_added(CubicPlan(start, ways), limits):
             continue
         centre, half_diagonal = box
         if half_diagonal <= workspace.free_way(centre):

@@ -22,7 +22,13 @@ from tri_glide_kinematics.motion.tracking.target_tracking import (
     straight_towards,
 )
 from tri_glide_kinematics.motion.tracking.velocity_tracking import VelocityTracking
-from tri_glide_kinematics.motion.trajectory import SOUND, SliderLimits, SliderState, TrackedStep
+from tri_glide_kinematics.motion.trajectory import (
+    SOUND,
+    SliderLimits,
+    SliderState,
+    TrackedStep,
+    gentler,
+)
 from tri_glide_kinematics.workspace import Workspace
 
 # A step that is prepared has time for so many places of its way.
@@ -66,38 +72,45 @@ class Follower:
         samples: int = PREPARED_SAMPLES,
     ) -> Interruptible[TrackedStep | None]:
         """Return the next step, as ``step`` does, from so many ``samples`` of a way at most."""
-        try:
-            with SOUND:
-                return (yield from self._step(state, wanted, limits, period, samples))
-        except KinematicsError:
-            return None
+        for used in gentler(limits, state):
+            try:
+                with SOUND:
+                    step = yield from self._step(state, wanted, used, limits, period, samples)
+                if step is not None:
+                    return step
+            except KinematicsError:
+                continue
+        return None
 
     def _step(
         self,
         state: SliderState,
         wanted: Wanted,
+        used: SliderLimits,
         limits: SliderLimits,
         period: float,
         samples: int,
     ) -> Interruptible[TrackedStep | None]:
+        """Return the step that uses no more than some limits, if it is certified for ``limits``."""
         if isinstance(wanted, WantedVelocity):
-            ways = self._velocities.step_towards(state, wanted.velocity, limits, period)
-            return (yield from self._with_braking(state, ways, limits, period, samples))
-        ways = self._targets.step_towards(state, wanted, limits, period)
-        step = yield from self._with_braking(state, ways, limits, period, samples)
+            ways = self._velocities.step_towards(state, wanted.velocity, used, period)
+            return (yield from self._with_braking(state, ways, used, limits, period, samples))
+        ways = self._targets.step_towards(state, wanted, used, period)
+        step = yield from self._with_braking(state, ways, used, limits, period, samples)
         if step is not None:
             return step
         # The sliders' shortest ways bend. The straight one of the platform leaves nothing but
         # bounds that are not convex.
         place = self._workspace.machine.forward(state.heights)
-        velocity = straight_towards(place, wanted, limits)
-        ways = self._velocities.step_towards(state, velocity, limits, period)
-        return (yield from self._with_braking(state, ways, limits, period, samples))
+        velocity = straight_towards(place, wanted, used)
+        ways = self._velocities.step_towards(state, velocity, used, period)
+        return (yield from self._with_braking(state, ways, used, limits, period, samples))
 
     def _with_braking(
         self,
         state: SliderState,
         ways: Sequence[SliderWay],
+        used: SliderLimits,
         limits: SliderLimits,
         period: float,
         samples: int,
@@ -105,7 +118,7 @@ class Follower:
         """Return the step on these ways if it may be taken."""
         one, two, three = ways
         choices = (
-            [[*way.phases, *braking] for way, braking in zip(ways, brakes(ways, limits))]
+            [[*way.phases, *braking] for way, braking in zip(ways, brakes(ways, used))]
             for brakes in (braking_together, braking_alone)
         )
         proof = first_certified(self._workspace, state, choices, limits, samples)

@@ -77,6 +77,9 @@ FRACTION_OF_BENDS = 0.5
 # What they may take of the acceleration at most, where the place is not as it was foreseen.
 LARGEST_FRACTION = 0.9
 
+# What of a largest speed of the platform it takes: a step leads along the line only nearly.
+FRACTION_OF_SPEED = 0.999
+
 # A slider that hardly moves with the platform bounds it hardly, and by a finite number.
 TINY = 1e-9
 
@@ -135,8 +138,9 @@ def wanted_motion(
         KinematicsError: if the machine has no pose there, or a number is not finite.
     """
     x, y, z = velocity
-    speed = hypot(x, y, z)
-    direction = x / speed, y / speed, z / speed
+    size = hypot(x, y, z)
+    direction = x / size, y / size, z / size
+    speed = min(size, FRACTION_OF_SPEED * limits.platform_speed)
     line = slider_line(machine, position, direction)
     slowest = -1
     braking = building_up = inf

@@ -5,9 +5,23 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.trajectory.added_bounds import AddedBound as AddedBound
+    from tri_glide_kinematics.motion.trajectory.added_bounds import AddedUse as AddedUse
+    from tri_glide_kinematics.motion.trajectory.added_bounds import PathRows as PathRows
+    from tri_glide_kinematics.motion.trajectory.added_bounds import (
+        PlatformSpeedLimit as PlatformSpeedLimit,
+    )
+    from tri_glide_kinematics.motion.trajectory.added_bounds import UsableParts as UsableParts
+    from tri_glide_kinematics.motion.trajectory.added_bounds import added_use as added_use
+    from tri_glide_kinematics.motion.trajectory.added_bounds import check_added as check_added
+    from tri_glide_kinematics.motion.trajectory.added_bounds import gentler as gentler
+    from tri_glide_kinematics.motion.trajectory.added_bounds import keeps_added as keeps_added
+    from tri_glide_kinematics.motion.trajectory.added_bounds import kept as kept
     from tri_glide_kinematics.motion.trajectory.along_curve import CurvePlan as CurvePlan
     from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan as LinePlan
     from tri_glide_kinematics.motion.trajectory.along_curve import PathPlan as PathPlan
+    from tri_glide_kinematics.motion.trajectory.along_curve import bounds_along as bounds_along
+    from tri_glide_kinematics.motion.trajectory.along_curve import with_added as with_added
     from tri_glide_kinematics.motion.trajectory.bends import Bends as Bends
     from tri_glide_kinematics.motion.trajectory.cubic import SAME_TIME as SAME_TIME
     from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan as CubicPlan
@@ -30,6 +44,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.curves import Slowing as Slowing
     from tri_glide_kinematics.motion.trajectory.curves import StraightLine as StraightLine
     from tri_glide_kinematics.motion.trajectory.errors import SOUND as SOUND
+    from tri_glide_kinematics.motion.trajectory.errors import AddedBoundError as AddedBoundError
     from tri_glide_kinematics.motion.trajectory.errors import CutBendError as CutBendError
     from tri_glide_kinematics.motion.trajectory.errors import MotionError as MotionError
     from tri_glide_kinematics.motion.trajectory.errors import NewerGoalError as NewerGoalError
@@ -39,6 +54,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.errors import PathTimingError as PathTimingError
     from tri_glide_kinematics.motion.trajectory.errors import PlanningError as PlanningError
     from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError as SliderLimitError
+    from tri_glide_kinematics.motion.trajectory.force_limits import (
+        CannotHoldError as CannotHoldError,
+    )
+    from tri_glide_kinematics.motion.trajectory.force_limits import ForceLimits as ForceLimits
     from tri_glide_kinematics.motion.trajectory.knots import knots_with_blend as knots_with_blend
     from tri_glide_kinematics.motion.trajectory.knots import lasting as lasting
     from tri_glide_kinematics.motion.trajectory.knots import merged as merged

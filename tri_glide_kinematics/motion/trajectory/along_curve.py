@@ -11,11 +11,17 @@ import numpy as np
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import check_place
-from tri_glide_kinematics.motion.trajectory.curve_bounds import check_along, smooth_parts
+from tri_glide_kinematics.motion.trajectory.curve_bounds import (
+    Bounds,
+    check_along,
+    derivative_bounds,
+    smooth_parts,
+)
 from tri_glide_kinematics.motion.trajectory.knots import ascending
 from tri_glide_kinematics.motion.trajectory.series import (
     Series,
     composed,
+    divided,
     heights_of,
     moved,
     polynomial,
@@ -169,7 +175,7 @@ class CurvePlan(Trajectory):
                 values += offsets
         return sampled
 
-    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+    def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
         """Compare the bounds of the derivatives along the curve with the limits.
 
         Args:
@@ -189,25 +195,87 @@ class CurvePlan(Trajectory):
             return knots
         return ascending(np.concatenate((knots, self.blend.knots())))
 
-    def way_series(self, times: FloatArray, half: FloatArray) -> Series:
-        """Return Taylor series of the way along the curve; see ``platform_series``."""
-        last = float(self.scaling.times[-1])
-        inside = np.clip(times, 0.0, last)
-        index = np.searchsorted(self._starts, inside, side="right") - 1
-        coefficients = self._table[:, np.newaxis, index]
-        ways = moved(coefficients, inside - np.take(self._starts, index))
-        ways[1:, 0, (times < 0.0) | (times >= last)] = 0.0
-        return polynomial(ways, half)
-
     def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
         """Return Taylor series of the platform's position."""
         way = self.way_series(times, half)
-        curve = self.curve.place_series(way.values[0, 0], half * way.bounds[1, 0])
-        position = composed(curve, way)
-        if self.blend is None:
-            return position
-        heights = heights_of(machine.geometry, position, half)
-        return position_of(machine, heights.plus(self.blend.height_series(times, half)), half)
+        return _platform_series(self.curve, way, self.blend, machine, times, half)
+
+    def way_series(self, times: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the way along the curve; see ``platform_series``."""
+        return _way_series(self.scaling, self._table, times, half)
+
+
+def _way_series(
+    scaling: TimeScaling, table: FloatArray, times: FloatArray, half: FloatArray
+) -> Series:
+    """Return Taylor series of the way along a curve; ``table`` has the coefficients of the pieces.
+
+    See ``Trajectory.platform_series`` for the others.
+    """
+    last = float(scaling.times[-1])
+    inside = np.clip(times, 0.0, last)
+    index = np.searchsorted(scaling.times[:-1], inside, side="right") - 1
+    coefficients = table[:, np.newaxis, index]
+    ways = moved(coefficients, inside - np.take(scaling.times, index))
+    ways[1:, 0, (times < 0.0) | (times >= last)] = 0.0
+    return polynomial(ways, half)
+
+
+def _platform_series(
+    curve: Curve,
+    way: Series,
+    blend: CubicPlan | None,
+    machine: TriGlide,
+    times: FloatArray,
+    half: FloatArray,
+) -> Series:
+    """Return Taylor series of the platform's position on a curve, and beside it in a blend."""
+    places = curve.place_series(way.values[0, 0], half * way.bounds[1, 0])
+    position = composed(places, way)
+    if blend is None:
+        return position
+    heights = heights_of(machine.geometry, position, half)
+    return position_of(machine, heights.plus(blend.height_series(times, half)), half)
+
+
+def bounds_along(
+    curve: Curve, scaling: TimeScaling, limits: SliderLimits, blend: CubicPlan | None = None
+) -> Bounds:
+    """Return bounds for a platform that follows a curve, those of the added ones among them.
+
+    Args:
+        curve: where the platform moves.
+        scaling: how far along it is at each time.
+        limits: whose added bounds count.
+        blend: offsets of the sliders that are added to them.
+    """
+    return with_added(derivative_bounds(curve, scaling, blend), curve, scaling, limits, blend)
+
+
+def with_added(
+    bounds: Bounds,
+    curve: Curve,
+    scaling: TimeScaling,
+    limits: SliderLimits,
+    blend: CubicPlan | None = None,
+) -> Bounds:
+    """Return ``bounds`` in the pieces of a ``scaling`` with the parts of the added ones."""
+    if not limits.added:
+        return bounds
+    knots = smooth_parts(curve, scaling).times
+    if blend is not None:
+        knots = ascending(np.concatenate((knots, blend.knots())))
+        knots = knots[knots <= scaling.times[-1]]
+    middles, half = divided(knots)
+    way = _way_series(scaling, scaling.coefficients(), middles, half)
+    pieces = np.searchsorted(scaling.times, middles, side="right") - 1
+    added = np.zeros((len(limits.added), len(scaling.times) - 1))
+    for bound, used in zip(limits.added, added):
+        series = _platform_series(curve, way, blend, bound.machine, middles, half)
+        # NaN, where a blend leads out of reach, stays.
+        with np.errstate(invalid="ignore"):
+            np.maximum.at(used, pieces, bound.used(series, half).most)
+    return bounds._replace(added=added)
 
 
 class LinePlan(CurvePlan):

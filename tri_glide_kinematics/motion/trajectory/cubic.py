@@ -178,7 +178,7 @@ class CubicPlan(Trajectory):
         """Return Taylor series of the platform's position."""
         return position_of(machine, self.height_series(times, half), half)
 
-    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+    def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
         """Compare the exact extremes with the limits.
 
         Args:
@@ -408,9 +408,9 @@ class TrackedStep(Trajectory):
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
         return self.as_cubic().sample(times)
 
-    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+    def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
         """Compare the exact extremes with the limits, as a ``CubicPlan`` does."""
-        self.as_cubic().check_limits(limits, since)
+        self.as_cubic().check_sliders(limits, since)
 
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
         """Check travel, and return the check of all of the way, as a ``CubicPlan`` does."""

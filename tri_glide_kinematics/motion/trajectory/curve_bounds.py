@@ -72,6 +72,7 @@ class Bounds(NamedTuple):
         jerk: of the sliders. Shape (3, k) [m/s^3].
         platform: part of the largest speed of the platform. Shape (k,).
         backwards: largest speed against the direction of the curve [m/s].
+        added: parts of the m added bounds that are used; None without one. Shape (m, k).
     """
 
     velocity: FloatArray
@@ -79,6 +80,7 @@ class Bounds(NamedTuple):
     jerk: FloatArray
     platform: FloatArray
     backwards: float
+    added: FloatArray | None = None
 
     @classmethod
     def joined(cls, blocks: Iterable[Bounds]) -> Bounds:
@@ -87,24 +89,30 @@ class Bounds(NamedTuple):
         if not others:
             return first
         blocks = (first, *others)
-        velocity, acceleration, jerk, platform, backwards = zip(*blocks)
+        velocity, acceleration, jerk, platform, backwards, added = zip(*blocks)
         return cls(
             np.concatenate(velocity, axis=1),
             np.concatenate(acceleration, axis=1),
             np.concatenate(jerk, axis=1),
             np.concatenate(platform),
             max(backwards),
+            None if first.added is None else np.concatenate(added, axis=1),
         )
 
     def parts(self, limits: SliderLimits) -> FloatArray:
         """Return the largest parts of the limits in each piece.
 
         Returns:
-            Of velocities, that of the platform among them, accelerations and jerks. Shape (3, k).
+            Of velocities, accelerations and jerks; the largest of what scales like one of them.
+            Shape (3, k).
         """
         table = np.array(self[:3]) / limits.table[..., np.newaxis]
         result = table.max(axis=1)
         np.maximum(result[0], self.platform, out=result[0])
+        if self.added is not None:
+            for bound, used in zip(limits.added, self.added):
+                row = result[bound.order - 1]
+                np.maximum(row, used, out=row)
         return np.asarray(result)
 
     def slowdown(self, limits: SliderLimits) -> FloatArray:
@@ -128,6 +136,7 @@ class Bounds(NamedTuple):
 
         Raises:
             SliderLimitError: if a limit may be exceeded.
+            AddedBoundError: if an added bound may be.
             PlanningError: if the platform would go back along the curve, or too fast for it.
         """
         if not self.backwards <= NO_BACKWARD_SPEED:
@@ -138,6 +147,10 @@ class Bounds(NamedTuple):
             if not ratios[slider, piece] <= 1.0 + RELATIVE_ROUNDING:
                 value, time = float(values[slider, piece]), float(times[piece])
                 raise SliderLimitError(quantity, slider, value, float(bound[slider]), unit, time)
+        for added, used in zip(limits.added, () if self.added is None else self.added):
+            piece = int(used.argmax())
+            if not used[piece] <= 1.0 + RELATIVE_ROUNDING:
+                raise added.error(float(used[piece]), float(times[piece]))
         fastest = float(self.platform.max())
         if not fastest <= 1.0 + above:
             text = f"the platform would be {fastest:.6g} times as fast as the path asks for"

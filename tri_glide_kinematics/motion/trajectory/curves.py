@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import chain
-from math import dist, sqrt
+from math import dist, inf, sqrt
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
@@ -368,6 +368,7 @@ class PathHeights:
         arms: as ``slider_state`` takes them.
         steps: speeds that a shaper needs besides; None without one.
         slowing: of a motion that is faster where it begins; None without.
+        fastest: largest speed of the platform, whatever the path asks for [m/s].
     """
 
     __slots__ = (
@@ -375,6 +376,7 @@ class PathHeights:
         "_squares",
         "arms",
         "driven",
+        "fastest",
         "geometry",
         "slowing",
         "speed_scale",
@@ -388,6 +390,7 @@ class PathHeights:
         speed_scale: float = 1.0,
         steps: SpeedSteps | None = None,
         slowing: Slowing | None = None,
+        fastest: float = inf,
     ) -> None:
         """Look at ``driven`` from the sliders of a machine."""
         self.driven = driven
@@ -395,24 +398,29 @@ class PathHeights:
         self.speed_scale = speed_scale
         self.steps = steps
         self.slowing = slowing
+        self.fastest = fastest
         self._anchors = np.array(geometry.anchors).T[..., np.newaxis]
         self._squares = np.square(np.array(geometry.arm_lengths))[:, np.newaxis]
         self.arms = arms_of(geometry)
 
-    def at_speed_scale(self, speed_scale: float, steps: SpeedSteps | None = None) -> PathHeights:
-        """Return the same with another scale of the speeds, and other ``steps``."""
-        if speed_scale == self.speed_scale and steps is self.steps and self.slowing is None:
+    def at_speeds(
+        self, speed_scale: float, steps: SpeedSteps | None = None, fastest: float = inf
+    ) -> PathHeights:
+        """Return the same with another scale of the speeds, other ``steps``, and a ``fastest``."""
+        same = speed_scale == self.speed_scale and fastest == self.fastest
+        if same and steps is self.steps and self.slowing is None:
             return self
-        return PathHeights(self.driven, self.geometry, speed_scale, steps)
+        return PathHeights(self.driven, self.geometry, speed_scale, steps, fastest=fastest)
 
     def with_speeds_of(self, other: PathHeights) -> PathHeights:
         """Return the same with the speeds that hold for an ``other`` one."""
-        speeds = other.speed_scale, other.steps, other.slowing
+        speeds = other.speed_scale, other.steps, other.slowing, other.fastest
         return PathHeights(self.driven, self.geometry, *speeds)
 
     def with_slowing(self, slowing: Slowing) -> PathHeights:
         """Return the same for a motion that is faster where it begins."""
-        return PathHeights(self.driven, self.geometry, self.speed_scale, self.steps, slowing)
+        speeds = self.speed_scale, self.steps, slowing, self.fastest
+        return PathHeights(self.driven, self.geometry, *speeds)
 
     def timing_error(self, place: float, reason: str) -> PathTimingError:
         """Return the error that no motion is found at a ``place`` [m], for a ``reason``."""
@@ -430,7 +438,7 @@ class PathHeights:
         if self.steps is not None:
             rates = self.driven.rates(self.driven.spans_of(ways), ways)
             speeds = np.minimum(speeds, self.steps.at(ways, rates, still))
-        return np.maximum(speeds, SLOWEST)
+        return np.maximum(np.minimum(speeds, self.fastest), SLOWEST)
 
     def relative(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return where the platform is seen from each anchor, and how far its arm rises.

@@ -97,6 +97,29 @@ class SliderLimitError(MotionError):
         return float((self.value / self.limit) ** (1.0 / order))
 
 
+class AddedBoundError(MotionError):
+    """A trajectory would exceed a bound that is added to the limits of the sliders."""
+
+    def __init__(self, quantity: str, value: float, limit: float, unit: str, time: float) -> None:
+        """Store which bound.
+
+        Args:
+            quantity: what is bounded, in words.
+            value: largest one on the trajectory; NaN if it is not known.
+            limit: the bound that it breaks.
+            unit: of both.
+            time: when on the trajectory [s].
+        """
+        reached = f"would be {number_text(value)} {unit}" if value == value else "is not known"
+        text = f"{quantity} {reached.rstrip()}, its limit is {number_text(limit)} {unit}"
+        super().__init__(text.rstrip())
+        self.quantity = quantity
+        self.value = value
+        self.limit = limit
+        self.unit = unit
+        self.time = time
+
+
 class SliderTravelError(MotionError):
     """A trajectory would leave the travel of a slider."""
 

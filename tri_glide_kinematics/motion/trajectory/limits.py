@@ -1,16 +1,21 @@
-"""What the drives of the three sliders are allowed to do."""
+"""What the drives of the three sliders are allowed to do, and what else bounds all motion."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.checks import finite_vector, positive
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.trajectory.added_bounds import AddedBound
 
 QUANTITIES = (("velocity", "m/s"), ("acceleration", "m/s^2"), ("jerk", "m/s^3"))
 
@@ -32,11 +37,13 @@ class SliderLimits:
         velocity: Shape (3,) [m/s].
         acceleration: Shape (3,) [m/s^2].
         jerk: Shape (3,) [m/s^3].
+        added: what bounds all motion besides, as the speed of the platform.
     """
 
     velocity: Vector3
     acceleration: Vector3
     jerk: Vector3
+    added: tuple[AddedBound, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the numbers and store them as plain floats.
@@ -66,11 +73,25 @@ class SliderLimits:
         table.setflags(write=False)
         return table
 
+    @cached_property
+    def platform_speed(self) -> float:
+        """Largest speed of the platform that the added bounds allow; inf without one [m/s]."""
+        return min((bound.platform_speed for bound in self.added), default=math.inf)
+
+    def with_table(self, table: FloatArray) -> SliderLimits:
+        """Return the same with another ``table`` of velocity, acceleration and jerk, (3, 3)."""
+        velocity, acceleration, jerk = table.tolist()
+        return SliderLimits(velocity, acceleration, jerk, self.added)
+
+    def with_added(self, *added: AddedBound) -> SliderLimits:
+        """Return the same with other added bounds."""
+        return replace(self, added=added)
+
     def with_velocity_scaled(self, scale: float) -> SliderLimits:
         """Return the same limits with velocities multiplied by ``scale``."""
         return self.times(scale, 1.0, 1.0)
 
     def times(self, velocity: float, acceleration: float, jerk: float) -> SliderLimits:
         """Return the limits multiplied by a number for each quantity."""
-        rows = zip((velocity, acceleration, jerk), (self.velocity, self.acceleration, self.jerk))
-        return SliderLimits(*((f * x, f * y, f * z) for f, (x, y, z) in rows))
+        factors = np.array(((velocity,), (acceleration,), (jerk,)))
+        return self.with_table(factors * self.table)

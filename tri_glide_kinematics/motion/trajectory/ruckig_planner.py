@@ -57,6 +57,7 @@ class RuckigPlanner:
         acceleration: Sequence[float],
         limits: tuple[Sequence[float], Sequence[float], Sequence[float]],
         synchronization: Synchronization = Synchronization.Time,
+        downwards: Sequence[float] | None = None,
     ) -> list[Phases]:
         """Return the phases that lead from a state to rest at ``target``.
 
@@ -68,6 +69,7 @@ class RuckigPlanner:
             limits: of velocity, acceleration and jerk.
             synchronization: ``Time`` if all are to arrive together, or ``No``. Ruckig does not
                 keep ``Phase``, for which see :class:`SliderMotion`.
+            downwards: limits of negative accelerations, if they are others.
 
         Raises:
             PlanningError: if ruckig finds no solution.
@@ -77,7 +79,13 @@ class RuckigPlanner:
         parameters.target_position = target
         parameters.current_position = position
         parameters.max_velocity = limits[0]
-        return self._calculate(velocity, acceleration, limits, synchronization)
+        if downwards is None:
+            return self._calculate(velocity, acceleration, limits, synchronization)
+        parameters.min_acceleration = [-most for most in downwards]
+        try:
+            return self._calculate(velocity, acceleration, limits, synchronization)
+        finally:
+            parameters.min_acceleration = None
 
     def onto_origin(
         self,

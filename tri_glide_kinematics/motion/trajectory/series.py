@@ -36,6 +36,16 @@ _BINOMIALS = np.array(
 _SUPPOSED = 1.5
 
 
+# Cells are so long at first, unless they would be more than so many between two knots, as in slow
+# motion. Where no limit is proved they are divided by four, until they are short [s].
+FIRST_CELL = 0.008
+MOST_BETWEEN = 16
+SHORTEST_CELL = FIRST_CELL / 64.0
+
+# Where the middles of the quarters of a cell are, in halves of it.
+_QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
+
+
 class Series(NamedTuple):
     """Taylor series of some quantities in n cells.
 
@@ -51,6 +61,21 @@ class Series(NamedTuple):
     def plus(self, other: Series) -> Series:
         """Return the sum of two motions."""
         return Series(self.values + other.values, self.bounds + other.bounds)
+
+
+def divided(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return middles and halves of cells between ``edges``, as long as they are at first."""
+    lengths = np.diff(edges)
+    counts = np.clip(np.ceil(lengths / FIRST_CELL), 1.0, MOST_BETWEEN).astype(int)
+    half = np.repeat(0.5 * lengths / counts, counts)
+    number = np.arange(len(half)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.repeat(edges[:-1], counts) + (2.0 * number + 1.0) * half, half
+
+
+def quartered(middles: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return middles and halves of the quarters of cells. Shapes (4 n,) [s]."""
+    middles = (middles[:, np.newaxis] + np.outer(half, _QUARTERS)).ravel()
+    return middles, np.repeat(0.25 * half, 4)
 
 
 def resting(places: FloatArray, count: int) -> Series:
@@ -162,8 +187,8 @@ def heights_of(geometry: TriGlideGeometry, position: Series, half: FloatArray) -
         rise = _square_root(values, np.sqrt(values[0]))
         least = np.sqrt(values[0] - change)
         largest = _square_root(-bounds, least)
-    rise_bounds = np.abs(largest)
-    rise_bounds[0] = np.sqrt(values[0] + change)
+        rise_bounds = np.abs(largest)
+        rise_bounds[0] = np.sqrt(values[0] + change)
     rise += position.values[:, 2:]
     return Series(rise, rise_bounds + position.bounds[:, 2:])
 

@@ -33,9 +33,12 @@ from tri_glide_kinematics.motion.trajectory.limits import (
 )
 from tri_glide_kinematics.motion.trajectory.series import (
     ORDERS,
+    SHORTEST_CELL,
     Series,
+    divided,
     heights_of,
     position_of,
+    quartered,
 )
 from tri_glide_kinematics.motion.trajectory.trajectory import (
     AT_REST,
@@ -48,12 +51,6 @@ from tri_glide_kinematics.motion.trajectory.trajectory import (
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Traced, Workspace
-
-# Cells are so long at first, unless they would be more than so many between two knots, as in slow
-# motion. Where no limit is proved they are divided by four, until they are short [s].
-FIRST_CELL = 0.008
-MOST_BETWEEN = 16
-SHORTEST_CELL = FIRST_CELL / 64.0
 
 # So many cells are looked at together at most, and so many copies of the motion in cells.
 CELLS_AT_ONCE = 64
@@ -76,9 +73,6 @@ _COARSE = 0.1
 
 # 4 (x - x^3) is no more than this, from -1 to 1: 8 / sqrt(27), rounded up.
 _ABOVE_CHORD = 1.5397
-
-# Where the middles of the quarters of a cell are, in halves of it.
-_QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
 
 
 # So often a motion from rest to rest is planned, with limits that leave what shaping takes. Nothing
@@ -127,23 +121,30 @@ class LimitBounds(NamedTuple):
         when: instants at which it is so much. Shape (3, 3) [s].
         cut: of a path, the part of what bends may be cut by.
         segment: of the path, where it is so much.
+        added: parts of the added bounds. Shape (m,).
+        added_at: instants at which it is so much. Shape (m,) [s].
     """
 
     use: FloatArray
     when: FloatArray
     cut: float
     segment: int
+    added: FloatArray
+    added_at: FloatArray
 
     @property
     def keeps_limits(self) -> bool:
         """Whether no limit may be exceeded."""
-        return bool((self.use <= 1.0 + RELATIVE_ROUNDING).all() and self.cut <= 1.0)
+        most = 1.0 + RELATIVE_ROUNDING
+        return bool((self.use <= most).all() and (self.added <= most).all() and self.cut <= 1.0)
 
     def check(self, limits: SliderLimits) -> None:
         """Raise an error if one of the ``limits`` may be exceeded.
 
         Raises:
             SliderLimitError: names the slider and the limit.
+            AddedBoundError: names what an added bound is of, and the bound.
+            CutBendError: names the segment.
         """
         for (quantity, unit), parts, bounds, when in zip(
             QUANTITIES, self.use, limits.table, self.when
@@ -152,14 +153,21 @@ class LimitBounds(NamedTuple):
                 if not part <= 1.0 + RELATIVE_ROUNDING:
                     bound, time = float(bounds[slider]), float(when[slider])
                     raise SliderLimitError(quantity, slider, part * bound, bound, unit, time)
+        for added, part, time in zip(limits.added, self.added.tolist(), self.added_at.tolist()):
+            if not part <= 1.0 + RELATIVE_ROUNDING:
+                raise added.error(part, time)
         if not self.cut <= 1.0:
             raise CutBendError(self.segment, self.cut)
 
     def leaving(self, planned: Planned) -> Planned:
         """Return less than was ``planned`` with, by as much as the motion exceeds its limits."""
-        table = planned.limits.table / np.where(self.use > 1.0, self.use**_POWER * _MORE, 1.0)
+        use = self.use.copy()
+        for bound, part in zip(planned.limits.added, self.added):
+            # Velocities, or accelerations.
+            use[bound.order - 1] = np.fmax(use[bound.order - 1], part)
+        table = planned.limits.table / np.where(use > 1.0, use**_POWER * _MORE, 1.0)
         cut = planned.cut / (self.cut * _LESS_CUT) if self.cut > 1.0 else planned.cut
-        return Planned(SliderLimits(*table.tolist()), cut)
+        return Planned(planned.limits.with_table(table), cut)
 
 
 class ShapedTrajectory(Trajectory):
@@ -324,6 +332,7 @@ class ShapedTrajectory(Trajectory):
         edges = self.knots()
         middles, half = divided(ascending(np.append(edges[edges > since], since)))
         most, when = np.zeros((3, 3)), np.zeros((3, 3))
+        most_added, added_at = np.zeros((2, len(limits.added)))
         most_cut, cut_at = 0.0, 0.0
         lowest = highest = np.array(self.at(self.duration).heights)
         together = max(min(CELLS_AT_ONCE, COPIES_AT_ONCE // len(self.shaper.times)), 1)
@@ -331,7 +340,9 @@ class ShapedTrajectory(Trajectory):
             settled = half <= 0.5 * SHORTEST_CELL
             for first in range(0, len(middles), together):
                 some = slice(first, first + together)
-                series = self._height_series(middles[some], half[some])
+                position = self.platform_series(self._machine, middles[some], half[some])
+                series = heights_of(self._machine.geometry, position, half[some])
+                added = [bound.used(position, half[some]) for bound in limits.added]
                 low, high = heights_within(series, half[some])
                 table = limits.table[..., np.newaxis]
                 there = np.abs(series.values[1:4]) * _TO_DERIVATIVES / table
@@ -343,6 +354,12 @@ class ShapedTrajectory(Trajectory):
                 # What is exceeded in the middle already is so in smaller cells, too.
                 exceeded = (there > 1.0 + _COARSE).any(axis=(0, 1)) | (cut_there > 1.0)
                 use = np.where(exceeded, np.fmax(use, there), use)
+                for each in added:
+                    proved &= each.most <= 1.0 + RELATIVE_ROUNDING
+                    broken = each.middle > 1.0 + _COARSE
+                    # No smaller cells for the other limits; what they would show is not known.
+                    use = np.where(broken & ~exceeded, there, use)
+                    exceeded |= broken
                 settled[some] |= proved | exceeded
                 chosen = settled[some]
                 if chosen.any():
@@ -355,6 +372,11 @@ class ShapedTrajectory(Trajectory):
                     if cut[chosen][worst] > most_cut:
                         most_cut = float(cut[chosen][worst])
                         cut_at = float(middles[some][chosen][worst])
+                    for number, each in enumerate(added):
+                        parts = each.most[chosen]
+                        if not parts[parts.argmax()] <= most_added[number]:
+                            most_added[number] = parts[parts.argmax()]
+                            added_at[number] = middles[some][chosen][parts.argmax()]
                     more = ~(found <= most) & ~np.isnan(most)
                     most = np.where(more, found, most)
                     when = np.where(more, middles[some][chosen][index[..., 0]], when)
@@ -362,7 +384,7 @@ class ShapedTrajectory(Trajectory):
             middles, half = quartered(middles[~settled], half[~settled])
         self._extremes = lowest, highest
         segment = path.segment(cut_at - self.shaper.delay) if path else 0
-        return LimitBounds(most, when, most_cut, segment)
+        return LimitBounds(most, when, most_cut, segment, most_added, added_at)
 
     def _cut(
         self, path: PathDriven | None, times: FloatArray, half: FloatArray
@@ -373,7 +395,7 @@ class ShapedTrajectory(Trajectory):
         before = np.subtract.outer(times, self.shaper.times).T
         return path.cut(before, half, np.array(self.shaper.amplitudes))
 
-    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+    def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
         """Compare bounds of the derivatives with the limits.
 
         Raises:
@@ -412,21 +434,6 @@ def _between(lowest: FloatArray, highest: FloatArray, region: Workspace) -> NDAr
     travel = region.limits
     inside = (lowest.T >= travel.lower_heights) & (highest.T <= travel.upper_heights)
     return np.asarray(inside.all(axis=-1))
-
-
-def divided(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return middles and halves of cells between ``edges``, as long as they are at first."""
-    lengths = np.diff(edges)
-    counts = np.clip(np.ceil(lengths / FIRST_CELL), 1.0, MOST_BETWEEN).astype(int)
-    half = np.repeat(0.5 * lengths / counts, counts)
-    number = np.arange(len(half)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return np.repeat(edges[:-1], counts) + (2.0 * number + 1.0) * half, half
-
-
-def quartered(middles: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return middles and halves of the quarters of cells. Shapes (4 n,) [s]."""
-    middles = (middles[:, np.newaxis] + np.outer(half, _QUARTERS)).ravel()
-    return middles, np.repeat(0.25 * half, 4)
 
 
 def heights_within(series: Series, half: FloatArray) -> tuple[FloatArray, FloatArray]:

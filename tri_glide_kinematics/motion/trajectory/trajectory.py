@@ -14,7 +14,12 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
-from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError, SliderTravelError
+from tri_glide_kinematics.motion.trajectory.added_bounds import check_added
+from tri_glide_kinematics.motion.trajectory.errors import (
+    AddedBoundError,
+    SliderLimitError,
+    SliderTravelError,
+)
 from tri_glide_kinematics.motion.trajectory.knots import ascending
 from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.trajectory.series import ORDERS, Series
@@ -130,9 +135,20 @@ class Trajectory(ABC):
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
 
-    @abstractmethod
     def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
-        """Raise an error if a limit may be exceeded from the time ``since`` [s] on.
+        """Raise an error if a limit or an added bound may be exceeded from ``since`` [s] on.
+
+        Raises:
+            SliderLimitError: names the slider and the limit.
+            AddedBoundError: names what is bounded, and the bound.
+            PlanningError: if the platform would go back along its line or path.
+        """
+        self.check_sliders(limits, since)
+        check_added(self, limits, since)
+
+    @abstractmethod
+    def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
+        """Raise an error if a limit of a slider may be exceeded from the time ``since`` [s] on.
 
         Raises:
             SliderLimitError: names the slider and the limit.
@@ -187,7 +203,7 @@ class Trajectory(ABC):
         """Return whether ``limits`` hold from the time ``since`` [s] on."""
         try:
             self.check_limits(limits, since)
-        except SliderLimitError:
+        except (SliderLimitError, AddedBoundError):
             return False
         return True
 
@@ -285,10 +301,10 @@ class SequencePlan(Trajectory):
                 values[mine] = of_part
         return sampled
 
-    def check_limits(self, limits: SliderLimits, since: float = 0.0) -> None:
+    def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
         """Check what is left of each plan, as that does."""
         for plan, past in self.parts(since):
-            plan.check_limits(limits, past)
+            plan.check_sliders(limits, past)
 
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
         """Return what is left to check of each plan."""

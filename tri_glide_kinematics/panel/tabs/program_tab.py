@@ -14,7 +14,7 @@ import numpy as np
 import viser
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine_facts import MachineFacts
+from tri_glide_kinematics.panel.machine_facts import Bounds, MachineFacts
 from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
 from tri_glide_kinematics.panel.markup import bar, code, note, table
 from tri_glide_kinematics.panel.program_files import NO_FILE, Uploads
@@ -39,7 +39,6 @@ from tri_glide_kinematics.programs import (
     ProgramSettings,
     RunState,
     from_line,
-    line_of,
     line_to_go_on_from,
     load_settings,
 )
@@ -143,6 +142,11 @@ class ProgramTab:
         self._stream: BinaryIO | None = None
         self._read: ReadProgram | None = None
         self._check: ProgramCheck | None = None
+        # How long the steps take from each one on, by the check [s].
+        self._left: FloatArray = np.zeros(1)
+        # What the proof depends on, besides the program, and whether it is another one since.
+        self._bounds: Bounds | None = None
+        self._is_outdated = False
         self._error = ""
         self._run: ProgramRun | None = None
         self._marked = 0
@@ -187,9 +191,15 @@ class ProgramTab:
 
     def step(self, facts: MachineFacts | None) -> None:
         """Take what has come, and go on; ``facts`` are those of the machine that is there."""
+        try:
+            self._step(facts)
+        except (KinematicsError, OSError) as error:
+            # The rest of the page is shown all the same.
+            self._requests.refuse(f"program: {error}")
+
+    def _step(self, facts: MachineFacts | None) -> None:
         if facts is not None and facts is not self._facts:
-            self._facts = facts
-            self._override.set(max(1, round(100.0 * facts.values["path_speed_scale"])))
+            self._take_facts(facts)
         if self._facts is not None and not self._is_running:
             machine, self._machine = self._machine, self._facts
             if machine is not self._facts and (
@@ -201,6 +211,19 @@ class ProgramTab:
             self._run.look()
             if not self._is_running:
                 self._end_run(self._run)
+
+    def _take_facts(self, facts: MachineFacts) -> None:
+        self._facts = facts
+        self._override.set(max(1, round(100.0 * facts.values["path_speed_scale"])))
+        bounds, self._bounds = self._bounds, facts.bounds
+        if bounds in (None, self._bounds) or self._read is None:
+            return
+        # What is proved at this moment is proved anew.
+        is_check = self._process is not None
+        self._is_outdated |= not is_check and bool(self._check or self._error)
+        self._check, self._error = None, ""
+        if is_check:
+            self._prove()
 
     def show(self) -> None:
         """Show on the pages what there is."""
@@ -281,6 +304,7 @@ class ProgramTab:
         self.close()
         self._run = self._read = self._check = None
         self._error = ""
+        self._is_outdated = False
         self._drawing.clear()
         if self._stream is not None:
             self._stream.close()
@@ -298,12 +322,10 @@ class ProgramTab:
             self._begin_reading(path, is_check=False)
 
     def _begin_reading(self, path: Path, *, is_check: bool) -> None:
-        facts = self._facts
-        if facts is not None:
+        facts, bounds = self._facts, self._bounds
+        if facts is not None and bounds is not None:
             self._process = ReadingProcess(
-                Reading(
-                    path, self._settings, facts.workspace, facts.limits, is_check, self._marks[0]
-                )
+                Reading(path, self._settings, facts.workspace, *bounds, is_check, self._marks[0])
             )
 
     def _settings_now(self) -> ProgramSettings:
@@ -326,6 +348,7 @@ class ProgramTab:
                 self._line.set(answer.line)
         elif isinstance(answer, ProgramCheck):
             self._check = answer
+            self._left = np.append(np.cumsum(answer.durations[::-1])[::-1], 0.0)
         else:
             self._read = answer
             self._drawing.draw(answer)
@@ -357,8 +380,11 @@ class ProgramTab:
     def _begin_check(self) -> None:
         if self._ready("nothing checked") is None:
             return
+        self._check, self._error, self._is_outdated = None, "", False
+        self._prove()
+
+    def _prove(self) -> None:
         self.close()
-        self._check, self._error = None, ""
         self._begin_reading(self._folder.path(self._name), is_check=True)
 
     def _begin_run(self) -> None:
@@ -453,6 +479,9 @@ class ProgramTab:
             parts.append(note(f"{_outside(self._read)} (drawn in red)", is_bad=True))
         if self._error:
             parts.append(note(self._error, is_bad=True))
+        if self._is_outdated:
+            text = "the limits or the shaper have changed since the check: check again"
+            parts.append(note(text, is_bad=True))
         if self._read is not None:
             parts.append(table(self._facts_of(self._read)))
             told = self._read.program.told
@@ -505,18 +534,18 @@ class ProgramTab:
         read, machine = self._read, self._link.machine
         if read is None or self._check is None:
             return None
-        left = 0.0
-        for index, (step, duration) in enumerate(zip(read.program.steps, self._check.durations)):
-            if line_of(step) > line:
-                left += duration
-            elif isinstance(step, PathRun) and line_of(step, -1) >= line:
+        present = read.steps_at(line)
+        left = float(self._left[present.stop])
+        for index in present:
+            step = read.program.steps[index]
+            if isinstance(step, PathRun):
                 behind = len(step.lines) - int(np.searchsorted(step.lines, line))
                 part = behind / len(step.lines)
                 # With single blocks, the machine knows no more than a line.
                 if machine is not None and self._is_running and not self._single_block.value:
                     told = machine.way_remaining / read.ways[index]
                     part = min(told, 1.0) if math.isfinite(told) else part
-                left += part * duration
+                left += part * self._check.durations[index]
         return left
 
     def _text_of(self, line: int) -> str:
@@ -538,9 +567,10 @@ class ProgramTab:
             return
         self._marked = line
         places: FloatArray = np.empty((0, 3))
-        for step in read.program.steps if read is not None else ():
-            if isinstance(step, PathRun) and line_of(step) <= line <= line_of(step, -1):
-                places = points_of_line(step, line)
+        if read is not None:
+            for run in (read.program.steps[index] for index in read.steps_at(line)):
+                if isinstance(run, PathRun):
+                    places = points_of_line(run, line)
         self._drawing.mark(places)
 
     def _is_due(self, name: str, period: float) -> bool:

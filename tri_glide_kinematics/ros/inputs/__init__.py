@@ -16,5 +16,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.inputs.slider_measurements import (
         SliderMeasurements as SliderMeasurements,
     )
+    from tri_glide_kinematics.ros.inputs.slider_measurements import StampedReading as StampedReading
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -35,7 +35,7 @@ from tri_glide_kinematics.wording import number_text, vector_text
 
 
 class MachineServices:
-    """``~/stop``, ``~/pause``, ``~/resume`` and ``~/enable``.
+    """``~/stop``, ``~/pause``, ``~/resume``, ``~/enable`` and ``~/teach_mode``.
 
     Attributes:
         urgent: those that are looked at in each cycle.
@@ -59,6 +59,7 @@ class MachineServices:
         self._refused = refused
         self._look_for_others = look_for_others
         node.create_service(SetBool, "~/enable", self._on_enable, qos_profile=CALLS)
+        node.create_service(SetBool, "~/teach_mode", self._on_teach_mode, qos_profile=CALLS)
         self.urgent = (
             node.create_service(Trigger, "~/stop", self._on_stop, qos_profile=CALLS),
             node.create_service(Trigger, "~/pause", self._on_pause, qos_profile=CALLS),
@@ -100,6 +101,13 @@ class MachineServices:
             what = "enable" if request.data else "disable"
             self._refused.refuse(f"refused to {what}: {error}", error.refusal)
         self._reports.tell()
+        return response
+
+    def _on_teach_mode(
+        self, request: SetBool.Request, response: SetBool.Response
+    ) -> SetBool.Response:
+        response.message = self._controller.set_teach_mode(request.data)
+        response.success = True
         return response
 
 

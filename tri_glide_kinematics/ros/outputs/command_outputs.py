@@ -16,7 +16,7 @@ from trajectory_msgs.msg import JointTrajectory
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.trajectory import SampledPlan, SliderState
-from tri_glide_kinematics.ros.cdr import FIRST, SECOND, StampedTriples, joint_trajectory
+from tri_glide_kinematics.ros.cdr import FIRST, SECOND, THIRD, StampedTriples, joint_trajectory
 from tri_glide_kinematics.ros.parameters import Values
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -52,6 +52,8 @@ class CommandOutputs:
         joint_state = JointState(name=self._joint_names, position=FIRST, velocity=SECOND)
         joint_state.header.frame_id = self._base_frame
         self._joint_state = StampedTriples(joint_state, 2)
+        joint_state.effort = THIRD
+        self._joint_state_with_effort = StampedTriples(joint_state, 3)
         self._array = Float64MultiArray()
 
         def publisher(output: str, kind: type, topic: str) -> Publisher | None:
@@ -76,14 +78,23 @@ class CommandOutputs:
                 "no jog and no moving target while command_outputs has joint_trajectory"
             )
 
-    def publish(self, setpoint: SliderState, engine: MotionEngine) -> None:
-        """Publish the setpoint of a cycle, and the plan of ``engine`` if it is a new one."""
+    def publish(
+        self, setpoint: SliderState, engine: MotionEngine, forces: Vector3 | None = None
+    ) -> None:
+        """Publish the setpoint of a cycle, and the plan of ``engine`` if it is a new one.
+
+        ``forces`` are those of the sliders, of shape (3,) [N], or None where none are known.
+        """
         (h1, h2, h3), (offset1, offset2, offset3) = setpoint.heights, self._offsets
         heights = (h1 - offset1, h2 - offset2, h3 - offset3)
         if self._joint_states is not None:
             stamp = divmod(self._now().nanoseconds, 1_000_000_000)
             numbers = heights, setpoint.velocities
-            self._joint_states.publish(self._joint_state.at(*stamp, *numbers))
+            if forces is None:
+                self._joint_states.publish(self._joint_state.at(*stamp, *numbers))
+            else:
+                message = self._joint_state_with_effort
+                self._joint_states.publish(message.at(*stamp, *numbers, forces))
         if self._arrays is not None:
             self._array.data = array("d", heights)
             self._arrays.publish(self._array)

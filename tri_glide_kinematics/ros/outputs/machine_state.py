@@ -37,6 +37,7 @@ NUMBERS: dict[OperatingState, int] = {
     state: getattr(MachineState, state.name) for state in OperatingState
 }
 STATES = {number: state for state, number in NUMBERS.items()}
+NO_SPEED_LIMIT = 0.0
 CAUSES = {cause.value: cause for cause in Cause}
 
 
@@ -52,7 +53,7 @@ def machine_state(
 
     The ``remark`` is something beside the state that somebody should know; empty for none.
     """
-    distance = status.target_distance
+    distance, speed_limit = status.target_distance, status.platform_speed_limit
     message = MachineState(
         state=NUMBERS[status.state],
         sends_setpoints=status.leads,
@@ -69,6 +70,8 @@ def machine_state(
         speed_scale=status.speed_scale,
         path_speed_scale=status.path_speed_scale,
         shaper_waits=status.shaper_waits,
+        teach_mode=status.is_teaching,
+        platform_speed_limit=speed_limit if math.isfinite(speed_limit) else NO_SPEED_LIMIT,
         refused=refused.total,
         refusal=int(refused.refusal),
         refusal_text=refused.last,

@@ -35,13 +35,19 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.parameters.tables import PANEL_NODE as PANEL_NODE
     from tri_glide_kinematics.ros.parameters.tables import SIMULATOR_NODE as SIMULATOR_NODE
     from tri_glide_kinematics.ros.parameters.tables import document as document
+    from tri_glide_kinematics.ros.parameters.values import check_holding as check_holding
     from tri_glide_kinematics.ros.parameters.values import check_joint_names as check_joint_names
     from tri_glide_kinematics.ros.parameters.values import check_travel as check_travel
+    from tri_glide_kinematics.ros.parameters.values import forces_of as forces_of
     from tri_glide_kinematics.ros.parameters.values import (
         in_position_bounds_of as in_position_bounds_of,
     )
     from tri_glide_kinematics.ros.parameters.values import limits_of as limits_of
     from tri_glide_kinematics.ros.parameters.values import machine_of as machine_of
+    from tri_glide_kinematics.ros.parameters.values import motion_limits_of as motion_limits_of
+    from tri_glide_kinematics.ros.parameters.values import (
+        position_control_of as position_control_of,
+    )
     from tri_glide_kinematics.ros.parameters.values import shaper_of as shaper_of
     from tri_glide_kinematics.ros.parameters.values import (
         supervision_bounds_of as supervision_bounds_of,

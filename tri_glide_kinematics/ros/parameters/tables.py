@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from tri_glide_kinematics.dynamics import MIDDLE, STANDARD_GRAVITY
 from tri_glide_kinematics.motion.shaping import (
     HIGHEST_FREQUENCY,
     LOWEST_FREQUENCY,
@@ -13,6 +14,9 @@ from tri_glide_kinematics.motion.shaping import (
 )
 from tri_glide_kinematics.ros.parameters.table import Parameter, markdown_table
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
+
+# No force is larger: the limit of a direction in which none is asked for [N].
+MOST_FORCE = 1e6
 
 JOINT_NAMES = Parameter(
     "joint_names",
@@ -126,6 +130,161 @@ LIMITS = (
         live=True,
         told=True,
     ),
+)
+PLATFORM_SPEED = Parameter(
+    "platform_speed_limit",
+    0.0,
+    "largest speed of the platform in all motion; 0 for none",
+    "m/s",
+    0.0,
+    100.0,
+    live=True,
+)
+# All are as they are by default, or carriages and platform have a mass.
+MASSES = (
+    Parameter(
+        "carriage_masses",
+        (0.0, 0.0, 0.0),
+        "mass of each carriage, with the rotating parts of its drive: their inertia over the "
+        "square of the way for a radian; 0 where no masses are known",
+        "kg",
+        0.0,
+        10000.0,
+        live=True,
+    ),
+    Parameter(
+        "arm_masses",
+        (0.0, 0.0, 0.0),
+        "mass of each arm, both of its rods",
+        "kg",
+        0.0,
+        10000.0,
+        live=True,
+    ),
+    Parameter(
+        "arm_centres",
+        (MIDDLE, MIDDLE, MIDDLE),
+        "distance of each arm's centre of mass from the joint at the carriage, as a part of its "
+        "length; another one than 0.5 needs `arm_inertias`",
+        "",
+        0.0,
+        1.0,
+        live=True,
+    ),
+    Parameter(
+        "arm_inertias",
+        (0.0, 0.0, 0.0),
+        "inertia of each arm, both of its rods, about an axis across it through its centre of "
+        "mass; 0 for uniform rods",
+        "kg m^2",
+        0.0,
+        10000.0,
+        live=True,
+    ),
+    Parameter(
+        "platform_mass",
+        0.0,
+        "mass of the platform with its tool; 0 where no masses are known",
+        "kg",
+        0.0,
+        10000.0,
+        live=True,
+    ),
+    Parameter(
+        "payload",
+        0.0,
+        "mass of what the platform carries, on its axis",
+        "kg",
+        0.0,
+        10000.0,
+        live=True,
+    ),
+    Parameter(
+        "counterweight_masses",
+        (0.0, 0.0, 0.0),
+        "mass that hangs on a rope over a pulley at each carriage",
+        "kg",
+        0.0,
+        10000.0,
+        live=True,
+    ),
+    Parameter(
+        "coulomb_friction",
+        (0.0, 0.0, 0.0),
+        "dry friction of each slider, whatever its speed",
+        "N",
+        0.0,
+        100000.0,
+        live=True,
+    ),
+    Parameter(
+        "viscous_friction",
+        (0.0, 0.0, 0.0),
+        "friction of each slider for its speed",
+        "N s/m",
+        0.0,
+        100000.0,
+        live=True,
+    ),
+    Parameter(
+        "gravity",
+        STANDARD_GRAVITY,
+        "acceleration of free fall in the base frame",
+        "m/s^2",
+        -100.0,
+        100.0,
+        live=True,
+    ),
+)
+FORCE_LIMITS = (
+    Parameter(
+        "force_limit_up",
+        (0.0, 0.0, 0.0),
+        "largest force of each slider upwards in all motion; 0 for none; needs masses",
+        "N",
+        0.0,
+        MOST_FORCE,
+        live=True,
+    ),
+    Parameter(
+        "force_limit_down",
+        (0.0, 0.0, 0.0),
+        "largest force of each slider downwards in all motion; 0 for none; needs masses",
+        "N",
+        0.0,
+        MOST_FORCE,
+        live=True,
+    ),
+)
+DRIVES = (
+    Parameter(
+        "drive_stiffness",
+        (0.0, 0.0, 0.0),
+        "force of each drive for each metre between setpoint and slider; 0 for drives that do not "
+        "exert forces; needs masses",
+        "N/m",
+        0.0,
+        1e9,
+        live=True,
+    ),
+    Parameter(
+        "drive_damping",
+        (0.0, 0.0, 0.0),
+        "force of each drive for each metre per second between the velocities; greater than 0 "
+        "where there is a stiffness",
+        "N s/m",
+        0.0,
+        1e9,
+        live=True,
+    ),
+)
+FORCE_WINDOW = Parameter(
+    "force_window",
+    10.0,
+    "time over which the continuous force of each slider is told in `/diagnostics`",
+    "s",
+    0.1,
+    3600.0,
 )
 NO_SHAPER = "none"
 SHAPING = (
@@ -286,6 +445,10 @@ IK_NODE = (
     Parameter("rate", 500.0, "setpoints per second", "1/s", 10.0, 2000.0, told=True),
     *TRAVEL,
     *LIMITS,
+    PLATFORM_SPEED,
+    *MASSES,
+    *FORCE_LIMITS,
+    FORCE_WINDOW,
     *SHAPING,
     Parameter(
         "motion",
@@ -381,6 +544,9 @@ SIMULATOR_NODE = (
         live=True,
         told=True,
     ),
+    # With masses and these, the drives exert forces, and the lag does not count.
+    *MASSES,
+    *DRIVES,
     Parameter(
         "encoder_resolution",
         1e-06,

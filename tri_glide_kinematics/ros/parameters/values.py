@@ -5,9 +5,11 @@ from __future__ import annotations
 from tri_glide_kinematics.control import (
     InPositionBounds,
     PlatformMode,
+    PositionControl,
     SupervisionBounds,
     SwingModel,
 )
+from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
 from tri_glide_kinematics.motion.shaping import (
     LOWEST_FREQUENCY,
     MOST_MODES,
@@ -17,11 +19,22 @@ from tri_glide_kinematics.motion.shaping import (
     ShaperKind,
     Shaping,
 )
-from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.motion.trajectory import (
+    AddedBound,
+    ForceLimits,
+    PlatformSpeedLimit,
+    SliderLimits,
+)
 from tri_glide_kinematics.ros.parameters.table import ParameterError, Values
-from tri_glide_kinematics.ros.parameters.tables import NO_SHAPER
+from tri_glide_kinematics.ros.parameters.tables import (
+    DRIVES,
+    FORCE_LIMITS,
+    MASSES,
+    MOST_FORCE,
+    NO_SHAPER,
+)
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
 
@@ -61,6 +74,100 @@ def limits_of(values: Values) -> SliderLimits:
     return SliderLimits(
         values["velocity_limits"], values["acceleration_limits"], values["jerk_limits"]
     )
+
+
+def motion_limits_of(values: Values, machine: TriGlide) -> SliderLimits:
+    """Return the limits of the drives, with what bounds all motion of a ``machine`` besides.
+
+    Raises:
+        ParameterError: if there is a force limit without masses.
+        KinematicsError: as for ``limits_of`` and ``forces_of``.
+    """
+    added: list[AddedBound] = []
+    speed = values["platform_speed_limit"]
+    if speed:
+        added.append(PlatformSpeedLimit(machine, speed))
+    limited = [entry for entry in FORCE_LIMITS if any(values[entry.name])]
+    forces = forces_of(values, machine)
+    if limited:
+        if forces is None:
+            entry = limited[0]
+            raise ParameterError(
+                f"{entry.name} = {entry.text(values[entry.name])} needs masses: set at least "
+                "carriage_masses and platform_mass"
+            )
+        (u1, u2, u3), (d1, d2, d3) = (
+            [limit or MOST_FORCE for limit in values[entry.name]] for entry in FORCE_LIMITS
+        )
+        added.append(ForceLimits(forces, (u1, u2, u3), (d1, d2, d3)))
+    return limits_of(values).with_added(*added)
+
+
+def position_control_of(values: Values, forces: SliderForces | None) -> PositionControl | None:
+    """Return how simulated drives hold their setpoints with forces; None if they exert none.
+
+    Raises:
+        ParameterError: if there are no masses, though the drives have a stiffness.
+        KinematicsError: if only some of the numbers are greater than zero.
+    """
+    given = [entry for entry in DRIVES if any(values[entry.name])]
+    if not given:
+        return None
+    if forces is None:
+        entry = given[0]
+        raise ParameterError(
+            f"{entry.name} = {entry.text(values[entry.name])} needs masses: set at least "
+            "carriage_masses and platform_mass"
+        )
+    return PositionControl(values["drive_stiffness"], values["drive_damping"])
+
+
+def check_holding(limits: SliderLimits, places: FloatArray) -> None:
+    """Check that force limits, if there are some, can hold the weight.
+
+    Args:
+        limits: with what is added to them.
+        places: of the platform. Shape (n, 3) [m].
+
+    Raises:
+        CannotHoldError: names the slider, the force that it needs, and the limit.
+    """
+    for bound in limits.added:
+        if isinstance(bound, ForceLimits):
+            bound.check_holding(places)
+
+
+def forces_of(values: Values, machine: TriGlide) -> SliderForces | None:
+    """Return the forces of a ``machine`` with the masses that are given; None without masses.
+
+    Raises:
+        ParameterError: if some masses are given, and others are missing.
+        KinematicsError: if the masses do not fit together.
+    """
+    given = [entry for entry in MASSES if values[entry.name] != entry.default]
+    if not given:
+        return None
+    for index, mass in enumerate((*values["carriage_masses"], values["platform_mass"])):
+        if not mass:
+            name = f"carriage_masses[{index}]" if index < 3 else "platform_mass"
+            entry = given[0]
+            raise ParameterError(
+                f"{name} = 0 kg must be greater than 0 kg, as {entry.name} = "
+                f"{entry.text(values[entry.name])} is given"
+            )
+    arms = zip(values["arm_masses"], values["arm_centres"], values["arm_inertias"])
+    first, second, third = (Arm(mass, centre, inertia or None) for mass, centre, inertia in arms)
+    masses = Masses(
+        values["carriage_masses"],
+        (first, second, third),
+        values["platform_mass"],
+        values["payload"],
+        counterweights=values["counterweight_masses"],
+        coulomb=values["coulomb_friction"],
+        viscous=values["viscous_friction"],
+        gravity=values["gravity"],
+    )
+    return SliderForces(machine, masses)
 
 
 def shaper_of(values: Values) -> Shaping | None:

@@ -13,6 +13,8 @@ from typing import Any, Protocol
 
 from ament_index_python.packages import get_package_prefix, get_package_share_directory
 
+from tri_glide_kinematics.files import PARAMETERS
+
 PACKAGE = "tri_glide_kinematics"
 STOP_TIMEOUT = 5.0  # s, until a process that ignores SIGINT is killed
 
@@ -24,7 +26,7 @@ def executable(name: str) -> Path:
 
 def default_parameter_file() -> Path:
     """Return the installed ``config/tri_glide.yaml``."""
-    return Path(get_package_share_directory(PACKAGE), "config", "tri_glide.yaml")
+    return Path(get_package_share_directory(PACKAGE), "config", PARAMETERS)
 
 
 def ending(code: int) -> str:

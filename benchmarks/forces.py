@@ -1,0 +1,142 @@
+"""Forces of the sliders: their times, and masses and friction from noisy efforts.
+
+``python -m benchmarks.forces`` prints the table; ``--count 20`` for a quick look. The comparison
+with MuJoCo is in ``benchmarks/mujoco_forces.py``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from benchmarks.bench_paths import Row
+from benchmarks.bench_tri_glide import positions
+from benchmarks.harness import pinned_to_one_core
+from benchmarks.machine import description
+from benchmarks.table import aligned
+from tri_glide_kinematics.calibration import exciting_moves
+from tri_glide_kinematics.dynamics import UNIFORM_ARMS, Masses, SliderForces, identify
+from tri_glide_kinematics.motion import SliderLimits
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
+REGION = Workspace(MACHINE, WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0))
+SLOW = SliderLimits((1.0,) * 3, (10.0,) * 3, (200.0,) * 3)
+FAST = SliderLimits((2.0,) * 3, (40.0,) * 3, (5000.0,) * 3)
+MASSES = {
+    "carriages 1 kg, arms 0.2 kg, platform 0.6 kg": (1.0, 0.2, 0.6),
+    "carriages 0.5 kg, arms 0.2 kg, platform 0.3 kg": (0.5, 0.2, 0.3),
+    "carriages 1 kg, arms 0.5 kg, platform 0.6 kg": (1.0, 0.5, 0.6),
+}
+DURATION, STEP = 60.0, 0.002
+NOISE = 0.02  # of the largest effort
+ERROR = 0.02
+INTERVAL = 1.96  # of 95 %, in standard deviations
+
+CALLS, REPEATS = 20_000, 15
+POSES = 1_000_000
+
+
+def main() -> int:
+    """Measure and print the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.forces", description=__doc__)
+    parser.add_argument("--count", type=int, default=200, help="recordings of each kind")
+    options = parser.parse_args()
+    print(description(), flush=True)
+    found = []
+    for row in rows(options.count):
+        found.append(row)
+        print(f"{row.what}: {row.ours}", file=sys.stderr, flush=True)
+    marks = {True: "yes", False: "NO", None: "-"}
+    lines = [(*row[:3], marks[row.is_reached]) for row in found]
+    print("\n" + aligned([("forces", "ours", "to reach", "reached"), *lines]), flush=True)
+    return 0
+
+
+def rows(count: int) -> Iterator[Row]:
+    """Yield one row after the other."""
+    with pinned_to_one_core():
+        yield from _times()
+    for limits, speed in ((SLOW, "1 m/s, 10 m/s^2"), (FAST, "2 m/s, 40 m/s^2")):
+        for name, masses in MASSES.items():
+            yield from _identified(f"{name}, {speed}", masses, limits, count)
+
+
+def _times() -> Iterator[Row]:
+    forces = SliderForces(MACHINE, Masses.uniform(1.0, 0.2, 0.6, coulomb=5.0, viscous=10.0))
+    rng = np.random.default_rng(1)
+    heights = np.ascontiguousarray(MACHINE.inverse_batch(positions(POSES)))
+    velocities, accelerations = rng.normal(size=(2, POSES, 3))
+    motion = (heights, velocities, 10.0 * accelerations)
+    pose, rates, second = (tuple(each[0].tolist()) for each in motion)
+
+    def many(call: Callable[..., object], *values: object) -> None:
+        for _ in range(CALLS):
+            call(*values)
+
+    one = 1e6 * _least(many, forces.forces, pose, rates, second) / CALLS
+    yield Row("forces, one call", f"{one:.2f} us", "5 us", one <= 5.0)
+    driving = forces.forces(pose, rates, second)
+    back = 1e6 * _least(many, forces.accelerations, pose, rates, driving) / CALLS
+    yield Row("accelerations for forces, one call", f"{back:.2f} us", "-", None)
+    step = 1e6 * _least(many, forces.step, pose, rates, driving, 0.001) / CALLS
+    yield Row("one step of a simulation", f"{step:.2f} us", "-", None)
+    batch = 1e9 * _least(forces.forces_batch, *motion) / POSES
+    yield Row("forces_batch, 1,000,000 poses, per pose", f"{batch:.0f} ns", "80 ns", batch <= 80.0)
+
+
+def _least(call: Callable[..., object], *values: object) -> float:
+    """Return the least processor time of a call [s]."""
+    times = []
+    for _ in range(REPEATS):
+        before = time.process_time()
+        call(*values)
+        times.append(time.process_time() - before)
+    return min(times)
+
+
+def _identified(
+    name: str, sizes: tuple[float, float, float], limits: SliderLimits, count: int
+) -> Iterator[Row]:
+    masses = Masses.uniform(*sizes, coulomb=5.0, viscous=10.0)
+    true = dict(zip(UNIFORM_ARMS, (*masses.carriages, 0.0, 0.0, 0.0, masses.platform)))
+    true.update(zip(UNIFORM_ARMS[7:], (sizes[1],) * 3 + masses.coulomb + masses.viscous))
+    trajectory = exciting_moves(REGION, limits, DURATION).trajectory
+    motion = trajectory.sample(np.arange(0.0, trajectory.duration, STEP))[1:]
+    efforts = SliderForces(MACHINE, masses).forces_batch(*motion)
+    size = NOISE * np.abs(efforts).max()
+    rng = np.random.default_rng(7)
+    errors: dict[str, list[float]] = {}
+    inside = []
+    for _ in range(count):
+        found = identify(MACHINE, *motion, efforts + size * rng.normal(size=efforts.shape))
+        for each in found.estimates:
+            error = each.value - true[each.name]
+            errors.setdefault(each.name, []).append(error / true[each.name])
+            inside.append(abs(error) <= INTERVAL * each.deviation)
+    spread = {name: float(np.sqrt(np.mean(np.square(each)))) for name, each in errors.items()}
+    arms = max(size for name, size in spread.items() if name.startswith("arm"))
+    others = max(size for name, size in spread.items() if not name.startswith("arm"))
+    yield Row(
+        f"{name}: error of carriages, platform, friction (root mean square, largest)",
+        f"{100.0 * others:.2f} %",
+        "2 %",
+        others <= ERROR,
+    )
+    yield Row(f"{name}: error of arms", f"{100.0 * arms:.2f} %", "2 %", arms <= ERROR)
+    part = float(np.mean(inside))
+    yield Row(
+        f"{name}: values inside their 95 % interval",
+        f"{100.0 * part:.1f} %",
+        "95 %, but for the chance of so many",
+        abs(part - 0.95) <= 3.0 * np.sqrt(0.95 * 0.05 / len(inside)),
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

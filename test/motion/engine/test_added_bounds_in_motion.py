@@ -1,0 +1,132 @@
+"""A speed limit of the platform and force limits, in whatever the engine does."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from motion_machine import DT, LIMITS, MACHINE, each_kind, engine, run, run_to_rest
+
+from benchmarks.judge import SCENARIOS
+from benchmarks.soak_bounds import TOLERANCE, soaked
+from tri_glide_kinematics.dynamics import Masses, SliderForces
+from tri_glide_kinematics.motion import (
+    ForceLimits,
+    MotionEngine,
+    MotionPhase,
+    PlatformPath,
+    PlatformSpeedLimit,
+)
+from tri_glide_kinematics.vectors import FloatArray
+
+SLOW = PlatformSpeedLimit(MACHINE, 0.1)
+MASSES = Masses.uniform(1.0, 0.1, 1.0)
+
+
+def forces(payload: float = 0.0, up: float = 26.0, down: float = 26.0) -> ForceLimits:
+    machine = SliderForces(MACHINE, MASSES.with_payload(payload))
+    return ForceLimits(machine, (up,) * 3, (down,) * 3)
+
+
+def speeds(heights: FloatArray) -> FloatArray:
+    return np.linalg.norm(np.diff(MACHINE.forward_batch(heights), axis=0), axis=1) / DT
+
+
+def largest_force(moving: MotionEngine, bound: ForceLimits, seconds: float = math.inf) -> float:
+    """Step an engine to rest, or for some time; return the largest force it asks for [N]."""
+    largest = 0.0
+    for _ in range(round(min(seconds, 60.0) / DT)):
+        if moving.phase is MotionPhase.IDLE:
+            break
+        largest = max(largest, *map(abs, bound.forces.forces(*moving.step(DT))))
+    return largest
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", [SCENARIOS[1], SCENARIOS[6]], ids=str)
+def test_no_sequence_of_commands_breaks_an_added_bound(scenario):
+    use, phases = soaked(scenario, 21, 5_000)
+    assert max(use) <= 1.0 + TOLERANCE
+    assert use.speed > 0.99
+    assert use.force > 0.4
+    assert phases["idle"] < 3_000
+
+
+@each_kind
+def test_a_lower_speed_of_the_platform_waits_until_the_motion_keeps_it(kind):
+    moving = engine(kind)
+    moving.move_to((0.12, -0.05, 0.45))
+    before = run(moving, 0.15)
+    assert speeds(before)[-1] > 0.3
+    moving.set_limits(LIMITS.with_added(SLOW))
+    assert moving.limits_pending
+    steps = 0
+    while moving.limits_pending:
+        moving.step(DT)
+        steps += 1
+    assert steps < 300
+    assert moving.limits.added == (SLOW,)
+    assert moving.phase is MotionPhase.MOVING
+    heights = run_to_rest(moving)
+    assert speeds(heights).max() <= 0.1 * (1.0 + 1e-6)
+    assert speeds(heights).max() > 0.08
+    assert MACHINE.forward(moving.state.heights) == pytest.approx((0.12, -0.05, 0.45), abs=1e-7)
+
+
+def test_jogs_and_targets_are_as_fast_as_the_platform_may_be():
+    moving = engine(limits=LIMITS.with_added(SLOW))
+    moving.jog((0.3, 0.0, 0.0))
+    run(moving, 0.2)
+    moving.jog((0.0, 0.3, 0.0))
+    turned = speeds(run(moving, 0.4))
+    assert 0.09 < turned[-100:].min() and turned.max() <= 0.1 * (1.0 + 1e-6)
+    moving.stop()
+    run_to_rest(moving)
+    x, y, z = MACHINE.forward(moving.state.heights)
+    for step in range(100):
+        moving.track((x - 0.05 + 0.0005 * step, y, z), (0.05, 0.0, 0.0))
+        assert speeds(run(moving, 0.01)).max() <= 0.1 * (1.0 + 1e-6)
+    assert moving.tracking_distance < 1e-3
+
+
+def test_a_path_is_driven_at_the_speed_of_the_platform():
+    moving = engine(limits=LIMITS.with_added(SLOW))
+    x, y, z = MACHINE.forward(moving.state.heights)
+    path = PlatformPath.start((x, y, z)).line_to((x + 0.05, y, z), 0.005, 0.5)
+    moving.follow(path.line_to((x + 0.05, y + 0.05, z), speed=0.05))
+    driven = speeds(run_to_rest(moving))
+    assert 0.0995 < driven.max() <= 0.1 * (1.0 + 1e-6)
+    assert np.median(driven[-500:-200]) == pytest.approx(0.05, rel=2e-3)
+
+
+def test_a_payload_in_mid_path_slows_the_rest_of_it():
+    """With the payload the same forces move the platform less: it brakes within them first."""
+    ample = LIMITS.times(3.0, 10.0, 10.0)
+    moving = engine(limits=ample.with_added(forces()))
+    x, y, z = MACHINE.forward(moving.state.heights)
+    path = PlatformPath.start((x, y, z))
+    for turn in range(1, 9):
+        path = path.line_to((x + 0.04 * (turn % 2), y, z + 0.006 * turn), 0.003)
+    moving.follow(path)
+    assert largest_force(moving, forces(), 0.2) == pytest.approx(26.0, rel=0.02)
+    loaded = forces(0.6)
+    moving.set_limits(ample.with_added(loaded))
+    largest_force(moving, loaded, 0.15)
+    assert not moving.limits_pending
+    assert moving.phase is MotionPhase.FOLLOWING
+    assert 25.0 < largest_force(moving, loaded) <= 26.0 * (1.0 + 1e-6)
+    assert MACHINE.forward(moving.state.heights) == pytest.approx(path.end, abs=1e-7)
+
+
+@each_kind
+def test_a_stop_keeps_the_forces(kind):
+    bound = forces(up=20.0, down=10.0)
+    moving = engine(kind, limits=LIMITS.times(1.0, 10.0, 10.0).with_added(bound))
+    for place in ((0.1, 0.05, 0.35), (-0.08, 0.06, 0.25)):
+        moving.move_to(place)
+        assert largest_force(moving, bound, 0.12) <= 20.0 * (1.0 + 1e-6)
+        before = moving.time_to_rest
+        moving.stop()
+        assert moving.time_to_rest < before
+        assert largest_force(moving, bound) <= 20.0 * (1.0 + 1e-6)

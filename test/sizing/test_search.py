@@ -1,0 +1,188 @@
+"""Machines for wishes: all that is said of them holds, and none is better."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tri_glide_kinematics.dynamics import SliderForces
+from tri_glide_kinematics.errors import KinematicsError, NotAChoiceError
+from tri_glide_kinematics.sizing import (
+    Box,
+    Demand,
+    ImpossibleWishError,
+    Objective,
+    Wish,
+    field_bounds,
+    needs,
+    size,
+    sizing_of,
+    some_places,
+)
+from tri_glide_kinematics.workspace import Cylinder, Workspace
+
+WISH = Wish(Cylinder(0.0, 0.0, 0.12, 0.1, 0.25), 1.0, 10.0, payload=0.2)
+WISHES = {
+    "fine": replace(WISH, platform_resolution=1.5e-5, max_condition_number=3.0),
+    "heavy arms": replace(WISH, arm_density=4.0, largest_force=150.0),
+    "a box in a corner": replace(WISH, volume=Box((0.02, 0.01, 0.0), (0.12, 0.1, 0.2))),
+    "a flat box": replace(WISH, volume=Box((-0.2, -0.03, 0.0), (0.2, 0.03, 0.05)), orientation=0.3),
+    "low": replace(WISH, largest_column_height=0.55, largest_slider_speed=2.2),
+    "tiny": replace(
+        WISH, volume=Cylinder(0.0, 0.0, 0.005, 0.0, 0.005), clearance=0.001, platform_radius=0.003
+    ),
+}
+
+
+def some_inside(volume, rng, count):
+    """Places of a volume, those of its edge among them. Shape (count, 3)."""
+    edge = some_places(volume)
+    level = edge[rng.integers(len(edge), size=count)]
+    center = edge[-1]
+    level = center + rng.uniform(0.9, 1.0, (count, 1)) * (level - center)
+    heights = (
+        (volume.lower[2], volume.upper[2])
+        if isinstance(volume, Box)
+        else (volume.z_min, volume.z_max)
+    )
+    z = np.array(heights)[rng.integers(2, size=count)]
+    return np.column_stack((level, z))
+
+
+@pytest.mark.parametrize(
+    ("name", "objective"),
+    [
+        ("fine", Objective.SIZE),
+        ("low", Objective.SIZE),
+        ("tiny", Objective.SIZE),
+        ("a flat box", Objective.SIZE),
+        ("heavy arms", Objective.POWER),
+        ("a box in a corner", Objective.POWER),
+    ],
+)
+def test_a_machine_does_what_is_wished_and_none_is_better(name, objective):
+    wish = WISHES[name]
+    sizing = size(wish, objective)
+    assert sizing.worst <= 1.0
+    assert sizing.condition_number <= wish.max_condition_number
+    assert sizing.base_radius - sizing.platform_radius >= wish.clearance
+    for demand, value in (
+        (Demand.COLUMN_HEIGHT, sizing.column_height),
+        (Demand.FORCE, sizing.force),
+        (Demand.SLIDER_SPEED, sizing.slider_speed),
+        (Demand.RESOLUTION, sizing.platform_resolution),
+    ):
+        allowed = getattr(wish, demand.value)
+        assert allowed is None or value <= allowed * (1.0 + 1e-12)
+    rng = np.random.default_rng(5)
+    places = some_inside(wish.volume, rng, 60)
+    workspace = Workspace(sizing.machine, sizing.workspace_limits())
+    lower, upper = sizing.travel
+    forces = SliderForces(sizing.machine, sizing.masses)
+    for place in places.tolist():
+        heights = workspace.check_position(place)
+        assert min(heights) >= lower + wish.end_margin - 1e-9
+        assert max(heights) <= upper - wish.end_margin + 1e-9
+        for _ in range(3):
+            direction, pull = rng.normal(size=(2, 3))
+            velocity = wish.speed * direction / np.linalg.norm(direction)
+            acceleration = wish.acceleration * pull / np.linalg.norm(pull)
+            sliders = slider_motion(sizing.machine, place, velocity, acceleration)
+            assert max(map(abs, sliders[0])) <= sizing.slider_speed * (1.0 + 1e-9)
+            assert max(map(abs, sliders[1])) <= sizing.slider_acceleration * (1.0 + 1e-9)
+            needed = forces.forces(heights, *sliders)
+            assert max(map(abs, needed)) <= sizing.force
+    assert least_of_many(wish, objective, rng) > 0.99 * sizing.needs.of(objective)[0]
+
+
+def slider_motion(machine, place, velocity, acceleration):
+    """Velocities and accelerations of the sliders for a motion of the platform."""
+    jacobian = np.array(machine.jacobian(place))
+    rises = np.array(machine.inverse(place)) - place[2]
+    rates = jacobian @ velocity
+    squares = velocity[0] ** 2 + velocity[1] ** 2 + np.square(rates - velocity[2])
+    return rates.tolist(), (jacobian @ acceleration - squares / rises).tolist()
+
+
+def least_of_many(wish, objective, rng, count=3000):
+    """The least objective among machines at random that do what is wished at some places."""
+    places = some_places(wish.volume)
+    extent = np.hypot(*places.T).max()
+    differences = extent * np.exp(rng.uniform(np.log(0.05), np.log(10.0), count))
+    lengths = np.hypot(differences, extent) * np.exp(rng.uniform(0.0, 1.5, count))
+    number = len(places)
+    tried = field_bounds(
+        wish,
+        np.repeat(differences, number),
+        np.repeat(lengths, number),
+        np.tile(places, (count, 1)),
+        0.0,
+    )
+    found = needs(wish, differences, lengths, tried.reshape(3, count, number).max(axis=2))
+    return found.of(objective)[found.worst <= 1.0].min(initial=np.inf)
+
+
+@pytest.mark.parametrize(
+    ("loosened", "expected"),
+    [
+        ({"largest_base_radius": 0.15}, {Demand.BASE_RADIUS, Demand.ARM_ANGLE}),
+        ({"largest_force": 8.0}, {Demand.FORCE}),
+    ],
+)
+def test_an_impossible_wish_is_told_with_the_nearest_possible_one(loosened, expected):
+    wish = replace(WISH, **loosened)
+    with pytest.raises(ImpossibleWishError, match="no machine does all that is wished") as caught:
+        size(wish)
+    error = caught.value
+    assert expected <= {stop.demand for stop in error.stops}
+    for stop in error.stops:
+        assert getattr(wish, stop.demand.value) == stop.wanted
+        assert getattr(error.nearest, stop.demand.value) == stop.possible
+        assert stop.demand.value in str(error)
+    assert size(error.nearest).worst <= 1.0
+    # Half of what they are loosened by is not enough.
+    halfway = wish
+    for stop in error.stops:
+        ratio = stop.possible / stop.wanted
+        value = stop.wanted * (1.0 + 0.5 * (ratio - 1.0))
+        halfway = replace(halfway, **{stop.demand.value: value})
+    with pytest.raises(ImpossibleWishError):
+        size(halfway)
+
+
+def test_a_machine_that_does_not_do_what_is_wished_is_judged_too():
+    short = sizing_of(WISH, 0.25, 0.29)
+    assert short.worst == math.inf
+    assert short.condition_number == math.inf
+    flat = sizing_of(WISH, 0.25, 0.33)
+    assert 1.0 < flat.worst < math.inf
+    assert Demand.ARM_ANGLE in flat.tight
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"speed": 0.0},
+        {"acceleration": math.nan},
+        {"volume": "cylinder"},
+        {"largest_force": -1.0},
+        {"clearance": -0.1},
+        {"max_condition_number": 1.0},
+        {"least_arm_angle": 2.0},
+        {"largest_base_radius": 0.05},
+        {"payload": -1.0},
+    ],
+)
+def test_wrong_numbers_are_refused(wrong):
+    with pytest.raises(KinematicsError, match=next(iter(wrong))):
+        replace(WISH, **wrong)
+
+
+def test_wrong_boxes_and_objectives_are_refused():
+    with pytest.raises(KinematicsError, match=r"box upper\[1\]"):
+        Box((0.0, 0.1, 0.0), (0.1, 0.1, 0.1))
+    with pytest.raises(NotAChoiceError):
+        size(WISH, "size")

@@ -1,0 +1,263 @@
+r"""Largest forces of the sliders, upwards and downwards, as a bound that is added to all motion.
+
+With $w_i$ from the joint of slider i to the platform, $\lambda$ the pulls of the arms over their
+lengths, and the constants of ``dynamics``, the forces are
+
+$$F_i = m_i \ddot h_i + b_i \ddot z - w_{g,i} + \lambda_i w_{i,z} + \text{friction}_i, \qquad
+\sum_i \lambda_i w_i = M \ddot p + e \sum_i b_i \ddot h_i - W.$$
+
+The second is a linear system whose matrix has the $w_i$ as columns. With the Taylor series of the
+motion it is solved order by order; bounds of the inverse in a cell come from that in its middle and
+a Neumann series, as in ``series.position_of``.
+
+A part of a limit is what a motion uses of what is left beside the force that holds the weight. So a
+motion that takes n times as long uses, but for friction, the part over the square of n.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from tri_glide_kinematics.checks import finite_vector, positive
+from tri_glide_kinematics.dynamics import SliderForces
+from tri_glide_kinematics.errors import KinematicsError, Refusal
+from tri_glide_kinematics.motion.trajectory.added_bounds import (
+    AddedBound,
+    PathRows,
+    UsedParts,
+    largest_value,
+)
+from tri_glide_kinematics.motion.trajectory.errors import AddedBoundError
+from tri_glide_kinematics.motion.trajectory.series import Series, heights_of
+from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.wording import number_text, vector_text
+
+# Second derivatives by the coefficients of a Taylor series, from the second to the fifth.
+_SECOND = np.array((2.0, 6.0, 12.0, 20.0))[:, np.newaxis, np.newaxis]
+_FIRST = np.array((1.0, 2.0, 3.0, 4.0))[:, np.newaxis, np.newaxis]
+
+
+class CannotHoldError(KinematicsError):
+    """A force limit is too low to hold the weight."""
+
+    refusal = Refusal.OUT_OF_BOUNDS
+
+    def __init__(
+        self, slider: int, force: float, limit: float, direction: str, position: FloatArray
+    ) -> None:
+        """Store the index of the ``slider``, the ``force`` [N] that it needs, and the limit [N].
+
+        Args:
+            slider: index, 0 to 2 (the text counts from 1).
+            force: that holds the weight, in the direction of the limit [N].
+            limit: [N].
+            direction: of the limit, ``up`` or ``down``.
+            position: of the platform. Shape (3,) [m].
+        """
+        super().__init__(
+            f"force_limit_{direction}[{slider}] = {number_text(limit)} N cannot hold the weight: "
+            f"slider {slider + 1} needs {number_text(force)} N with the platform at "
+            f"{vector_text(position)} m"
+        )
+        self.slider = slider
+        self.force = force
+        self.limit = limit
+
+
+@dataclass(frozen=True, eq=False)
+class ForceLimits(AddedBound):
+    """Largest forces of the sliders.
+
+    Attributes:
+        forces: of the machine, with its masses.
+        up: largest forces upwards. Shape (3,) [N].
+        down: largest forces downwards. Shape (3,) [N].
+    """
+
+    order = 2
+
+    forces: SliderForces
+    up: Vector3
+    down: Vector3
+
+    def __post_init__(self) -> None:
+        """Check the limits.
+
+        Raises:
+            WrongShapeError: if a limit has not three numbers.
+            NotFiniteError: if a number is NaN or infinite.
+            OutOfBoundsError: if a number is not greater than zero.
+        """
+        for name in ("up", "down"):
+            values = finite_vector(f"force_limit_{name}", getattr(self, name), 3)
+            checked = tuple(
+                positive(f"force_limit_{name}[{i}]", value, "N") for i, value in enumerate(values)
+            )
+            object.__setattr__(self, name, checked)
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether masses and limits are the same."""
+        return (
+            isinstance(other, ForceLimits)
+            and self.forces.masses == other.forces.masses
+            and self.machine is other.machine
+            and (self.up, self.down) == (other.up, other.down)
+        )
+
+    def __hash__(self) -> int:
+        """Return a number for sets."""
+        return hash((self.forces.masses, self.up, self.down))
+
+    @property
+    def machine(self) -> TriGlide:  # type: ignore[override]
+        """Whose sliders they are."""
+        return self.forces.machine
+
+    def check_holding(self, positions: FloatArray) -> None:
+        """Check that the limits can hold the weight at rest.
+
+        Args:
+            positions: of the platform. Shape (n, 3) [m].
+
+        Raises:
+            CannotHoldError: names the slider, the force that it needs, and the limit.
+        """
+        still = np.zeros((len(positions), 3))
+        heights = self.machine.inverse_batch(positions)
+        needed = self.forces.forces_batch(heights, still, still)
+        for sign, limit, direction in ((1.0, self.up, "up"), (-1.0, self.down, "down")):
+            beyond = sign * needed - np.array(limit)
+            row, slider = divmod(int(np.nan_to_num(beyond, nan=-inf).argmax()), 3)
+            if beyond[row, slider] >= 0.0:
+                force = float(sign * needed[row, slider])
+                raise CannotHoldError(slider, force, limit[slider], direction, positions[row])
+
+    def acceleration(self, heights: Vector3) -> float:
+        """Return how fast all sliders may get faster, whichever way, at ``heights`` [m]."""
+        still = (0.0, 0.0, 0.0)
+        held = self.forces.forces(heights, still, still)
+        matrix = self.forces.mass_matrix(heights)
+        return min(
+            max(min(up - force, down + force), _LEAST_ROOM * up) / sum(map(abs, row))
+            for up, down, force, row in zip(self.up, self.down, held, matrix)
+        )
+
+    def used(self, position: Series, half: FloatArray) -> UsedParts:
+        """Return which part of the forces is used that are left beside the weight."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return self._used(position, half)
+
+    def _used(self, position: Series, half: FloatArray) -> UsedParts:
+        constants, masses = self.forces.constants, self.forces.masses
+        heights = heights_of(self.machine.geometry, position, half)
+        sliders, couplings = (
+            np.array(each)[:, np.newaxis] for each in (constants.sliders, constants.couplings)
+        )
+        weights, weight = np.array(constants.weights), np.array(constants.weight)
+
+        # The arms: component, slider, cell; about the middles, and bounds from the first order on.
+        anchors = np.array(self.machine.geometry.anchors).T
+        arms = np.repeat(position.values[:4, :, np.newaxis], 3, axis=2)
+        arms[0, :2] -= anchors[..., np.newaxis]
+        arms[:, 2] -= heights.values[:4]
+        moving = np.repeat(position.bounds[:4, :, np.newaxis], 3, axis=2)
+        moving[:, 2] += heights.bounds[:4]
+        moving[0] = np.abs(arms[0]) + half * moving[1]
+        inverse = np.linalg.inv(arms[0].transpose(2, 0, 1)).transpose(1, 2, 0)
+        size = np.abs(inverse)
+        change = np.einsum("ijn,jkn->ikn", size, half * moving[1])
+        norm = change.sum(axis=1).max(axis=0)
+        factor = np.where(norm < 1.0, 1.0 / (1.0 - norm), np.nan)
+        largest = size + np.einsum("kn,kjn->jn", change.max(axis=0), size)[np.newaxis] * factor
+
+        # Second derivatives of platform and heights; and what they ask of the arms.
+        of_platform = _SECOND * position.values[2:], _SECOND * position.bounds[2:]
+        of_heights = _SECOND * heights.values[2:], _SECOND * heights.bounds[2:]
+        asked, asked_most = (constants.platform * platform for platform in of_platform)
+        asked[:, 2] += (couplings * of_heights[0]).sum(axis=1)
+        asked_most[:, 2] += (np.abs(couplings) * of_heights[1]).sum(axis=1)
+        held = np.einsum("ijn,j->in", inverse, -weight)
+        asked_with_weight = asked.copy()
+        asked_with_weight[0] -= weight[:, np.newaxis]
+        asked_most[0] += np.abs(weight)[:, np.newaxis]
+        pulls = np.zeros((3, 3, len(half)))
+        pulls_most = np.zeros((4, 3, len(half)))
+        for order in range(4):
+            most = asked_most[order].copy()
+            for lower in range(1, order + 1):
+                most += np.einsum("ijn,jn->in", moving[lower], pulls_most[order - lower])
+            pulls_most[order] = np.einsum("ijn,jn->in", largest, most)
+            if order < 3:
+                right = asked_with_weight[order].copy()
+                for lower in range(1, order + 1):
+                    right -= np.einsum("ijn,jn->in", arms[lower], pulls[order - lower])
+                pulls[order] = np.einsum("ijn,jn->in", inverse, right)
+
+        # The forces: up to the second order about the middles, and a bound of the third.
+        viscous = np.array(masses.viscous)[:, np.newaxis]
+        table = (
+            sliders * of_heights[0][:3]
+            + couplings * of_platform[0][:3, 2:]
+            + viscous * (_FIRST[:3] * heights.values[1:4])
+        )
+        rest = (
+            sliders * of_heights[1][3]
+            + np.abs(couplings) * of_platform[1][3, 2:]
+            + viscous * (_FIRST[3] * heights.bounds[4])
+        )
+        for order in range(4):
+            for lower in range(order + 1):
+                if order < 3:
+                    table[order] += pulls[order - lower] * arms[lower, 2]
+                else:
+                    rest += pulls_most[order - lower] * moving[lower, 2]
+        table[0] -= weights[:, np.newaxis]
+        still = held * arms[0, 2] - weights[:, np.newaxis]
+
+        # Dry friction acts against the motion, whose direction may change in the cell.
+        coulomb = np.array(masses.coulomb)[:, np.newaxis]
+        rate, slack = heights.values[1], 2.0 * half * heights.bounds[2]
+        most_part, middle_part = np.zeros(len(half)), np.zeros(len(half))
+        for sign, limit in ((1.0, self.up), (-1.0, self.down)):
+            room = np.array(limit)[:, np.newaxis] - sign * still
+            room = np.where(room > 0.0, room, 0.0)
+            friction = coulomb * np.sign(sign * rate + slack)
+            coefficients = np.concatenate((sign * table, rest[np.newaxis]))
+            top = largest_value(coefficients, np.zeros_like(rest), half)
+            used = (top + friction - sign * still) / room
+            there = (sign * (table[0] - still) + coulomb * np.sign(sign * rate)) / room
+            # What is not known counts as more, and stays unknown.
+            most_part = np.maximum(most_part, used.max(axis=0))
+            middle_part = np.fmax(middle_part, np.nan_to_num(there, nan=inf).max(axis=0))
+        return UsedParts(most_part, middle_part)
+
+    def rows(
+        self, positions: FloatArray, tangents: FloatArray, curvatures: FloatArray, speed: FloatArray
+    ) -> PathRows:
+        """Return the rows of the forces over what is left beside weight and friction."""
+        along = self.forces.along_path(positions.T, tangents.T, curvatures.T)
+        # Viscous friction is concave over the squared speed: so its tangent is no less.
+        of_squared = 0.5 * along.speed / speed[:, np.newaxis]
+        of_rest = 0.5 * along.speed * speed[:, np.newaxis]
+        acceleration, squared = [], []
+        for sign, limit in ((1.0, self.up), (-1.0, self.down)):
+            room = np.array(limit) - sign * (along.rest + along.direction)
+            room = room - np.maximum(sign * of_rest, 0.0)
+            room = np.maximum(room, _LEAST_ROOM * np.array(limit))
+            acceleration.append((sign * along.acceleration / room).T)
+            squared.append(
+                ((sign * along.speed_squared + np.maximum(sign * of_squared, 0.0)) / room).T
+            )
+        return PathRows(np.concatenate(acceleration), np.concatenate(squared))
+
+    def error(self, part: float, time: float) -> AddedBoundError:
+        """Return the error with the part of what the weight leaves of the limits."""
+        return AddedBoundError("part of the force limits beside the weight", part, 1.0, "", time)
+
+
+# A room for motion that is no larger than this part of a limit is none.
+_LEAST_ROOM = 1e-6

@@ -1,0 +1,143 @@
+"""The largest upright cylinders inside a workspace.
+
+Travel and reach are kept in a whole cylinder if they are kept at its places that are nearest to
+each anchor and farthest from it. How near to the axis the condition number is too large is found by
+halving cells, so nothing lies between samples.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.sizing.fields import Cells
+from tri_glide_kinematics.workspace import Bound, Face, Workspace
+
+# A radius is found to this [m].
+RADIUS_TOLERANCE = 1e-7
+
+FIRST_CELLS = 16
+MOST_HALVINGS = 60
+
+
+class NoCylinderError(KinematicsError):
+    """No cylinder of a size is inside a workspace."""
+
+
+def inscribed_height(
+    workspace: Workspace, radius: float, center: tuple[float, float] = (0.0, 0.0)
+) -> tuple[float, float]:
+    """Return the lower and upper end of the tallest cylinder of a radius inside a workspace.
+
+    Args:
+        workspace: of the machine.
+        radius: [m].
+        center: its axis [m].
+
+    Returns:
+        Both ends [m].
+
+    Raises:
+        NoCylinderError: if there is none.
+    """
+    bottom, top = _ends(workspace, radius, center)
+    if radius > level_room(workspace, center) or not top > bottom:
+        raise NoCylinderError(f"no cylinder with a radius of {radius:g} m is inside the workspace")
+    if radius > _condition_room(workspace, center, radius):
+        raise NoCylinderError(
+            f"a cylinder with a radius of {radius:g} m breaks the largest condition number, "
+            f"{workspace.limits.max_condition_number:g}"
+        )
+    return bottom, top
+
+
+def inscribed_radius(
+    workspace: Workspace, height: float = 0.0, center: tuple[float, float] = (0.0, 0.0)
+) -> float:
+    """Return the radius of the widest cylinder of a height inside a workspace [m].
+
+    Args:
+        workspace: of the machine.
+        height: [m].
+        center: its axis [m].
+
+    Raises:
+        NoCylinderError: if there is none.
+    """
+    low, high = 0.0, level_room(workspace, center)
+    bottom, top = _ends(workspace, 0.0, center)
+    if not (high > 0.0 and top - bottom >= height):
+        raise NoCylinderError(f"no cylinder of {height:g} m is inside the workspace there")
+    while high - low > 1e-3 * RADIUS_TOLERANCE:
+        middle = 0.5 * (low + high)
+        bottom, top = _ends(workspace, middle, center)
+        if top - bottom >= height:
+            low = middle
+        else:
+            high = middle
+    room = _condition_room(workspace, center, low)
+    if not room > 0.0:
+        raise NoCylinderError("the condition number is too large at the center")
+    return room
+
+
+def level_room(workspace: Workspace, center: tuple[float, float]) -> float:
+    """Return how far reach and the sides of a box and a cylinder let the platform go, level [m]."""
+    return min(
+        shape.slack((*center, 0.0)) for shape in workspace.bounds.shapes if not _is_level(shape)
+    )
+
+
+def given_ends(workspace: Workspace) -> tuple[float, float]:
+    """Return the lower and the upper end of box and cylinder; infinite without them [m]."""
+    levels = [shape for shape in workspace.bounds.shapes if _is_level(shape)]
+    lower = max((shape.bound for shape in levels if shape.side < 0.0), default=-math.inf)
+    upper = min((shape.bound for shape in levels if shape.side > 0.0), default=math.inf)
+    return lower, upper
+
+
+def _is_level(shape: Bound) -> bool:
+    return isinstance(shape, Face) and shape.axis == 2
+
+
+def _ends(workspace: Workspace, radius: float, center: tuple[float, float]) -> tuple[float, float]:
+    """Return between which heights travel, box and cylinder let a whole disc be [m]."""
+    lower, upper = given_ends(workspace)
+    limits = workspace.limits
+    geometry = workspace.machine.geometry
+    for (x, y), length, low, high in zip(
+        geometry.anchors, geometry.arm_lengths, limits.lower_heights, limits.upper_heights
+    ):
+        distance = math.hypot(x - center[0], y - center[1])
+        nearest, farthest = max(distance - radius, 0.0), distance + radius
+        nearest, farthest = min(nearest, length), min(farthest, length)
+        lower = max(lower, low - math.sqrt((length - farthest) * (length + farthest)))
+        upper = min(upper, high - math.sqrt((length - nearest) * (length + nearest)))
+    return lower, upper
+
+
+def _condition_room(workspace: Workspace, center: tuple[float, float], radius: float) -> float:
+    """Return up to which distance the condition number is kept, at most ``radius`` [m]."""
+    geometry, largest = workspace.machine.geometry, workspace.bounds.condition
+    axis = np.array(center)
+    room = radius
+    half = radius / FIRST_CELLS
+    steps = half * np.arange(1.0 - FIRST_CELLS, FIRST_CELLS, 2.0)
+    places = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    corners = np.array([(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)])
+    for _ in range(MOST_HALVINGS):
+        around = math.sqrt(2.0) * half
+        distances = np.hypot(*places.T)
+        broken = Cells.of(geometry, axis + places, 0.0).conditions() > largest
+        room = min(room, float(distances[broken].min(initial=room)))
+        nearer = distances - around < room - RADIUS_TOLERANCE
+        places = places[nearer]
+        may_break = Cells.of(geometry, axis + places, around).conditions() > largest
+        places = places[may_break]
+        if not len(places):
+            break
+        places = (places[:, np.newaxis] + 2.0 * half * corners).reshape(-1, 2)
+        half *= 0.5
+    return max(room - RADIUS_TOLERANCE, 0.0) if room < radius else radius

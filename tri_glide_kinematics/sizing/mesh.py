@@ -1,0 +1,292 @@
+"""The surface of a workspace as triangles, and its files in STL and glTF.
+
+Above each place of a level the platform may be between two heights, which follow in closed form.
+The places themselves are cut out of a grid; the points where its lines leave the workspace are
+found by halving. A top and a bottom of triangles, and the walls between them, are closed by
+construction.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.sizing.extents import given_ends
+from tri_glide_kinematics.sizing.fields import Cells
+from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.workspace import ROUNDING, Disc, Face, Workspace
+
+IndexArray = NDArray[np.int64]
+
+# Cells along the longer side of a grid.
+CELLS = 120
+
+# A workspace that is thinner somewhere has no place there [m].
+THINNEST = 1e-5
+
+# Halvings, until the edge is known to less than a rounding error of the files.
+HALVINGS = 30
+
+# A point of the edge keeps this part of a cell from the corners, so that no two are the same.
+APART = 1e-3
+
+# Files in STL have no unit; programs take them for millimetres.
+MILLIMETRES = 1000.0
+
+
+class Mesh(NamedTuple):
+    """A closed surface; seen from outside, the corners of each triangle run counter-clockwise.
+
+    Attributes:
+        vertices: Shape (n, 3) [m].
+        triangles: indices of their corners. Shape (m, 3).
+    """
+
+    vertices: FloatArray
+    triangles: IndexArray
+
+    @property
+    def volume(self) -> float:
+        """Volume inside [m^3]."""
+        a, b, c = self.vertices[self.triangles].transpose(1, 0, 2)
+        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def height_ranges(workspace: Workspace, places: FloatArray) -> FloatArray:
+    """Return between which heights the platform may be above places of a level.
+
+    Args:
+        workspace: of the machine.
+        places: x and y. Shape (n, 2) [m].
+
+    Returns:
+        Lowest and highest height, NaN where there is none. Shape (2, n) [m].
+    """
+    limits, geometry = workspace.limits, workspace.machine.geometry
+    lower, upper = given_ends(workspace)
+    cells = Cells.of(geometry, places)
+    rises, conditions = cells.rises, cells.conditions()
+    with np.errstate(invalid="ignore"):
+        low = (np.array(limits.lower_heights)[:, np.newaxis] - rises).max(axis=0)
+        high = (np.array(limits.upper_heights)[:, np.newaxis] - rises).min(axis=0)
+        low, high = np.maximum(low, lower), np.minimum(high, upper)
+        inside = (high > low) & (conditions <= workspace.bounds.condition * (1.0 + ROUNDING))
+    for shape in workspace.bounds.shapes:
+        if isinstance(shape, Disc):
+            distances = np.hypot(places[:, 0] - shape.x, places[:, 1] - shape.y)
+            inside &= distances <= shape.bound + ROUNDING
+        elif isinstance(shape, Face) and shape.axis < 2:
+            inside &= shape.side * (shape.bound - places[:, shape.axis]) >= -ROUNDING
+    return np.where(inside, np.stack((low, high)), np.nan)
+
+
+def level_corners(workspace: Workspace) -> tuple[FloatArray, FloatArray]:
+    """Return the corners of a rectangle around a workspace, seen from above. (2,) each [m]."""
+    geometry, limits = workspace.machine.geometry, workspace.limits
+    anchors = np.array(geometry.anchors)
+    reach = np.array(geometry.arm_lengths)[:, np.newaxis] - limits.reach_margin
+    lower, upper = (anchors - reach).max(axis=0), (anchors + reach).min(axis=0)
+    if limits.box_lower is not None:
+        lower = np.maximum(lower, limits.box_lower[:2])
+    if limits.box_upper is not None:
+        upper = np.minimum(upper, limits.box_upper[:2])
+    if limits.cylinder is not None:
+        center = np.array((limits.cylinder.center_x, limits.cylinder.center_y))
+        lower = np.maximum(lower, center - limits.cylinder.radius)
+        upper = np.minimum(upper, center + limits.cylinder.radius)
+    return lower, upper
+
+
+def surface(workspace: Workspace, cells: int = CELLS) -> Mesh:
+    """Return the surface of all places where the platform may be.
+
+    Args:
+        workspace: of the machine.
+        cells: along the longer side of the grid.
+
+    Returns:
+        A mesh without triangles if there is no place inside.
+    """
+    lower, upper = level_corners(workspace)
+    none = Mesh(np.empty((0, 3)), np.empty((0, 3), dtype=np.int64))
+    if not (upper > lower).all():
+        return none
+    step = float((upper - lower).max()) / cells
+    # A rim that is outside all around, and lines that are not on the sides of a box.
+    counts = np.ceil((upper - lower) / step + 0.5).astype(int) + 2
+    first = 0.5 * (lower + upper - step * (counts - 1))
+    x, y = (first[k] + step * np.arange(counts[k]) for k in range(2))
+    corners = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+    inside = _are_inside(workspace, corners.reshape(-1, 2)).reshape(counts)
+    if not inside.any():
+        return none
+    places, polygons = _cut_out(workspace, corners, inside, step)
+    used, numbers = np.unique(np.concatenate(polygons), return_inverse=True)
+    polygons = np.split(numbers, np.cumsum([len(polygon) for polygon in polygons])[:-1])
+    places = places[used]
+    low, high = _ranges_at(workspace, places)
+    count = len(places)
+    vertices = np.concatenate((np.column_stack((places, low)), np.column_stack((places, high))))
+    fans = [
+        (polygon[0], polygon[k], polygon[k + 1])
+        for polygon in polygons
+        for k in range(1, len(polygon) - 1)
+    ]
+    top = np.array(fans)
+    walls = _rim(top)
+    a, b = walls.T
+    triangles = np.concatenate(
+        (
+            top + count,
+            top[:, ::-1],
+            np.stack((a, b, b + count), axis=1),
+            np.stack((a, b + count, a + count), axis=1),
+        )
+    )
+    return Mesh(vertices, triangles)
+
+
+def _are_inside(workspace: Workspace, places: FloatArray) -> NDArray[np.bool_]:
+    low, high = height_ranges(workspace, places)
+    return np.asarray(high - low > THINNEST)
+
+
+def _ranges_at(workspace: Workspace, places: FloatArray) -> FloatArray:
+    """Return the heights above places of the edge, which may be outside by a rounding error."""
+    lower, upper = given_ends(workspace)
+    limits = workspace.limits
+    rises = Cells.of(workspace.machine.geometry, places).rises
+    low = (np.array(limits.lower_heights)[:, np.newaxis] - rises).max(axis=0)
+    high = (np.array(limits.upper_heights)[:, np.newaxis] - rises).min(axis=0)
+    low, high = np.maximum(low, lower), np.minimum(high, upper)
+    return np.stack((low, np.maximum(high, low + THINNEST)))
+
+
+def _cut_out(
+    workspace: Workspace, corners: FloatArray, inside: NDArray[np.bool_], step: float
+) -> tuple[FloatArray, list[IndexArray]]:
+    """Return the places of a cut grid and the polygons of its cells, counter-clockwise.
+
+    Each line of the grid that leaves the workspace has one more place, where it does.
+    """
+    shape = inside.shape
+    numbers = np.arange(inside.size).reshape(shape)
+    places = [corners.reshape(-1, 2)]
+    edges: dict[tuple[int, int], int] = {}
+    count = inside.size
+    for axis in range(2):
+        ahead = np.roll(np.arange(shape[axis]), -1)[:-1]
+        first = np.take(inside, range(shape[axis] - 1), axis=axis)
+        second = np.take(inside, ahead, axis=axis)
+        starts, ends = np.where(first != second), [*np.where(first != second)]
+        ends[axis] = ends[axis] + 1
+        begin, end = corners[starts], corners[tuple(ends)]
+        is_in = inside[starts][:, np.newaxis]
+        within, outside = np.where(is_in, begin, end), np.where(is_in, end, begin)
+        near, far = np.zeros(len(begin)), np.ones(len(begin))
+        for _ in range(HALVINGS):
+            middle = 0.5 * (near + far)
+            tried = _are_inside(workspace, within + middle[:, np.newaxis] * (outside - within))
+            near, far = np.where(tried, middle, near), np.where(tried, far, middle)
+        part = np.clip(near, APART, 1.0 - APART)[:, np.newaxis]
+        places.append(within + part * (outside - within))
+        for index, (one, other) in enumerate(
+            zip(numbers[starts].tolist(), numbers[tuple(ends)].tolist())
+        ):
+            edges[one, other] = edges[other, one] = count + index
+        count += len(begin)
+    polygons = []
+    flags = inside[:-1, :-1] | inside[1:, :-1] | inside[1:, 1:] | inside[:-1, 1:]
+    flat = inside.ravel().tolist()
+    for i, j in np.argwhere(flags).tolist():
+        around = numbers[i, j], numbers[i + 1, j], numbers[i + 1, j + 1], numbers[i, j + 1]
+        polygon = []
+        for one, other in zip(around, (*around[1:], around[0])):
+            if flat[one]:
+                polygon.append(int(one))
+            if flat[one] != flat[other]:
+                polygon.append(edges[int(one), int(other)])
+        polygons.append(np.array(polygon))
+    return np.concatenate(places), polygons
+
+
+def _rim(triangles: IndexArray) -> IndexArray:
+    """Return the edges of ``triangles`` that no other one shares, as they run. Shape (n, 2)."""
+    edges = np.concatenate((triangles[:, :2], triangles[:, 1:], triangles[:, [2, 0]]))
+    size = int(edges.max()) + 1
+    forward = edges[:, 0] * size + edges[:, 1]
+    backward = edges[:, 1] * size + edges[:, 0]
+    return np.asarray(edges[~np.isin(forward, backward)])
+
+
+def stl_bytes(mesh: Mesh) -> bytes:
+    """Return a mesh as a binary file in STL, in millimetres."""
+    corners = (MILLIMETRES * mesh.vertices[mesh.triangles]).astype("<f4")
+    a, b, c = corners.astype(np.float64).transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    sizes = np.linalg.norm(normals, axis=1, keepdims=True)
+    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    records = np.zeros(len(corners), dtype=record)
+    records["normal"] = normals / np.maximum(sizes, 1e-30)
+    records["corners"] = corners
+    head = b"workspace of a tri-glide, in mm".ljust(80)
+    return head + struct.pack("<I", len(records)) + records.tobytes()
+
+
+def glb_bytes(mesh: Mesh) -> bytes:
+    """Return a mesh as a binary file in glTF 2.0, in metres.
+
+    The y axis of glTF points up; a node turns the mesh, whose z axis does.
+    """
+    positions = mesh.vertices.astype("<f4")
+    indices = mesh.triangles.astype("<u4")
+    body = positions.tobytes() + indices.tobytes()
+    half = 0.5**0.5
+    head = {
+        "asset": {"version": "2.0", "generator": "tri_glide_kinematics"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": "workspace", "mesh": 0, "rotation": [-half, 0.0, 0.0, half]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+        "materials": [
+            {
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [0.3, 0.55, 0.85, 0.6],
+                    "metallicFactor": 0.0,
+                    "roughnessFactor": 0.8,
+                },
+                "alphaMode": "BLEND",
+                "doubleSided": True,
+            }
+        ],
+        "buffers": [{"byteLength": len(body)}],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": positions.nbytes, "target": 34962},
+            {
+                "buffer": 0,
+                "byteOffset": positions.nbytes,
+                "byteLength": indices.nbytes,
+                "target": 34963,
+            },
+        ],
+        "accessors": [
+            {
+                "bufferView": 0,
+                "componentType": 5126,
+                "count": len(positions),
+                "type": "VEC3",
+                "min": positions.min(axis=0).tolist(),
+                "max": positions.max(axis=0).tolist(),
+            },
+            {"bufferView": 1, "componentType": 5125, "count": indices.size, "type": "SCALAR"},
+        ],
+    }
+    text = json.dumps(head).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text
+    chunks += struct.pack("<I4s", len(body), b"BIN\0") + body
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
