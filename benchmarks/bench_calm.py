@@ -1,6 +1,7 @@
 """How calm shaped motions are: what is left of a swing, and when the platform is there for good.
 
-The platform has one mode along each axis. Motions begin at random places, at the default limits.
+Besides, how much later a stop rests with a shaper than without. The platform has one mode along
+each axis. Motions begin at random places, at the default limits.
 Nothing here is timed, so nothing depends on the computer.
 
 ``python -m benchmarks.bench_calm --count 1000`` measures more motions of each kind than the table
@@ -10,8 +11,10 @@ of all benchmarks has.
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -46,6 +49,10 @@ PERIOD = 0.001  # s, of the engine
 FREQUENCIES = (8.0, 60.0)  # Hz, of modes at random
 JOG_SPEEDS = (0.02, 1.0)  # m/s
 JOG_TIMES = (0.02, 0.5)  # s
+# Of jogs that change: how many twists there are, and for how long each of them [s].
+TWISTS, CHANGE_TIMES = (2, 5), (0.03, 0.2)
+# A target swings about a place: how often [1/s], how far [m], and for how long [s].
+TARGET_TURNS, TARGET_SIZE, TARGET_TIMES = (0.3, 2.0), 0.05, (0.05, 1.2)
 TWIST_PERIOD = 0.02  # s
 PATH_SIZE = 0.03  # m
 # How much longer a stop may take with a shaper, besides the time of this, as part of the stop.
@@ -181,23 +188,50 @@ def driven(motion: Motion, shaper: Shaper | None = None) -> Driven:
         KinematicsError: if a command is refused.
         RuntimeError: if it does not come to rest.
     """
+    engine, heights = _before_last(motion, shaper)
+    _, command = motion.commands[-1]
+    command(engine)
+    rest = _time_to_rest(engine, heights)
+    return Driven(MACHINE.forward_batch(np.array(heights)), rest)
+
+
+def _before_last(motion: Motion, shaper: Shaper | None) -> tuple[MotionEngine, list[Vector3]]:
+    """Return an engine that is about to be given the last command, and the heights so far [m].
+
+    Raises:
+        KinematicsError: if a command is refused.
+    """
     engine = started(motion.kind, motion.start)
     engine.set_shaper(shaper)
     heights = [engine.state.heights]
-    for time, command in motion.commands:
+    for number, (time, command) in enumerate(motion.commands):
         while len(heights) <= round(time / PERIOD):
             heights.append(engine.step(PERIOD).heights)
-        command(engine)
+        if number < len(motion.commands) - 1:
+            command(engine)
+    return engine, heights
+
+
+def _time_to_rest(engine: MotionEngine, heights: list[Vector3]) -> float:
+    """Drive until nothing moves, add the ``heights`` [m], and return how long that takes [s].
+
+    Raises:
+        RuntimeError: if it does not come to rest.
+    """
     last, rest = len(heights), 0.0
     while engine.phase is not MotionPhase.IDLE:
         rest = (len(heights) - last) * PERIOD + engine.time_to_rest
         heights.append(engine.step(PERIOD).heights)
         if len(heights) > MOST_STEPS:
             raise RuntimeError(f"no rest after {MOST_STEPS} steps")
-    return Driven(MACHINE.forward_batch(np.array(heights)), rest)
+    return rest
 
 
-def _move(kind: MotionKind) -> Callable[[np.random.Generator], Motion]:
+# Makes motions at random.
+Maker: TypeAlias = Callable[[np.random.Generator], Motion]
+
+
+def _move(kind: MotionKind) -> Maker:
     def motion(rng: np.random.Generator) -> Motion:
         end = _place(rng)
         return Motion(kind, _place(rng), [(0.0, lambda engine: engine.move_to(end))])
@@ -205,28 +239,37 @@ def _move(kind: MotionKind) -> Callable[[np.random.Generator], Motion]:
     return motion
 
 
-def _jog(rng: np.random.Generator) -> Motion:
-    """Return a jog from rest whose twist is renewed, and that is stopped or let go."""
+def _twist(
+    rng: np.random.Generator, begin: float, times: tuple[float, float]
+) -> tuple[Commands, float]:
+    """Return a twist that is renewed, and when it ends [s]."""
     velocity = rng.normal(size=3)
     velocity *= np.exp(rng.uniform(*np.log(JOG_SPEEDS))) / np.linalg.norm(velocity)
-    end = rng.uniform(*JOG_TIMES)
+    length = rng.uniform(*times)
     twist = velocity.tolist()
-    commands = [
-        (time, lambda engine: engine.jog(twist)) for time in np.arange(0.0, end, TWIST_PERIOD)
-    ]
+    renewed = np.arange(0.0, length, TWIST_PERIOD)
+    return [(begin + time, lambda engine: engine.jog(twist)) for time in renewed], begin + length
+
+
+def _jog(rng: np.random.Generator) -> Motion:
+    """Return a jog from rest whose twist is renewed, and that is stopped or let go."""
+    commands, end = _twist(rng, 0.0, JOG_TIMES)
     let_go = rng.random() < 0.5
     last = (lambda engine: engine.jog((0.0, 0.0, 0.0))) if let_go else MotionEngine.stop
     return Motion(MotionKind.LINEAR, _place(rng), [*commands, (end, last)])
+
+
+def _stopped(motion: Motion, rng: np.random.Generator) -> Motion:
+    """Return a motion with an end that is stopped on its way."""
+    last = rng.uniform(0.05, 0.95) * driven(motion).rest
+    return motion._replace(commands=[*motion.commands, (last, MotionEngine.stop)])
 
 
 def _stop(rng: np.random.Generator) -> Motion:
     """Return a move or a jog that is stopped on its way."""
     makers = (_jog, *(_move(kind) for kind in MotionKind))
     motion = makers[rng.integers(len(makers))](rng)
-    if len(motion.commands) == 1:
-        last = rng.uniform(0.05, 0.95) * driven(motion).rest
-        motion = motion._replace(commands=[*motion.commands, (last, MotionEngine.stop)])
-    return motion
+    return _stopped(motion, rng) if len(motion.commands) == 1 else motion
 
 
 def _path(rng: np.random.Generator) -> Motion:
@@ -235,7 +278,7 @@ def _path(rng: np.random.Generator) -> Motion:
     return Motion(MotionKind.LINEAR, start, [(0.0, lambda engine: engine.follow(path))])
 
 
-KINDS: dict[str, Callable[[np.random.Generator], Motion]] = {
+KINDS: dict[str, Maker] = {
     "lines": _move(MotionKind.LINEAR),
     "slider moves": _move(MotionKind.SLIDER),
     "paths": _path,
@@ -243,9 +286,6 @@ KINDS: dict[str, Callable[[np.random.Generator], Motion]] = {
     "stops": _stop,
 }
 
-
-# Motions that end with a stop.
-STOPPED = ("jogs", "stops")
 
 HEAD = ("modes of 8 to 60 Hz", "motions", "ours", "to reach", "reached")
 
@@ -257,15 +297,12 @@ class Left(NamedTuple):
         kind: in words.
         shaped: swing that is left of modes that are known so well. Shape (n, number of these) [m].
         unshaped: the same of the same modes without a shaper [m].
-        later: how much later than without a shaper the motion rests after the last command, less
-            the shaper's time, as part of the time without. Of the same shape.
         refused: how many are possible without a shaper only.
     """
 
     kind: str
     shaped: FloatArray
     unshaped: FloatArray
-    later: FloatArray
     refused: int
 
     @property
@@ -298,18 +335,17 @@ def left(kind: str, count: int = COUNT) -> Left:
                 (
                     left_behind(calm.places, PERIOD, true),
                     left_behind(plain.places, PERIOD, true),
-                    (calm.rest - plain.rest - shaper.duration) / plain.rest,
                 )
-                for calm, (shaper, true) in zip(shaped, cases)
+                for calm, (_, true) in zip(shaped, cases)
             ]
         )
-    table = np.array(found).reshape(-1, len(KNOWN), 3)
-    shaped_ones, unshaped, later = np.moveaxis(table, -1, 0)
-    return Left(kind, shaped_ones, unshaped, later, refused)
+    table = np.array(found).reshape(-1, len(KNOWN), 2)
+    shaped_ones, unshaped = np.moveaxis(table, -1, 0)
+    return Left(kind, shaped_ones, unshaped, refused)
 
 
 def figures(kind: str, count: int = COUNT) -> Iterator[tuple[str, ...]]:
-    """Yield the rows of a ``kind``: what is left, and how much later a stop rests."""
+    """Yield the rows of a ``kind``: what is left."""
     found = left(kind, count)
     number = str(len(found.shaped))
     if found.refused:
@@ -317,13 +353,126 @@ def figures(kind: str, count: int = COUNT) -> Iterator[tuple[str, ...]]:
     for known, part in zip(KNOWN, found.parts.tolist()):
         reached = "yes" if part <= known.goal else "NO"
         yield f"{kind}: left, {known}", number, f"{part:.1%}", f"{known.goal:.0%}", reached
-    if kind in STOPPED:
-        later = found.later.ravel()
-        median, most, almost_all, largest = np.percentile(later, (50.0, 90.0, 99.0, 100.0))
-        text = f"{median:.1%}, {most:.1%}, {almost_all:.1%}, {largest:.1%}"
-        reached = "yes" if largest <= LATER else "NO"
-        what = f"{kind}: rests later, besides the shaper's time (median, 90 %, 99 %, largest)"
-        yield what, str(len(later)), text, f"{LATER:.0%} of the stop", reached
+
+
+def _stopped_jog(twists: tuple[int, int], times: tuple[float, float]) -> Maker:
+    """Return what makes jogs with so many twists, each for a time [s], and a stop."""
+
+    def motion(rng: np.random.Generator) -> Motion:
+        commands: list[tuple[float, Callable[[MotionEngine], None]]] = []
+        end = 0.0
+        for _ in range(rng.integers(*twists, endpoint=True)):
+            more, end = _twist(rng, end, times)
+            commands += more
+        return Motion(MotionKind.LINEAR, _place(rng), [*commands, (end, MotionEngine.stop)])
+
+    return motion
+
+
+def _stopped_target(rng: np.random.Generator) -> Motion:
+    """Return a target that swings about the start and is reported, until a stop."""
+    start = _place(rng)
+    rates, sizes = math.tau * rng.uniform(*TARGET_TURNS, size=3), rng.uniform(size=3) * TARGET_SIZE
+    end = rng.uniform(*TARGET_TIMES)
+
+    def report(time: float) -> Callable[[MotionEngine], None]:
+        place = (start + sizes * np.sin(rates * time)).tolist()
+        velocity = (rates * sizes * np.cos(rates * time)).tolist()
+        return lambda engine: engine.track(place, velocity)
+
+    reports = [(time, report(time)) for time in np.arange(0.0, end, TWIST_PERIOD).tolist()]
+    return Motion(MotionKind.LINEAR, start, [*reports, (end, MotionEngine.stop)])
+
+
+STOPS: dict[str, Maker] = {
+    "lines": lambda rng: _stopped(KINDS["lines"](rng), rng),
+    "slider moves": lambda rng: _stopped(KINDS["slider moves"](rng), rng),
+    "paths": lambda rng: _stopped(KINDS["paths"](rng), rng),
+    "jogs": _stopped_jog((1, 1), JOG_TIMES),
+    "jogs that change": _stopped_jog(TWISTS, CHANGE_TIMES),
+    "moving targets": _stopped_target,
+}
+
+HEAD_OF_STOPS = (
+    "stop of",
+    "stops",
+    f"same state: at most {LATER:.0%} later",
+    "median, 90 %, largest",
+    f"same commands: at most {LATER:.0%} later",
+    "median, 90 %, largest",
+)
+
+
+class StopTimes(NamedTuple):
+    """Times from a stop until nothing moves [s].
+
+    Attributes:
+        shaped: with a shaper, less the time of this.
+        same_state: without one, from the state and the plan that are held with it.
+        same_commands: without one, after the same commands.
+    """
+
+    shaped: float
+    same_state: float
+    same_commands: float
+
+
+def stop_times(motion: Motion, shaper: Shaper) -> StopTimes:
+    """Stop a ``motion`` with a shaper and without.
+
+    Raises:
+        KinematicsError: if a command is refused.
+    """
+    without = driven(motion).rest
+    engine, _ = _before_last(motion, shaper)
+    same = _without_shaper(engine, motion)
+    engine.stop()
+    same.stop()
+    shaped = _time_to_rest(engine, []) - shaper.duration
+    return StopTimes(shaped, _time_to_rest(same, []), without)
+
+
+def _without_shaper(engine: MotionEngine, motion: Motion) -> MotionEngine:
+    """Return an engine that holds the same plan and has no shaper."""
+    same = started(motion.kind, motion.start)
+    held = engine._holder.held
+    limits = replace(held.limits, shaper=None, planned=None)
+    same._holder.hold(replace(held, limits=limits, pending=None), engine._holder.time)
+    same._execution.tracks = engine._execution.tracks
+    return same
+
+
+def stopped(kind: str, count: int = COUNT) -> FloatArray:
+    """Stop so many motions of a ``kind``; those that are refused, or at rest, are left out.
+
+    Returns:
+        How much later each rests than from the same state, and than after the same commands, as
+        part of the stop without a shaper. Shape (n, 2).
+    """
+    rng = np.random.default_rng(SEED)
+    later: list[tuple[float, float]] = []
+    for _ in range(count):
+        try:
+            motion = STOPS[kind](rng)
+            shaper, _ = KNOWN[rng.integers(len(KNOWN))].drawn(rng)
+            shaped, *unshaped = stop_times(motion, shaper)
+        except KinematicsError:
+            continue
+        state, commands = unshaped
+        if state > 0.0 and commands > 0.0:
+            later.append((shaped / state - 1.0, shaped / commands - 1.0))
+    return np.array(later).reshape(-1, 2)
+
+
+def row_of_stops(kind: str, count: int = COUNT) -> tuple[str, ...]:
+    """Return the row of the stops of a ``kind``."""
+    later = stopped(kind, count)
+    cells = []
+    for values in later.T:
+        within = np.mean(values <= LATER)
+        median, most, largest = np.percentile(values, (50.0, 90.0, 100.0))
+        cells += [f"{within:.0%}", f"{median:.1%}, {most:.1%}, {largest:.1%}"]
+    return kind, str(len(later)), *cells
 
 
 def run(count: int = COUNT) -> bool:
@@ -339,6 +488,8 @@ def run(count: int = COUNT) -> bool:
     print("\n" + aligned(table), flush=True)
     lines = [line for kind in KINDS for line in figures(kind, count)]
     print("\n" + aligned([HEAD, *lines]), flush=True)
+    stops = [row_of_stops(kind, count) for kind in STOPS]
+    print("\n" + aligned([HEAD_OF_STOPS, *stops]), flush=True)
     return True
 
 

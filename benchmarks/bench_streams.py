@@ -10,7 +10,7 @@ import random
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped
@@ -138,14 +138,34 @@ class Commander:
         return self._has_heard and all(listeners)
 
 
-# What is commanded, by which method, and how often [s].
+class Kind(NamedTuple):
+    """A kind of command.
+
+    Attributes:
+        what: is commanded.
+        method: of ``Commander`` that does it.
+        interval: how often [s].
+        shaped: whether the node has a shaper, also while nothing is commanded.
+    """
+
+    what: str
+    method: str
+    interval: float
+    shaped: bool = False
+
+
+# Parameters of the node.
+SHAPER: dict[str, object] = {"shaper": "ei", "mode_frequencies": [15.0], "mode_dampings": [0.03]}
+
 KINDS = (
-    ("a turning twist every 10 ms", "twist", 0.01),
-    ("a turning twist every 4 ms", "twist", 0.004),
-    ("poses on a circle every 10 ms", "pose", 0.01),
-    ("a moving target every 10 ms", "state", 0.01),
-    ("10 random poses a second", "random_pose", 0.1),
-    ("live limits 10 times a second", "limits", 0.1),
+    Kind("a turning twist every 10 ms", "twist", 0.01),
+    Kind("a turning twist every 4 ms", "twist", 0.004),
+    Kind("poses on a circle every 10 ms", "pose", 0.01),
+    Kind("a moving target every 10 ms", "state", 0.01),
+    Kind("10 random poses a second", "random_pose", 0.1),
+    Kind("live limits 10 times a second", "limits", 0.1),
+    Kind("a moving target every 10 ms, EI for a mode of 15 Hz", "state", 0.01, shaped=True),
+    Kind("10 random poses a second, EI for a mode of 15 Hz", "random_pose", 0.1, shaped=True),
 )
 
 
@@ -159,25 +179,24 @@ def run() -> bool:
 def streams() -> Iterator[tuple[Stream, Stream] | Missing]:
     """Yield for each kind of command the node under it, and idle."""
     for rate in RATES:
-        for what, method, interval in KINDS:
+        for kind in KINDS:
             try:
                 with session() as running:
-                    yield _measured(running, rate, what, method, interval)
+                    yield _measured(running, rate, kind)
             except NoAnswerError as error:
-                yield Missing(what, str(error), is_failure=True)
+                yield Missing(kind.what, str(error), is_failure=True)
 
 
-def _measured(
-    running: Session, rate: float, what: str, method: str, interval: float
-) -> tuple[Stream, Stream]:
+def _measured(running: Session, rate: float, kind: Kind) -> tuple[Stream, Stream]:
     running.start_node("simulator_node", "/")
-    running.start_node("ik_node", "/", rate=rate)
+    running.start_node("ik_node", "/", rate=rate, **(SHAPER if kind.shaped else {}))
     commander = Commander(running.probe)
     running.spin_until(lambda: commander.is_connected, "the nodes")
-    idle, busy = Stream("nothing", rate, [], [], 0.0), Stream(what, rate, [], [], 0.0)
+    idle, busy = Stream("nothing", rate, [], [], 0.0), Stream(kind.what, rate, [], [], 0.0)
+    command = getattr(commander, kind.method)
     for _ in range(ROUNDS):
-        idle = _with(idle, _drive(running, commander, commander.nothing, interval))
-        busy = _with(busy, _drive(running, commander, getattr(commander, method), interval))
+        idle = _with(idle, _drive(running, commander, commander.nothing, kind.interval))
+        busy = _with(busy, _drive(running, commander, command, kind.interval))
     return busy, idle
 
 

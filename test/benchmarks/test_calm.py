@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from benchmarks import bench_calm
-from benchmarks.bench_calm import KINDS, KNOWN, STOPPED, driven, left, measured
+from benchmarks.bench_calm import KINDS, KNOWN, STOPS, driven, left, measured, stopped
 from testing.swing_behind import left_behind, swing
 from tri_glide_kinematics.motion import MotionKind
 from tri_glide_kinematics.motion.shaping import Mode
@@ -62,8 +62,14 @@ def test_little_is_left_of_each_kind_of_motion(kind):
     # Without a tolerance a path with bends is not possible with a shaper.
     assert found.refused == 0 or kind == "paths"
     assert (found.parts <= [known.goal for known in KNOWN]).all()
-    if kind in STOPPED:
-        assert np.median(found.later) <= 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", STOPS)
+def test_stops_rest_as_soon_from_the_same_state(kind):
+    later = stopped(kind, 20)
+    assert len(later) >= 10
+    assert np.median(later[:, 0]) <= bench_calm.LATER
 
 
 def test_a_motion_is_commanded_equally_with_a_shaper_and_without():
@@ -95,4 +101,4 @@ def test_motions_that_are_refused_are_left_out(monkeypatch):
 def test_the_table_has_all_kinds(capsys):
     assert bench_calm.run(2)
     told = capsys.readouterr().out
-    assert all(kind in told for kind in KINDS)
+    assert all(kind in told for kind in (*KINDS, *STOPS))

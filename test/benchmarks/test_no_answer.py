@@ -82,7 +82,9 @@ def test_a_stream_that_ends_is_a_row_without_figures(running, monkeypatch):
     monkeypatch.setattr(ros_session, "TIMEOUT", 60.0)
     monkeypatch.setattr(bench_streams, "ROUND_TIME", 0.5)
     monkeypatch.setattr(bench_streams, "RATES", (500.0,))
-    monkeypatch.setattr(bench_streams, "KINDS", (("nothing at all", "nothing", 0.01),))
+    monkeypatch.setattr(
+        bench_streams, "KINDS", (bench_streams.Kind("nothing at all", "nothing", 0.01),)
+    )
     monkeypatch.setattr(bench_streams, "session", lambda: nullcontext(running))
     start_node, started = running.start_node, []
 

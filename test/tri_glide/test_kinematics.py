@@ -137,6 +137,27 @@ def test_velocities_agree_with_central_differences():
             np.testing.assert_allclose(found, difference / (2.0 * step), rtol=1e-6, atol=1e-7)
 
 
+@pytest.mark.parametrize("symmetric", [True, False], ids=["symmetric", "unequal"])
+def test_forward_motion_is_how_the_platform_moves_with_the_sliders(symmetric):
+    rng = np.random.default_rng(7)
+    step = 1e-4
+    for _ in range(5):
+        machine = TriGlide(random_geometry(rng, symmetric))
+        heights = machine.inverse_batch(random_positions(machine, rng, 200, max_condition=5.0))
+        rates, accelerations = rng.normal(scale=0.1, size=(2, *heights.shape))
+        rows = zip(*(values.tolist() for values in (heights, rates, accelerations)))
+        found = np.array([machine.forward_motion(*row) for row in rows])
+        pairs = zip(heights.tolist(), rates.tolist())
+        known = np.array([np.ravel(machine.forward_velocity(*pair)) for pair in pairs])
+        np.testing.assert_allclose(found[:, :6], known, rtol=0.0, atol=1e-12)
+        before, now, later = (
+            machine.forward_batch(heights + time * rates + 0.5 * time**2 * accelerations)
+            for time in (-step, 0.0, step)
+        )
+        curvature = (before - 2.0 * now + later) / step**2
+        np.testing.assert_allclose(found[:, 6:], curvature, rtol=0.0, atol=1e-5)
+
+
 def test_jacobian_turns_platform_velocity_into_height_rates():
     rng = np.random.default_rng(12)
     machine = TriGlide(random_geometry(rng, symmetric=False))
@@ -390,6 +411,14 @@ class TestErrorsOfPoses:
         assert isinstance(caught.value, SpheresDoNotMeetError)
         assert caught.value.heights == (0.1, 0.2, 2.0)
         assert caught.value.discriminant < 0.0
+
+    @pytest.mark.parametrize("heights", [(0.2, 0.6, 0.6), (0.6, 0.2, 0.6), (0.6, 0.6, math.nan)])
+    def test_forward_motion_refuses_what_forward_does(self, heights):
+        with pytest.raises(KinematicsError) as expected:
+            self.machine.forward(heights)
+        with pytest.raises(type(expected.value)) as caught:
+            self.machine.forward_motion(heights, (0.0,) * 3, (0.0,) * 3)
+        assert str(caught.value) == str(expected.value)
 
     def test_platform_above_a_slider(self):
         heights = (0.6, 0.6, 0.1)

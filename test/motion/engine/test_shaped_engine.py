@@ -34,6 +34,7 @@ from tri_glide_kinematics.motion import (
     SliderState,
 )
 from tri_glide_kinematics.motion.engine import held_motion
+from tri_glide_kinematics.motion.moves import own_stop
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import Planned
 
@@ -129,6 +130,20 @@ def test_a_stop_takes_the_shaper_and_little_more(kind):
             times.append(len(driven(each)) * DT)
         later.append((times[1] - times[0] - SHAPER.duration) / times[0])
     assert np.median(later) <= 0.05
+
+
+def test_a_plan_that_rests_later_than_a_stop_of_full_limits_is_no_stop():
+    moving = shaped()
+    moving.move_to(TARGET)
+    holder = moving._holder
+    left, own = math.inf, 0.0
+    while left > 1.07 * own:
+        moving.step(DT)
+        left = holder.held.plan.duration - holder.time
+        own = own_stop(holder.held.plan.at(holder.time), LIMITS).duration
+    assert left > 1.06 * own
+    moving.stop()
+    assert moving.time_to_rest - SHAPER.duration <= 1.05 * own
 
 
 def test_a_stop_on_a_line_is_as_hard_as_without_a_shaper():

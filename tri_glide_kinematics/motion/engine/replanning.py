@@ -317,16 +317,21 @@ class Replanning:
         plan, left = held.plan, held.plan.duration - time
         region = self._region(held, time)
         own = own_stop(state, limits)
+        # What is left to a shaper makes stops longer, and is no reason to keep a still longer plan.
+        shortest = own
+        if held.limits.planned is not None:
+            shortest = own_stop(state, held.limits.scaled)
+        # The braking of a step that is held keeps the direction, or nearly.
+        is_tracked = stays and held.tracked_step is not None
+        longer = LONGEST_TRACKED if is_tracked else NEARLY
+        if left <= max(longer * shortest.duration, own.duration):
+            return replace(held, role=PlanRole.BRAKES)
         stopping = self._planner.stopping
         along: Along | None = None
-        if not stays:
+        if not stays or is_tracked:
             pass
         elif isinstance(plan, PathPlan):
             along = partial(self._paths.braking_along, plan, time, held.limits)
-        elif held.tracked_step is not None:
-            # The braking that is held keeps the direction, or nearly.
-            if left <= LONGEST_TRACKED * own.duration:
-                return replace(held, role=PlanRole.BRAKES)
         elif self._kind is MotionKind.LINEAR or isinstance(plan, LinePlan):
             along = partial(stopping.along_line, state, limits, region)
         try:

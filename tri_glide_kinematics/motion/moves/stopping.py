@@ -108,8 +108,6 @@ class Stopping:
         Raises:
             PlanningError: if none is found now that is sooner than the held plan.
         """
-        if left <= NEARLY * own.duration:
-            return None
         longest = LONGEST_ON_LINE * own.duration
         if along is not None:
             try:

@@ -121,9 +121,9 @@ class CubicPlan(Trajectory):
     def platform_at(self, machine: TriGlide, time: float) -> tuple[float, ...]:
         """Return how the platform moves at a ``time`` [s]; the rest at the end is remembered."""
         if time < self.duration:
-            return super().platform_at(machine, time)
+            return machine.forward_motion(*self.at(time))
         if self._final_platform is None:
-            self._final_platform = super().platform_at(machine, time)
+            self._final_platform = machine.forward_motion(*self._final)
         return self._final_platform
 
     def sample(self, times: FloatArray) -> SampledPlan:

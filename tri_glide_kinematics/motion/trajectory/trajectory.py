@@ -197,32 +197,7 @@ class Trajectory(ABC):
         Raises:
             NoPoseError: if no pose belongs to the heights.
         """
-        heights, rates, accelerations = self.at(time)
-        (x, y, z), (vx, vy, vz) = machine.forward_velocity(heights, rates)
-        (a1, b1), (a2, b2), (a3, b3) = machine.geometry.anchors
-        (h1, h2, h3), (v1, v2, v3), (e1, e2, e3) = heights, rates, accelerations
-        # Along each arm, the horizontal parts and the vertical one.
-        a1, a2, a3, b1, b2, b3 = x - a1, x - a2, x - a3, y - b1, y - b2, y - b3
-        c1, c2, c3 = z - h1, z - h2, z - h3
-        level = vx * vx + vy * vy
-        r1 = c1 * e1 - level - (vz - v1) * (vz - v1)
-        r2 = c2 * e2 - level - (vz - v2) * (vz - v2)
-        r3 = c3 * e3 - level - (vz - v3) * (vz - v3)
-        m1, m2, m3 = b2 * c3 - b3 * c2, b3 * c1 - b1 * c3, b1 * c2 - b2 * c1
-        determinant = a1 * m1 + a2 * m2 + a3 * m3
-        return (
-            x,
-            y,
-            z,
-            vx,
-            vy,
-            vz,
-            (r1 * m1 + r2 * m2 + r3 * m3) / determinant,
-            (r1 * (a3 * c2 - a2 * c3) + r2 * (a1 * c3 - a3 * c1) + r3 * (a2 * c1 - a1 * c2))
-            / determinant,
-            (r1 * (a2 * b3 - a3 * b2) + r2 * (a3 * b1 - a1 * b3) + r3 * (a1 * b2 - a2 * b1))
-            / determinant,
-        )
+        return machine.forward_motion(*self.at(time))
 
     def keeps_limits(self, limits: SliderLimits, since: float = 0.0) -> bool:
         """Return whether ``limits`` hold from the time ``since`` [s] on."""
