@@ -165,6 +165,34 @@ def test_a_run_that_is_stopped_goes_on_from_its_line(panel: Panel, operator: Pag
     wait_for_text(panel, operator, "ended: line 5 of 8")
 
 
+def test_single_block_and_override_are_those_of_the_page_and_the_dialect_stays(
+    panel: Panel, operator: Page, tmp_path: Path
+) -> None:
+    # Wherever the platform is, line 2 moves it.
+    upload(operator, tmp_path / "blocks.ngc", square_to(62).replace("G0 X0", "G0 X7"))
+    wait_for_text(panel, operator, "-20 to 62 mm")
+    operator.click(field("Single block"))
+    operator.type(field("Override [%]"), "200")
+    operator.click(button("run"))
+    wait_for_text(panel, operator, "waits: line 3 is next")
+    panel.wait_until_at((0.007, 0.0, 0.26))
+    panel.click_choice(operator, "Dialect", "marlin")
+    panel.wait_for_words(operator, "dialect not changed: blocks.ngc runs", "refusal")
+    operator.wait_for(
+        f"{field('Dialect')}.value === 'as in the settings'", "the dialect", spin=panel.spin
+    )
+    operator.click(button("go on"))
+    wait_for_text(panel, operator, "waits: line 4 is next")
+    operator.click(field("Single block"))
+    operator.click(button("go on"))
+    # F is 20 mm/s.
+    panel.wait_for_words(operator, "40.0 mm/s", "speed")
+    operator.type(field("Override [%]"), "100")
+    wait_for_text(panel, operator, "waiting: line 5 of 8")
+    operator.click(button("stop"))
+    wait_for_text(panel, operator, "ended: line 5 of 8")
+
+
 def test_a_file_that_was_replaced_is_read_again(
     panel: Panel, operator: Page, tmp_path: Path
 ) -> None:
