@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs the wheel of out/ into environments without ROS, one for each Python that is found, and runs the
+# Installs the wheel of .wheel/made/ into environments without ROS, one for each Python that is found, and runs the
 # tests that need none. PYTHON names the interpreter if there should be one only; arguments go to pytest.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -30,9 +30,8 @@ for python in $(find_pythons); do
     found=$((found + 1))
     environment=$WORK/$version
     "$python" -m venv --clear "$environment"
-    wheel=$(echo "$PWD"/out/tri_glide_kinematics-*-py3-none-any.whl)
     "$environment/bin/python" -m pip install --quiet --disable-pip-version-check -c constraints.txt \
-        "$wheel[pictures,recordings,test]" pytest-xdist
+        "$(echo "$WORK"/made/*.whl)[pictures,recordings,test]" pytest-xdist
     (cd "$WORK/tree" && PATH=$environment/bin:$PATH exec python -m pytest -p testing.without_ros -n auto \
         -m "not nodes and not alone" "$@")
 done
