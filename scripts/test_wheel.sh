@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs the wheel of .wheel/made/ into environments without ROS, one for each Python that is found, and runs the
-# tests that need none. PYTHON names the interpreter if there should be one only; arguments go to pytest.
+# tests that need none. PYTHON names the interpreters, if not all; arguments go to pytest.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
