@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-processors lint soak bench clean
+.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-processors wheel test-wheel lint soak bench clean
 
 IN_ENV := source ./env.sh &&
 
@@ -37,6 +37,12 @@ test-jazzy: ## all tests with the versions of an Ubuntu 24.04 with Jazzy, in an 
 test-processors: env ## all tests without nodes, as they run on five kinds of processors
 	@$(IN_ENV) exec scripts/test_processors.sh
 
+wheel: env ## the package without ROS for pip, into out/; the same commit gives the same bytes
+	@$(IN_ENV) exec scripts/build_wheel.sh
+
+test-wheel: env ## the tests that need no ROS, with the wheel in environments without ROS, on each Python that is found
+	@rm -rf .wheel/made && (source ./env.sh && scripts/build_wheel.sh .wheel/made) && exec scripts/test_wheel.sh
+
 lint: env ## ruff, mypy, and which room imports which
 	@$(IN_ENV) ruff check . && ruff format --check . && mypy && lint-imports
 
@@ -54,4 +60,4 @@ bench: env ## ratios to references measured in the same run; see docs/performanc
 		&& exec python -m benchmarks
 
 clean: ## remove everything that the other targets made
-	rm -rf .venv .jazzy build install log out .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	rm -rf .venv .jazzy .wheel build install log out .pytest_cache .hypothesis .mypy_cache .ruff_cache

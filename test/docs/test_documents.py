@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from importlib import import_module
 from importlib.util import find_spec
 from itertools import chain, pairwise
 from pathlib import Path
@@ -13,6 +14,7 @@ import yaml
 from documents import PAGES, ROOT, anchors, blocks, commands, prose, text
 from message_filling import filled, interface
 
+from tri_glide_kinematics.command_line import COMMANDS, PROGRAM
 from tri_glide_kinematics.nodes.drive import check_on_machine
 from tri_glide_kinematics.programs import is_program, load_program, load_settings
 from tri_glide_kinematics.ros.parameters import tables as parameters
@@ -79,6 +81,14 @@ def test_executables_exist():
     assert {"simulator_node", "ik_node", "fk_node", "mechanism_node"} <= set(named)
     for name in named:
         assert (ROOT / "executables" / name).is_file(), name
+
+
+def test_commands_without_ros_have_the_options_that_they_are_given():
+    found = [words for words in commands(PROGRAM) if words[0] in COMMANDS]
+    assert {words[0] for words in found} == set(COMMANDS)
+    for name, *arguments in found:
+        module = import_module(f"{PACKAGE}.{COMMANDS[name].module}")
+        module.make_parser().parse_args(arguments)
 
 
 def test_launch_files_and_their_arguments_exist():

@@ -5,6 +5,8 @@ Nothing moves before all of a file is understood and, of a program, proved insid
 
 Ctrl-C lets the platform come to rest, on its path if it follows one; once more ends the command at
 once, while the platform may still move.
+
+ROS is loaded to drive only: ``--check`` needs none.
 """
 
 from __future__ import annotations
@@ -16,15 +18,10 @@ import sys
 import termios
 import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-
-import rclpy
-from rclpy.node import Node
-from rclpy.parameter import parameter_value_to_python
-from rclpy.parameter_client import AsyncParameterClient
-from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
+from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import PARAMETERS, SETTINGS
@@ -58,9 +55,12 @@ from tri_glide_kinematics.ros.parameters import (
     shaper_of,
     workspace_limits_of,
 )
-from tri_glide_kinematics.ros.program_run import START_TIMEOUT, ProgramLink, ProgramRun
-from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down
 from tri_glide_kinematics.workspace import Workspace
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from tri_glide_kinematics.ros.program_run import ProgramRun
 
 ENDINGS_TEXT = ", ".join(PROGRAM_ENDINGS)
 
@@ -111,6 +111,8 @@ class _Terminal:
 
     def listen(self) -> None:
         """Take in what comes back."""
+        import rclpy
+
         rclpy.spin_once(self._node, timeout_sec=NAP)
 
     def parameters(self) -> Values:
@@ -119,6 +121,11 @@ class _Terminal:
         Raises:
             NoMachineError: if nobody tells them.
         """
+        from rclpy.parameter import parameter_value_to_python
+        from rclpy.parameter_client import AsyncParameterClient
+
+        from tri_glide_kinematics.ros.program_run import START_TIMEOUT
+
         server = self._node.get_namespace().rstrip("/") + "/ik_node"
         client = AsyncParameterClient(self._node, "ik_node")
         end = time.monotonic() + START_TIMEOUT
@@ -187,6 +194,13 @@ def _begin(options: argparse.Namespace) -> int:
 
 def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
     """Drive the content of a file, and return the exit code."""
+    import rclpy
+    from rclpy.node import Node
+    from rclpy.signals import SignalHandlerOptions
+
+    from tri_glide_kinematics.ros.program_run import ProgramLink, ProgramRun
+    from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down
+
     choose_transport()
     # Signals are handled here alone: rclpy's handlers would end all talk with the machine before it
     # is told to stop. While nothing has moved, they end the process.
@@ -223,10 +237,10 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
     return 0 if run.is_whole else 1
 
 
-def main() -> int:
-    """Drive a file from the command line; the exit code is 0 if all of it has been driven."""
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
     parser = argparse.ArgumentParser(
-        prog="drive", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument(
         "file",
@@ -282,7 +296,20 @@ def main() -> int:
         help="where it is kept how far a program came (default: a file for each machine in "
         "tri_glide_kinematics/ in $XDG_STATE_HOME, ~/.local/state)",
     )
-    arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
+    return parser
+
+
+def main() -> int:
+    """Drive a file from the command line; the exit code is 0 if all of it has been driven."""
+    words = sys.argv
+    if "--ros-args" in words:
+        # Without ROS they are unknown arguments like others.
+        with suppress(ModuleNotFoundError):
+            from rclpy.utilities import remove_ros_args
+
+            words = remove_ros_args(words)
+    parser = make_parser()
+    arguments = parser.parse_args(words[1:])
 
     def refuse(names: Iterable[str], reason: str) -> None:
         for name in names:
@@ -331,6 +358,13 @@ def main() -> int:
         return 0
     except KinematicsError as error:
         print(f"drive: error: {error}", file=sys.stderr)
+        return 1
+    except ModuleNotFoundError as error:
+        print(
+            f"drive: error: the Python module {error.name!r} is missing; without ROS 2 there is "
+            "--check",
+            file=sys.stderr,
+        )
         return 1
 
 

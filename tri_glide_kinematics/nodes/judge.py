@@ -22,7 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 if all is kept, 1 if something is not, 2 if that cannot be found out.
     """
-    options = _parser().parse_args(arguments)
+    options = make_parser().parse_args(arguments)
     handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         return _judge(options)
@@ -81,9 +81,9 @@ def _judge(options: argparse.Namespace) -> int:
     return 1 if judgement.violations else 0
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
     parser = argparse.ArgumentParser(
-        prog="judge",
         description="Tell whether recorded setpoints of the sliders keep velocity, acceleration, "
         "jerk, travel and workspace, and whether some are missing. It needs no ROS.",
         epilog="Exit code: 0 if all is kept, 1 if something is not, 2 if that cannot be found out.",
