@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-processors release-check lint soak bench clean
+.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-processors coverage release-check lint soak bench clean
 
 IN_ENV := source ./env.sh &&
 
@@ -36,6 +36,9 @@ test-jazzy: ## all tests with the versions of an Ubuntu 24.04 with Jazzy, in an 
 
 test-processors: env ## all tests without nodes, as they run on five kinds of processors
 	@$(IN_ENV) exec scripts/test_processors.sh
+
+coverage: env ## which lines of the package all tests run; takes somewhat longer than they do
+	@$(IN_ENV) exec scripts/coverage.sh
 
 release-check: env ## what a release into the ROS index asks for: rosdep and bloom on kept files, licences
 	@scripts/release_check.sh
