@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-processors wheel test-wheel lint soak bench clean
+.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-processors wheel test-wheel coverage release-check lint soak bench clean
 
 IN_ENV := source ./env.sh &&
 
@@ -42,6 +42,12 @@ wheel: env ## the package without ROS for pip, into out/; the same commit gives 
 
 test-wheel: env ## the tests that need no ROS, with the wheel in environments without ROS, on each Python that is found
 	@rm -rf .wheel/made && (source ./env.sh && scripts/build_wheel.sh .wheel/made) && exec scripts/test_wheel.sh
+
+coverage: env ## which lines of the package all tests run; takes somewhat longer than they do
+	@$(IN_ENV) exec scripts/coverage.sh
+
+release-check: env ## what a release into the ROS index asks for: rosdep and bloom on kept files, licences
+	@scripts/release_check.sh
 
 lint: env ## ruff, mypy, and which room imports which
 	@$(IN_ENV) ruff check . && ruff format --check . && mypy && lint-imports

@@ -145,7 +145,9 @@ if [ "$(cat "$BUILD_STAMP" 2>/dev/null)" != "$built_from" ]; then
     # Without byte code each start of a node compiles all modules; Python has to be allowed to write it.
     # shellcheck source=/dev/null
     # Without MAKEFLAGS colcon compiles one file after the other on a computer that is busy.
-    if ! (set +eu; . ./env.sh && unset PYTHONDONTWRITEBYTECODE && MAKEFLAGS="-j$(nproc)" colcon build) \
+    # ruckig is in .venv: its library, of which tri_glide_ruckig makes a module, need not be here.
+    if ! (set +eu; . ./env.sh && unset PYTHONDONTWRITEBYTECODE && MAKEFLAGS="-j$(nproc)" \
+        colcon build --packages-ignore tri_glide_ruckig) \
         >.venv/build.log 2>&1; then
         tail -n 25 .venv/build.log >&2
         fail "colcon build failed (the whole log is .venv/build.log)"

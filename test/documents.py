@@ -12,6 +12,8 @@ PAGES = sorted(
     [
         ROOT / "README.md",
         ROOT / "CONTRIBUTING.md",
+        ROOT / "QUALITY_DECLARATION.md",
+        ROOT / "SECURITY.md",
         ROOT / "examples" / "README.md",
         ROOT / "test" / "README.md",
         *(ROOT / "docs").rglob("*.md"),

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import ast
 import re
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from catkin_pkg.package import Package, parse_package
 
 from tri_glide_kinematics import __version__
@@ -17,6 +20,10 @@ from tri_glide_kinematics.command_line import main as command_line_main
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = "tri_glide_kinematics"
+INSIDE = ("tri_glide_interfaces", "tri_glide_ruckig")
+FOLDERS = [ROOT, *(ROOT / name for name in INSIDE)]
+# The part of the index of ROS that is kept; make release-check gives it to rosdep and bloom.
+INDEX = ROOT / "test" / "ros_index"
 TESTS = ("test", "testing")
 
 # Modules that a package of another name brings along: the key of rosdep, and the name for pip.
@@ -38,7 +45,7 @@ PIP_NAMES = {"PIL": "pillow", "mpl_toolkits": "matplotlib", "yaml": "pyyaml"}
 # These come with viser, which is needed for the panel alone.
 WITH_VISER = {"msgspec", "websockets", "zstandard"}
 # There is no rosdep key for these; numba makes things faster where it is found.
-WITHOUT_KEY = {"ruckig", "viser", "numba", "msgspec", "zstandard", "tri_glide_ruckig"}
+WITHOUT_KEY = {"ruckig", "viser", "numba", "msgspec", "zstandard"}
 WITHOUT_KEY |= {"mcap", "mcap_ros2"}
 
 
@@ -129,7 +136,35 @@ def test_the_command_has_all_executables_that_need_no_ros(setup: dict[str, Any])
     }
 
 
-@pytest.mark.parametrize("folder", [ROOT, ROOT / "tri_glide_interfaces", ROOT / "tri_glide_ruckig"])
+def test_each_key_of_the_manifests_is_in_the_index_and_none_is_kept_without_use():
+    released = yaml.safe_load((INDEX / "distribution.yaml").read_text())["repositories"]
+    kept = set(yaml.safe_load((INDEX / "rosdep.yaml").read_text()))
+    kept |= {name for each in released.values() for name in each["release"]["packages"]}
+    manifests = [parse_package(str(folder)) for folder in FOLDERS]
+    used = {key.name for manifest in manifests for key in _dependencies(manifest)}
+    assert used == kept - {PACKAGE}
+    # A package with a key that pip installs cannot be released into the index.
+    assert not any(key.endswith("-pip") for key in used)
+
+
+def test_colcon_finds_all_packages_as_the_readme_says(tmp_path: Path):
+    (tmp_path / "src").mkdir()
+    (tmp_path / "src" / PACKAGE).symlink_to(ROOT)
+    inside = [f"src/{PACKAGE}/{name}" for name in INSIDE]
+    for folder, arguments in ((ROOT, ()), (tmp_path, ("--base-paths", "src", *inside))):
+        command = [str(shutil.which("colcon")), "list", "--names-only", *arguments]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+        assert done.stdout.split() == sorted([PACKAGE, *INSIDE])
+
+
+def _dependencies(manifest: Package) -> list:
+    return [
+        *(*manifest.buildtool_depends, *manifest.build_depends, *manifest.build_export_depends),
+        *(*manifest.exec_depends, *manifest.test_depends),
+    ]
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
 def test_manifests_are_valid_and_promise_no_mailbox(folder: Path):
     warnings: list[str] = []
     manifest = parse_package(str(folder), warnings=warnings)

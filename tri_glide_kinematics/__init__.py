@@ -62,6 +62,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.workspace import Workspace as Workspace
     from tri_glide_kinematics.workspace import WorkspaceLimits as WorkspaceLimits
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -245,7 +245,8 @@ def test_missing_ruckig_gets_one_line(ros_domain, tmp_path):
     )
     assert run.returncode == 1
     assert run.stderr == (
-        "error: the Python module 'ruckig' is missing: python3 -m pip install ruckig\n"
+        "error: the Python module 'ruckig' is missing: build the package tri_glide_ruckig of the "
+        "same repository, or python3 -m pip install ruckig\n"
     )
 
 

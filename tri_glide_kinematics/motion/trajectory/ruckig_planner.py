@@ -28,7 +28,11 @@ except ImportError as missing:
             Trajectory,
         )
     except ImportError:
-        raise missing from None
+        raise ModuleNotFoundError(
+            "there is neither the module ruckig (python3 -m pip install ruckig) nor "
+            "tri_glide_ruckig, a package of the same repository that makes it of ruckig's library",
+            name="ruckig",
+        ) from missing
 
 __all__ = ["RuckigPlanner", "Synchronization"]
 

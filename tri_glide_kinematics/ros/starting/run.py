@@ -52,7 +52,11 @@ class EndSignals:
             os.kill(os.getpid(), number)
 
 
-PIP_NAMES = frozenset(("numpy", "ruckig", "viser"))
+# What pip is to install where a module is missing, and what does in its place. The Python of Ubuntu
+# lets pip install into an environment only.
+ENVIRONMENT = "python3 -m venv --system-site-packages ~/venv && . ~/venv/bin/activate && "
+FROM_PIP = {"numpy": "numpy", "ruckig": "ruckig", "viser": "viser==1.1.1"}
+INSTEAD = {"ruckig": "build the package tri_glide_ruckig of the same repository, or "}
 
 
 class FatalError(Exception):
@@ -206,9 +210,12 @@ def _spinner_of(
 
 
 def _missing(module: str) -> str:
-    if module in PIP_NAMES:
-        return f"the Python module {module!r} is missing: python3 -m pip install {module}"
-    return f"the Python module {module!r} is missing: is ROS 2 Jazzy sourced?"
+    if module not in FROM_PIP:
+        return f"the Python module {module!r} is missing: is ROS 2 Jazzy sourced?"
+    command = f"python3 -m pip install {FROM_PIP[module]}"
+    if sys.prefix == sys.base_prefix:
+        command = ENVIRONMENT + command
+    return f"the Python module {module!r} is missing: {INSTEAD.get(module, '')}{command}"
 
 
 def _fail(message: str) -> int:

@@ -1,0 +1,89 @@
+"""The policies of SROS 2 allow each node what it uses, and nothing else.
+
+They are not enforced here: Fast DDS as it comes in wheels has no DDS-Security.
+"""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections import defaultdict
+from contextlib import suppress
+from xml.etree import ElementTree
+
+import pytest
+from policies import POLICY, Uses, allowed, used
+from rclpy.node import NodeNameNonExistentError
+
+from testing import page_reader
+from testing.panel import Panel
+
+# What ends with a signal.
+INTERRUPTED = 130
+
+
+@pytest.fixture
+def everything(client, nodes, tmp_path, monkeypatch):
+    """All nodes and commands of this package, each at what it does now and then."""
+    panel = Panel(client, nodes, tmp_path)
+    panel.machine.ik.signal(signal.SIGINT)
+    outputs = ["joint_state", "forward_command", "joint_trajectory"]
+    start = {"command_outputs": outputs}
+    panel.machine.wait_for_new_state("idle", lambda: panel.machine.start_ik(start))
+    for name in ("fk_node", "mechanism_node"):
+        nodes.start(name)
+    nodes.start("calibration_node", {"folder": str(tmp_path)})
+    page = subprocess.Popen([sys.executable, page_reader.__file__, panel.address])
+    # A search for modes lets calibration_node listen to the machine, a program waits at its dwell.
+    module = "tri_glide_kinematics.nodes.ringdown"
+    nodes.start_module(module, ["--machine"], "ringdown", {}).exit_codes = (1, INTERRUPTED)
+    program = tmp_path / "program.gcode"
+    program.write_text("G4 P20\nM2\n")
+    module = "tri_glide_kinematics.nodes.drive"
+    nodes.start_module(module, [str(program)], "drive", {}).exit_codes = (0, 1, INTERRUPTED)
+    yield
+    page.terminate()
+    page.wait()
+
+
+def test_each_node_uses_what_it_is_allowed_to_and_no_more(everything, client, namespace):
+    policies = allowed()
+    seen: dict[str, Uses] = {name: defaultdict(set) for name in policies}
+
+    def all_seen() -> bool:
+        for name, uses in seen.items():
+            with suppress(NodeNameNonExistentError):
+                for permission, names in used(client.node, name, namespace).items():
+                    uses[permission] |= names
+        return all(
+            names <= seen[name][permission]
+            for name, uses in policies.items()
+            for permission, names in uses.items()
+        )
+
+    try:
+        client.wait_for(all_seen, "all that is allowed to be used")
+    finally:
+        assert seen == policies
+
+
+def test_the_policies_have_the_form_that_sros2_reads():
+    policy = ElementTree.parse(POLICY).getroot()
+    assert (policy.tag, policy.attrib) == ("policy", {"version": "0.2.0"})
+    assert [child.tag for child in policy] == ["enclaves"]
+    rules = {
+        "topics": ("topic", {"publish", "subscribe"}),
+        "services": ("service", {"reply", "request"}),
+        "actions": ("action", {"call", "execute"}),
+    }
+    for enclave in policy[0]:
+        profile = enclave.find("profiles/profile")
+        assert profile is not None
+        assert set(profile.attrib) == {"ns", "node"}
+        assert enclave.attrib == {"path": f"/tri_glide/{profile.attrib['node']}"}
+        for names in profile:
+            kind, permissions = rules[names.tag]
+            assert names.attrib.items() <= {(each, "ALLOW") for each in permissions}
+            assert len(names)
+            assert {name.tag for name in names} == {kind}
