@@ -133,8 +133,8 @@ def random_machine(rng: np.random.Generator) -> TriGlide:
     return TriGlide(TriGlideGeometry(anchors, rng.uniform(0.4, 0.7, 3)))
 
 
-def difference(seed: int) -> tuple[float, dict[str, Any]]:
-    """Return the largest part by which forces differ for a motion at random, and the motion."""
+def difference(seed: int) -> tuple[float, float, dict[str, Any]]:
+    """Return by which part forces differ for a motion at random, the gap, and the motion."""
     rng = np.random.default_rng(seed)
     while True:
         machine = random_machine(rng)
@@ -148,8 +148,6 @@ def difference(seed: int) -> tuple[float, dict[str, Any]]:
     motion = (heights, rng.normal(size=3), 20.0 * rng.normal(size=3))
     model = MujocoForces(machine, masses, heights)
     gap = model.gap()
-    if gap > CLOSED:
-        raise SystemExit(f"seed {seed}: a rod ends {gap:.2g} m from its joint")
     theirs = model.forces(*motion[1:])
     ours = np.array(SliderForces(machine, masses).forces(*motion))
     kept = {
@@ -158,7 +156,7 @@ def difference(seed: int) -> tuple[float, dict[str, Any]]:
         "motion": [each.tolist() for each in motion],
         "forces": theirs.tolist(),
     }
-    return float(np.linalg.norm(ours - theirs) / np.linalg.norm(theirs)), kept
+    return float(np.linalg.norm(ours - theirs) / np.linalg.norm(theirs)), gap, kept
 
 
 def main() -> int:
@@ -169,12 +167,13 @@ def main() -> int:
     options = parser.parse_args()
     print(description(), flush=True)
     found = [difference(seed) for seed in range(options.count)]
-    worst = max(part for part, _ in found)
+    worst, widest = (max(numbers) for numbers in list(zip(*found))[:2])
     print(f"largest difference of {options.count}, as a part of the forces: {worst:.2g}")
+    print(f"largest gap between a rod and the platform: {widest:.2g} m")
     if options.write:
-        kept = [motion for _, motion in found[:KEPT_MOTIONS]]
+        kept = [motion for _, _, motion in found[:KEPT_MOTIONS]]
         KEPT.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
-    return 0 if worst <= GOAL else 1
+    return 0 if worst <= GOAL and widest <= CLOSED else 1
 
 
 if __name__ == "__main__":

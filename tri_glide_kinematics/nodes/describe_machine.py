@@ -54,7 +54,8 @@ def _describe(options: argparse.Namespace) -> None:
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     first, *later = (str(find_file(file)) for file in options.files)
-    values = file_values(first, options.node, IK_NODE, *later)
+    node = f"/{options.node.strip('/')}"
+    values = file_values(first, node, IK_NODE, *later)
     description = description_of(values, options.rod_distance)
     if options.urdf is None and options.mjcf is None:
         print(urdf_text(description), end="")

@@ -80,7 +80,7 @@ class FkNode(Node):
         self._poses += 1
         stamp = reading.seconds, reading.nanoseconds
         self._pose_publisher.publish(self._pose.at(*stamp, position))
-        self._all_joints.keep(*stamp, reading.heights, position)
+        self._all_joints.offer(*stamp, reading.heights, position)
         if velocity is not None:
             self._twist_publisher.publish(self._twist.at(*stamp, velocity))
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Sequence
 
 from builtin_interfaces.msg import Time
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
@@ -14,9 +14,7 @@ from sensor_msgs.msg import JointState
 from tri_glide_kinematics.description import PASSIVE_JOINTS, Parts
 from tri_glide_kinematics.vectors import Vector3
 
-TOPIC = "all_joint_states"
-
-# robot_state_publisher takes no more of them by default [s].
+# As often as the launch file lets robot_state_publisher tell transforms [s].
 PERIOD = 0.02
 
 
@@ -26,6 +24,8 @@ class AllJointStates:
     A URDF has no loops, so its rods meet its platform only where all of these values belong
     together. Nothing is published while nobody listens.
     """
+
+    TOPIC = "all_joint_states"
 
     def __init__(
         self, node: Node, parts: Parts, joint_names: Sequence[str], height_offsets: Vector3
@@ -41,12 +41,11 @@ class AllJointStates:
         self._parts = parts
         self._names = [*joint_names, *PASSIVE_JOINTS]
         self._offsets = height_offsets
-        self._newest: tuple[int, int, Vector3, Vector3] | None = None
-        self._publisher = node.create_publisher(JointState, TOPIC, QoSProfile(depth=10))
-        node.create_timer(PERIOD, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._due = -math.inf
+        self._publisher = node.create_publisher(JointState, self.TOPIC, QoSProfile(depth=10))
 
-    def keep(self, seconds: int, nanoseconds: int, heights: Vector3, position: Vector3) -> None:
-        """Keep a measurement until the next message.
+    def offer(self, seconds: int, nanoseconds: int, heights: Vector3, position: Vector3) -> None:
+        """Publish a measurement, unless another one has just been, or nobody listens.
 
         Args:
             seconds: of its stamp.
@@ -54,14 +53,12 @@ class AllJointStates:
             heights: true ones. Shape (3,) [m].
             position: of the platform. Shape (3,) [m].
         """
-        self._newest = (seconds, nanoseconds, heights, position)
-
-    def _publish(self) -> None:
-        """Publish the newest measurement, if there is a new one and somebody listens."""
-        newest, self._newest = self._newest, None
-        if newest is None or not self._publisher.get_subscription_count():
+        now = time.monotonic()
+        if now < self._due:
             return
-        seconds, nanoseconds, heights, position = newest
+        self._due = now + PERIOD
+        if not self._publisher.get_subscription_count():
+            return
         message = JointState(name=self._names)
         message.header.stamp = Time(sec=seconds, nanosec=nanoseconds)
         message.position = [
