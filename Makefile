@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-processors wheel test-wheel coverage release-check lint soak bench clean
+.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-kilted test-processors wheel test-wheel coverage release-check lint soak bench clean
 
 IN_ENV := source ./env.sh &&
 
@@ -32,7 +32,10 @@ test-no-nodes: env ## all tests that start no nodes
 	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n auto -m "not nodes and not alone"
 
 test-jazzy: ## all tests with the versions of an Ubuntu 24.04 with Jazzy, in an environment of their own
-	@scripts/test_jazzy.sh test
+	@scripts/test_distribution.sh jazzy test
+
+test-kilted: ## all tests with the wheels of ROS 2 Kilted, in an environment of their own
+	@scripts/test_distribution.sh kilted test
 
 test-processors: env ## all tests without nodes, as they run on five kinds of processors
 	@$(IN_ENV) exec scripts/test_processors.sh
@@ -66,4 +69,4 @@ bench: env ## ratios to references measured in the same run; see docs/performanc
 		&& exec python -m benchmarks
 
 clean: ## remove everything that the other targets made
-	rm -rf .venv .jazzy .wheel build install log out .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	rm -rf .venv .jazzy .kilted .wheel build install log out .pytest_cache .hypothesis .mypy_cache .ruff_cache

@@ -1,5 +1,5 @@
 # To be sourced (bash or zsh): puts the shell into the environment that `make env` made.
-# Where .venv holds ROS 2 Jazzy itself, it replaces whatever ROS the shell had.
+# Where .venv holds ROS 2 itself, it replaces whatever ROS the shell had.
 
 if [ -n "${BASH_SOURCE:-}" ]; then
     _tri_glide_root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -20,7 +20,7 @@ fi
 . "$_tri_glide_root/.venv/bin/activate"
 
 if [ -f "$_tri_glide_root/.venv/library_path" ]; then
-    # Jazzy from wheels. The library path is set here because the wheels would otherwise start
+    # ROS 2 from wheels. The library path is set here because the wheels would otherwise start
     # every interpreter twice to set it.
     unset PYTHONPATH ROS_DISTRO
     export AMENT_PREFIX_PATH="$VIRTUAL_ENV" CMAKE_PREFIX_PATH="$VIRTUAL_ENV"

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.parameters.values import check_holding as check_holding
     from tri_glide_kinematics.ros.parameters.values import check_joint_names as check_joint_names
     from tri_glide_kinematics.ros.parameters.values import check_travel as check_travel
+    from tri_glide_kinematics.ros.parameters.values import description_of as description_of
     from tri_glide_kinematics.ros.parameters.values import forces_of as forces_of
     from tri_glide_kinematics.ros.parameters.values import (
         in_position_bounds_of as in_position_bounds_of,

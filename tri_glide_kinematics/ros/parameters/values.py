@@ -9,6 +9,7 @@ from tri_glide_kinematics.control import (
     SupervisionBounds,
     SwingModel,
 )
+from tri_glide_kinematics.description import MachineDescription, Parts
 from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
 from tri_glide_kinematics.motion.shaping import (
     LOWEST_FREQUENCY,
@@ -63,6 +64,35 @@ def machine_of(values: Values) -> TriGlide:
             values["orientation"],
         )
     return TriGlide(geometry)
+
+
+def description_of(values: Values, rod_distance: float | None = None) -> MachineDescription:
+    """Return all that other programs are told about the machine, by the values of ``ik_node``.
+
+    Args:
+        values: of its parameters.
+        rod_distance: of the two rods of an arm; None for one that looks well [m].
+
+    Raises:
+        KinematicsError: if no working machine has this geometry, or names or heights do not fit.
+    """
+    check_joint_names(values)
+    check_travel(values)
+    machine = machine_of(values)
+    up, down = values["force_limit_up"], values["force_limit_down"]
+    first, second, third = (max(pair) or MOST_FORCE for pair in zip(up, down))
+    return MachineDescription(
+        machine,
+        Parts.of(machine.geometry, values["platform_radius"], rod_distance),
+        values["joint_names"],
+        values["base_frame"],
+        values["platform_frame"],
+        values["lower_heights"],
+        values["upper_heights"],
+        values["height_offsets"],
+        limits_of(values).velocity,
+        (first, second, third),
+    )
 
 
 def limits_of(values: Values) -> SliderLimits:
