@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from strategies import is_inside
 
 from tri_glide_kinematics.control import TEACH_SPEED
-from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.tabs.machine_map import (
     COLORS,
@@ -65,17 +65,9 @@ def test_the_platform_may_be_where_a_level_has_colours(level: Level) -> None:
         assert not level.inside(height).any()
     inside = level.inside(0.3)
     tried = range(0, len(inside), 37)
-    found = [is_possible((*level.places[row], 0.3)) for row in tried]
+    found = [is_inside(FACTS.workspace, (*level.places[row], 0.3)) for row in tried]
     assert 20 < sum(found) < len(tried) - 20
     assert [bool(inside[row]) for row in tried] == found
-
-
-def is_possible(position: tuple[float, float, float]) -> bool:
-    try:
-        FACTS.workspace.check_position(position)
-    except KinematicsError:
-        return False
-    return True
 
 
 @pytest.mark.parametrize("more_is_better", [True, False])
