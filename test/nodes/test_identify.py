@@ -23,7 +23,9 @@ from tri_glide_kinematics.ros.parameters import (
 )
 from tri_glide_kinematics.workspace import Workspace
 
-PERIOD = 2e-3
+PERIOD = 1e-3
+# Of the simulated drives [s].
+LONGEST_STEP = 5e-4
 DURATION = 20.0
 MASSES = replace(Masses.uniform(1.0, 0.5, 0.6, coulomb=4.0, viscous=9.0), carriages=(1.0, 1.2, 0.9))
 CONTROL = PositionControl((40000.0,) * 3, (500.0,) * 3)
@@ -68,7 +70,12 @@ def driven(forces, motion):
     for time, wanted, speed in zip(times.tolist(), heights.tolist(), velocities.tolist()):
         place, rate = drives.step(place, rate, Setpoint(tuple(wanted), tuple(speed)), PERIOD)
         rows.append((time, *place, *drives.exerted))
-    return np.array(rows)
+    measured = np.array(rows)
+    # The drives tell the force in the middle of their last step.
+    middles = times - 0.5 * LONGEST_STEP
+    for column in (4, 5, 6):
+        measured[:, column] = np.interp(times, middles, measured[:, column])
+    return measured
 
 
 def write_table(file: Path, measured, noise=0.02, resolution=1e-6):

@@ -314,16 +314,17 @@ def test_a_platform_that_is_too_fast_is_found(drive, rate):
         MACHINE.forward_velocity(*row)[1] for row in zip(recording.heights, recording.velocities)
     ]
     fastest = float(np.linalg.norm(velocities, axis=1).max())
-    for factor in (1.00001, 1.5):
+    # Where the speed is steady, a mean over a period is as exact as the heights.
+    little = 1e-5 if drive is upright else 2e-3
+    for factor in (1.0 + little, 1.5):
         limits = QUICK.with_added(PlatformSpeedLimit(MACHINE, fastest / factor))
         found = judged(recording, rate, limits=limits)
         assert kinds_of(found) == {Kind.PLATFORM_SPEED}
         (each,) = found.violations
-        # The mean over a period is a little less than the peak.
-        assert factor * (1.0 - 3e-6) <= each.value <= factor * (1.0 + 1e-9)
-        assert f"of its limit, {fastest / factor:.6g}"[:20] in each.text
-    slack = QUICK.with_added(PlatformSpeedLimit(MACHINE, fastest * (1.0 + 1e-9)))
-    assert judged(recording, rate, limits=slack).violations == ()
+        assert each.value == pytest.approx(factor, rel=0.5 * little)
+        assert f"{each.value:.6f} of its limit, {fastest / factor:.9g} m/s" in each.text
+    kept = PlatformSpeedLimit(MACHINE, fastest * (1.0 + 0.5 * little))
+    assert judged(recording, rate, limits=QUICK.with_added(kept)).violations == ()
 
 
 @pytest.mark.parametrize("rate", RATES)
@@ -390,7 +391,8 @@ def test_large_recordings_are_judged_in_blocks(monkeypatch):
     heights[row:] += 1e-5
     broken = replace(recording, heights=heights)
     whole = judged(broken)
-    limits = LIMITS.with_added(SPEED, FORCE)
+    weak = ForceLimits(FORCE.forces, (22.0,) * 3, (22.0,) * 3)
+    limits = LIMITS.with_added(PlatformSpeedLimit(MACHINE, 0.1), weak)
     bounded = judged(broken, limits=limits)
     assert {Kind.PLATFORM_SPEED, Kind.FORCE} <= kinds_of(bounded)
     monkeypatch.setattr("tri_glide_kinematics.recordings.judgement.BLOCK", row - 1)

@@ -29,9 +29,9 @@ from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text
 
-# Length of the filter, a Hann window: the noise of its results is that of accelerations that matter
-# little, and motions with 200 m/s^3 change little meanwhile [s].
-WINDOW = 0.04
+# Length of the filter, a Hann window. In a longer one the machine moves so far that its forces are
+# no longer linear; a shorter one leaves more of the steps of encoders in the accelerations [s].
+WINDOW = 0.02
 LEAST_HALF = 2
 
 # Times between two rows differ from the others by no more than this part, or something is missing.
