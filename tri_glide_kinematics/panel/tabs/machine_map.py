@@ -241,14 +241,13 @@ class MachineMap:
             return
         span = of_all or here
         colors = colored(values, span, more_is_better=more_is_better)
-        # The first row of an image is the highest.
-        image = np.flipud(colors.reshape(PLACES, PLACES, 4))
         lower, upper = self._level.lower, self._level.upper
         width, depth = ((upper - lower) * PLACES / (PLACES - 1)).tolist()
         x, y = (0.5 * (lower + upper)).tolist()
         self._scene.add_image(
             "/map",
-            image,
+            # An image of viser has its first row at the least y.
+            colors.reshape(PLACES, PLACES, 4),
             width,
             depth,
             cast_shadow=False,
