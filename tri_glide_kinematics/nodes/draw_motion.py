@@ -65,6 +65,11 @@ def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="HZ",
         help="of the setpoints (default: the parameter rate)",
     )
+    add_parameter_arguments(parser)
+
+
+def add_parameter_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what tells a command where the parameters of the machine are."""
     parser.add_argument(
         "--parameters",
         type=Path,

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.parameters.table import start_text as start_text
     from tri_glide_kinematics.ros.parameters.tables import CALIBRATION_NODE as CALIBRATION_NODE
     from tri_glide_kinematics.ros.parameters.tables import FK_NODE as FK_NODE
+    from tri_glide_kinematics.ros.parameters.tables import FORCE_LIMITS as FORCE_LIMITS
     from tri_glide_kinematics.ros.parameters.tables import IK_NODE as IK_NODE
     from tri_glide_kinematics.ros.parameters.tables import NO_SHAPER as NO_SHAPER
     from tri_glide_kinematics.ros.parameters.tables import NODES as NODES

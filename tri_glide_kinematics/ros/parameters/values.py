@@ -106,8 +106,12 @@ def limits_of(values: Values) -> SliderLimits:
     )
 
 
-def motion_limits_of(values: Values, machine: TriGlide) -> SliderLimits:
+def motion_limits_of(
+    values: Values, machine: TriGlide, forces: SliderForces | None = None
+) -> SliderLimits:
     """Return the limits of the drives, with what bounds all motion of a ``machine`` besides.
+
+    Its ``forces`` are made if they are not given.
 
     Raises:
         ParameterError: if there is a force limit without masses.
@@ -118,7 +122,7 @@ def motion_limits_of(values: Values, machine: TriGlide) -> SliderLimits:
     if speed:
         added.append(PlatformSpeedLimit(machine, speed))
     limited = [entry for entry in FORCE_LIMITS if any(values[entry.name])]
-    forces = forces_of(values, machine)
+    forces = forces or forces_of(values, machine)
     if limited:
         if forces is None:
             raise _without_masses(limited[0], values)
