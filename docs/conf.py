@@ -21,8 +21,27 @@ sys.path.insert(0, str(ROOT))
 
 PACKAGE = "tri_glide_kinematics"
 REFERENCE = ROOT / "docs" / "reference"  # made here, not kept
-# What these rooms export is for the nodes of this package.
-NOT_FOR_OTHERS = (f"{PACKAGE}.ros", f"{PACKAGE}.panel")
+# Rooms for users, in the order in which they take their names: outer ones before inner ones. What the
+# package itself exports is mostly theirs. Rooms that need ROS are not among them.
+ROOMS = (
+    f"{PACKAGE}.tri_glide",
+    f"{PACKAGE}.workspace",
+    f"{PACKAGE}.motion",
+    f"{PACKAGE}.motion.shaping",
+    f"{PACKAGE}.dynamics",
+    f"{PACKAGE}.calibration",
+    f"{PACKAGE}.calibration.ringdown",
+    f"{PACKAGE}.programs",
+    f"{PACKAGE}.recordings",
+    f"{PACKAGE}.sizing",
+    f"{PACKAGE}.figures",
+    f"{PACKAGE}.mechanisms",
+    f"{PACKAGE}.mechanisms.four_bar",
+    f"{PACKAGE}.mechanisms.f_mechanism",
+    f"{PACKAGE}.mechanisms.landing_gear",
+    f"{PACKAGE}.mechanisms.pictures",
+    PACKAGE,
+)
 
 project = PACKAGE
 author = copyright = f"{PACKAGE} maintainers"
@@ -43,7 +62,7 @@ mathjax_path = "tex-svg-full.js"
 mathjax3_config = {"options": {"enableMenu": False}}
 
 autoclass_content = "both"
-autodoc_default_options = {"members": True, "show-inheritance": True}
+autodoc_default_options = {"show-inheritance": True}
 autodoc_type_aliases = {name: name for name in ("ArrayLike", "FloatArray", "Vector3")}
 napoleon_use_ivar = True
 maximum_signature_line_length = 88
@@ -53,24 +72,26 @@ nitpick_ignore_regex = [(r"py:.*", rf"(?!{PACKAGE}\.).*")]
 
 def contents(index: str) -> list[tuple[str, list[str]]]:
     """Return the title of each section of ``docs/index.md`` and the pages in its table."""
-    sections = re.findall(r"^## (.+)\n(.*?)(?=^## |\Z)", index, flags=re.DOTALL | re.MULTILINE)
+    sections = re.findall(r"^## ([^\n]+)\n(.*?)(?=^## |\Z)", index, flags=re.DOTALL | re.MULTILINE)
     return [(title, re.findall(r"^\| \[.*?\]\((.+?)\)", text, re.M)) for title, text in sections]
 
 
 def rooms() -> dict[str, list[str]]:
-    """Return the public rooms with the names that no outer room has shown."""
+    """Return the rooms of the reference with their names, each in the first room that has it."""
     found: dict[str, list[str]] = {}
     shown: set[int] = set()
-    for file in sorted((ROOT / PACKAGE).rglob("__init__.py"), key=lambda path: len(path.parts)):
-        room = ".".join(file.parent.relative_to(ROOT).parts)
-        if room == PACKAGE or room.startswith(NOT_FOR_OTHERS):
-            continue
+    for room in ROOMS:
         module = import_module(room)
-        names = [n for n in getattr(module, "__all__", ()) if id(getattr(module, n)) not in shown]
+        own = [name for name, value in vars(module).items() if _is_of(value, room)]
+        names = [name for name in getattr(module, "__all__", own)]
+        found[room] = [name for name in names if id(getattr(module, name)) not in shown]
         shown.update(id(getattr(module, name)) for name in names)
-        if names:
-            found[room] = names
-    return dict(sorted(found.items()))
+    return found
+
+
+def _is_of(value: object, module: str) -> bool:
+    name = getattr(value, "__name__", "_")
+    return getattr(value, "__module__", "") == module and not name.startswith("_")
 
 
 def reference_page(room: str, names: list[str]) -> str:
@@ -92,15 +113,11 @@ def _bring_mathjax(app: Any) -> None:
 
 def _write_reference(app: Any) -> None:
     REFERENCE.mkdir(exist_ok=True)
-    pages = {f"{room.removeprefix(f'{PACKAGE}.')}.rst": room for room in (found := rooms())}
     for old in REFERENCE.glob("*.rst"):
-        if old.name not in pages:
-            old.unlink()
-    for name, room in pages.items():
-        text = reference_page(room, found[room])
-        file = REFERENCE / name
-        if not file.exists() or file.read_text(encoding="utf-8") != text:
-            file.write_text(text, encoding="utf-8")
+        old.unlink()
+    for room, names in rooms().items():
+        file = REFERENCE / f"{room}.rst"
+        file.write_text(reference_page(room, names), encoding="utf-8")
 
 
 def _add_contents(app: Any, page: str, source: list[str]) -> None:
@@ -108,7 +125,7 @@ def _add_contents(app: Any, page: str, source: list[str]) -> None:
     if page != root_doc:
         return
     sections = contents(source[0])
-    reference = sorted(f"reference/{file.name}" for file in REFERENCE.glob("*.rst"))
+    reference = [f"reference/{room}" for room in (PACKAGE, *ROOMS[:-1])]
     for title, pages in [*sections, ("Reference", reference)]:
         entries = "\n".join(pages)
         source[0] += f"\n```{{toctree}}\n:hidden:\n:caption: {title}\n{entries}\n```\n"
@@ -140,11 +157,15 @@ def _public_names() -> dict[str, str]:
 
 def _link_to_room(app: Any, env: Any, node: Any, text: Any) -> Any:
     """Lead from the module of an object to the room that shows it."""
-    target = _public_names().get(node.get("reftarget"))
-    if target is None:
+    name = node.get("reftarget", "")
+    if node.get("refdomain") != "py" or not name.startswith(PACKAGE):
         return None
-    domain = env.get_domain("py")
-    return domain.resolve_xref(env, node["refdoc"], app.builder, "obj", target, node, text)
+    if target := _public_names().get(name):
+        domain = env.get_domain("py")
+        return domain.resolve_xref(env, node["refdoc"], app.builder, "obj", target, node, text)
+    module, _, member = name.rpartition(".")
+    # What is there, and is not for users, has no page.
+    return text if find_spec(module) and hasattr(import_module(module), member) else None
 
 
 def _lead_to_first_page(app: Any, error: Exception | None) -> None:

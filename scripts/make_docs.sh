@@ -15,7 +15,12 @@ set -eu
 if ! cmp -s requirements-docs.txt "$TOOLS/made_from"; then
     echo "docs: installing Sphinx"
     rm -rf "$TOOLS"
-    python -m pip install --quiet --disable-pip-version-check --target "$TOOLS" -r requirements-docs.txt
+    if ! python -m pip install --disable-pip-version-check --target "$TOOLS" \
+        -r requirements-docs.txt >.venv/docs.log 2>&1; then
+        grep -E '^ERROR' .venv/docs.log >&2 || true
+        echo "docs: error: Sphinx could not be installed (the whole log is .venv/docs.log)" >&2
+        exit 1
+    fi
     cp requirements-docs.txt "$TOOLS/made_from"
 fi
 rm -rf "$SITE"
