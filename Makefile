@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-kilted test-processors wheel test-wheel coverage release-check lint soak bench clean
+.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-kilted test-processors wheel test-wheel coverage release-check lint docs soak bench clean
 
 IN_ENV := source ./env.sh &&
 
@@ -54,6 +54,9 @@ release-check: env ## what a release into the ROS index asks for: rosdep and blo
 
 lint: env ## ruff, mypy, and which room imports which
 	@$(IN_ENV) ruff check . && ruff format --check . && mypy && lint-imports
+
+docs: env ## a site of all pages with search and reference, in out/docs; its links are checked
+	@scripts/make_docs.sh
 
 soak: env ## millions of steps, thousands of paths and goals, nodes that die, attacks on the page, ten minutes of all at 1 kHz
 	@$(IN_ENV) python -m benchmarks.soak_motion --steps 5000000 \

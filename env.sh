@@ -36,4 +36,19 @@ if [ -f "$_tri_glide_root/install/$_tri_glide_setup" ]; then
     . "$_tri_glide_root/install/$_tri_glide_setup"
     unset COLCON_CURRENT_PREFIX COLCON_PYTHON_EXECUTABLE
 fi
+
+# Jazzy from wheels has no command `ros2`. This is what the documents use of it that needs no more.
+_tri_glide_commands="$_tri_glide_root/install/tri_glide_kinematics/lib/tri_glide_kinematics"
+if ! command -v ros2 >/dev/null 2>&1; then
+    ros2() {
+        if [ "${1:-}" != run ] || [ "${2:-}" != tri_glide_kinematics ] || [ -z "${3:-}" ]; then
+            echo "ros2: without ROS 2 Jazzy installed there is only" \
+                "'ros2 run tri_glide_kinematics NAME'" >&2
+            return 2
+        fi
+        _tri_glide_name=$3
+        shift 3
+        "$_tri_glide_commands/$_tri_glide_name" "$@"
+    }
+fi
 unset _tri_glide_root _tri_glide_setup
