@@ -63,7 +63,7 @@ from tri_glide_kinematics.workspace import Workspace, places_inside
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-    from tri_glide_kinematics.ros.program_run import ProgramRun
+    from tri_glide_kinematics.ros.program_run import ProgramLink, ProgramRun
 
 ENDINGS_TEXT = ", ".join(PROGRAM_ENDINGS)
 
@@ -172,6 +172,8 @@ class _Terminal:
         Raises:
             NoMachineError: if nobody tells it.
         """
+        from tri_glide_kinematics.ros.program_run import START_TIMEOUT
+
         end = time.monotonic() + START_TIMEOUT
         while link.machine is None:
             if time.monotonic() > end:
