@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-processors coverage release-check lint soak bench clean
+.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-kilted test-processors wheel test-wheel coverage release-check lint docs soak bench clean
 
 IN_ENV := source ./env.sh &&
 
@@ -32,10 +32,19 @@ test-no-nodes: env ## all tests that start no nodes
 	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n auto -m "not nodes and not alone"
 
 test-jazzy: ## all tests with the versions of an Ubuntu 24.04 with Jazzy, in an environment of their own
-	@scripts/test_jazzy.sh test
+	@scripts/test_distribution.sh jazzy test
+
+test-kilted: ## all tests with the wheels of ROS 2 Kilted, in an environment of their own
+	@scripts/test_distribution.sh kilted test
 
 test-processors: env ## all tests without nodes, as they run on five kinds of processors
 	@$(IN_ENV) exec scripts/test_processors.sh
+
+wheel: env ## the package without ROS for pip, into out/; the same commit gives the same bytes
+	@$(IN_ENV) exec scripts/build_wheel.sh
+
+test-wheel: env ## the tests that need no ROS, with the wheel in environments without ROS, on each Python that is found
+	@rm -rf .wheel/made && (source ./env.sh && scripts/build_wheel.sh .wheel/made) && exec scripts/test_wheel.sh
 
 coverage: env ## which lines of the package all tests run; takes somewhat longer than they do
 	@$(IN_ENV) exec scripts/coverage.sh
@@ -45,6 +54,9 @@ release-check: env ## what a release into the ROS index asks for: rosdep and blo
 
 lint: env ## ruff, mypy, and which room imports which
 	@$(IN_ENV) ruff check . && ruff format --check . && mypy && lint-imports
+
+docs: env ## a site of all pages with search and reference, in out/docs; its links are checked
+	@scripts/make_docs.sh
 
 soak: env ## millions of steps, thousands of paths and goals, nodes that die, attacks on the page, ten minutes of all at 1 kHz
 	@$(IN_ENV) python -m benchmarks.soak_motion --steps 5000000 \
@@ -60,4 +72,4 @@ bench: env ## ratios to references measured in the same run; see docs/performanc
 		&& exec python -m benchmarks
 
 clean: ## remove everything that the other targets made
-	rm -rf .venv .jazzy build install log out .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	rm -rf .venv .jazzy .kilted .wheel build install log out .pytest_cache .hypothesis .mypy_cache .ruff_cache

@@ -1,5 +1,5 @@
 # To be sourced (bash or zsh): puts the shell into the environment that `make env` made.
-# Where .venv holds ROS 2 Jazzy itself, it replaces whatever ROS the shell had.
+# Where .venv holds ROS 2 itself, it replaces whatever ROS the shell had.
 
 if [ -n "${BASH_SOURCE:-}" ]; then
     _tri_glide_root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -20,7 +20,7 @@ fi
 . "$_tri_glide_root/.venv/bin/activate"
 
 if [ -f "$_tri_glide_root/.venv/library_path" ]; then
-    # Jazzy from wheels. The library path is set here because the wheels would otherwise start
+    # ROS 2 from wheels. The library path is set here because the wheels would otherwise start
     # every interpreter twice to set it.
     unset PYTHONPATH ROS_DISTRO
     export AMENT_PREFIX_PATH="$VIRTUAL_ENV" CMAKE_PREFIX_PATH="$VIRTUAL_ENV"
@@ -35,5 +35,20 @@ if [ -f "$_tri_glide_root/install/$_tri_glide_setup" ]; then
     COLCON_PYTHON_EXECUTABLE=$(readlink -f "$_tri_glide_root/.venv/bin/python")
     . "$_tri_glide_root/install/$_tri_glide_setup"
     unset COLCON_CURRENT_PREFIX COLCON_PYTHON_EXECUTABLE
+fi
+
+# Jazzy from wheels has no command `ros2`. This is what the documents use of it that needs no more.
+_tri_glide_commands="$_tri_glide_root/install/tri_glide_kinematics/lib/tri_glide_kinematics"
+if ! command -v ros2 >/dev/null 2>&1; then
+    ros2() {
+        if [ "${1:-}" != run ] || [ "${2:-}" != tri_glide_kinematics ] || [ -z "${3:-}" ]; then
+            echo "ros2: without ROS 2 Jazzy installed there is only" \
+                "'ros2 run tri_glide_kinematics NAME'" >&2
+            return 2
+        fi
+        _tri_glide_name=$3
+        shift 3
+        "$_tri_glide_commands/$_tri_glide_name" "$@"
+    }
 fi
 unset _tri_glide_root _tri_glide_setup

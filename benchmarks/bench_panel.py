@@ -23,6 +23,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState
 
+from benchmarks.long_programs import cut
 from benchmarks.processor_time import processor_time
 from benchmarks.table import aligned
 from testing import page_reader
@@ -30,13 +31,14 @@ from testing.browser import DESKTOP, Browser, Page, browser, find_browser
 from testing.client import Client
 from testing.domain import own_context, own_domain, set_transport
 from testing.ends import run_in_real_time
-from testing.panel import STOP, STRIP, Panel
+from testing.panel import STOP, STRIP, Panel, tab
 from testing.processes import TIMEOUT, launched
 from tri_glide_kinematics.ros.starting import COMPUTER, executable
 from tri_glide_kinematics.vectors import Vector3
 
 HEAD = ("what", "measured", "to reach")
 STOPS = 15
+PROGRAMS = 5
 CPU_TIME = 15.0  # s
 CYCLES_TIME = 15.0  # s
 ROUNDS = 4
@@ -45,6 +47,8 @@ LOW, HIGH = (0.0, 0.0, 0.2), (0.0, 0.0, 0.42)
 SLOW = 0.06
 STEADY_TIME = 0.2  # s
 PLATFORM = "window.__viserMutable?.nodeRefFromName?.['/measured/platform']?.position?.z"
+PROGRAM_LINES = 200_000
+DRAWN = "!!window.__viserMutable?.nodeRefFromName?.['/program']"
 FRAME_COUNT = "window.__viserTestpoints.rendererInfo.render.frame"
 
 
@@ -76,6 +80,7 @@ def run() -> bool:
                 panel.client.spin_for(5.0)
                 panel.recover()
                 rows += _stop(panel, page)
+                rows += _program(panel, page, Path(folder) / "long.ngc")
                 rows += _cpu(panel, "a page drawn here", lambda: page.evaluate(FRAME_COUNT))
                 here = [_late_part(panel)]
                 rows += [
@@ -132,7 +137,40 @@ def _wait_for_server(address: str) -> None:
 
 
 def _stop(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
-    """Press Stop on the way, again and again: by the stamps, which are of one clock."""
+    """Press Stop on the way, again and again."""
+    yield (
+        "from the press on Stop to the first braking setpoint, median",
+        _stops(panel, page),
+        "50 ms",
+    )
+
+
+def _program(panel: Panel, page: Page, file: Path) -> Iterator[tuple[str, str, str]]:
+    """Upload a program of very many lines, and press Stop while others like it are loaded."""
+    page.click(tab("Program"))
+    file.write_text("".join(cut(PROGRAM_LINES, 6000)))
+    times = []
+    for number in range(PROGRAMS):
+        begin = time.monotonic()
+        page.choose_file("[data-upload]", file)
+        page.wait_for(f"!{DRAWN}" if number else DRAWN, "a new program", spin=panel.spin)
+        page.wait_for(DRAWN, "the picture of the program", spin=panel.spin)
+        times.append(time.monotonic() - begin)
+    later = ", ".join(f"{each:.1f}" for each in sorted(times[1:]))
+    text = f"{times[0]:.1f} s (beside a picture of as many, which the processor draws: {later} s)"
+    yield f"from the upload of {PROGRAM_LINES:,} lines to their picture", text, "5 s"
+    text = _stops(panel, page, lambda: page.choose_file("[data-upload]", file))
+    yield "from the press on Stop to braking while they are loaded, median", text, "50 ms"
+
+
+def _stops(panel: Panel, page: Page, before: Callable[[], None] | None = None) -> str:
+    """Measure how late Stop brakes, by the stamps, which are of one clock.
+
+    Args:
+        panel: with the machine.
+        page: with the button.
+        before: is called right before each press, where the page is to be busy.
+    """
     commands = panel.client.record(JointState, "joint_commands")
     panel.client.send_pose(LOW)
     panel.wait_until_at(LOW)
@@ -146,6 +184,8 @@ def _stop(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
         _cruise(panel, goals[number % 2], commands)
         place = page.middle_of(STOP)
         page.mouse("mouseMoved", place, buttons=0)
+        if before is not None:
+            before()
         commands.clear()
         begin = time.time()
         page.mouse("mousePressed", place)
@@ -162,11 +202,10 @@ def _stop(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
         )
     panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
     milliseconds = 1000.0 * np.array(delays)
-    text = (
+    return (
         f"{median(milliseconds):.1f} ms (5 to 95 %: {np.percentile(milliseconds, 5):.1f} to "
         f"{np.percentile(milliseconds, 95):.1f} ms, {len(delays)} times)"
     )
-    yield "from the press on Stop to the first braking setpoint, median", text, "50 ms"
 
 
 def _cruise(panel: Panel, goal: Vector3, commands: list[JointState]) -> None:

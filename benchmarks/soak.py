@@ -93,7 +93,7 @@ def random_pauses(rng: np.random.Generator, count: int, step: float = 0.002) -> 
 
 def some_pieces(rng: np.random.Generator) -> Callable[[], bool]:
     """Return what says yes a random number of times: how much planning fits in a cycle."""
-    left = iter(range(int(rng.integers(0, 6))))
+    left = iter(range(int(rng.integers(0, 9))))
     return lambda: next(left, None) is not None
 
 

@@ -3,17 +3,28 @@
 ros2 launch tri_glide_kinematics tri_glide.launch.py
 ros2 launch tri_glide_kinematics tri_glide.launch.py simulator:=false parameters:=/my/machine.yaml
 ros2 launch tri_glide_kinematics tri_glide.launch.py calibrated:=/my/calibrated.yaml
+ros2 launch tri_glide_kinematics tri_glide.launch.py rviz:=true
 """
 
 from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
 from launch.conditions import IfCondition
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import (
+    Command,
+    EnvironmentVariable,
+    LaunchConfiguration,
+    OrSubstitution,
+    PathJoinSubstitution,
+)
 from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
 
 from launch import LaunchDescription
 
 PACKAGE = "tri_glide_kinematics"
+
+# Each machine has the transforms of its own namespace.
+TRANSFORMS = [("/tf", "tf"), ("/tf_static", "tf_static")]
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -49,11 +60,25 @@ def generate_launch_description() -> LaunchDescription:
             choices=["cell", "computer"],
             description="how messages travel: on all network interfaces, or on this computer only",
         ),
+        DeclareLaunchArgument(
+            "description",
+            default_value="false",
+            choices=["true", "false"],
+            description="whether robot_state_publisher tells URDF and transforms, for Foxglove",
+        ),
+        DeclareLaunchArgument(
+            "rviz",
+            default_value="false",
+            choices=["true", "false"],
+            description="whether RViz shows the machine; it brings the description with it",
+        ),
     ]
     nodes = [
         _node("simulator_node", condition=IfCondition(LaunchConfiguration("simulator"))),
         _node("ik_node"),
         _node("fk_node"),
+        _state_publisher(),
+        _rviz(),
     ]
     transport = SetEnvironmentVariable("TRI_GLIDE_TRANSPORT", LaunchConfiguration("transport"))
     return LaunchDescription([*arguments, transport, *nodes])
@@ -67,4 +92,44 @@ def _node(executable: str, condition: IfCondition | None = None) -> Node:
         parameters=[LaunchConfiguration("parameters"), LaunchConfiguration("calibrated")],
         output="screen",
         condition=condition,
+    )
+
+
+def _state_publisher() -> Node:
+    """Return the node that makes transforms of the joints that fk_node tells."""
+    urdf = Command(
+        [
+            *("'", ExecutableInPackage(executable="describe_machine", package=PACKAGE), "' '"),
+            *(LaunchConfiguration("parameters"), "' '", LaunchConfiguration("calibrated")),
+            *("' --node '/", LaunchConfiguration("namespace"), "/ik_node'"),
+        ]
+    )
+    return Node(
+        package="robot_state_publisher",
+        executable="robot_state_publisher",
+        namespace=LaunchConfiguration("namespace"),
+        parameters=[
+            {
+                "robot_description": ParameterValue(urdf, value_type=str),
+                "publish_frequency": 50.0,
+            }
+        ],
+        remappings=[("joint_states", "all_joint_states"), *TRANSFORMS],
+        output="screen",
+        condition=IfCondition(
+            OrSubstitution(LaunchConfiguration("description"), LaunchConfiguration("rviz"))
+        ),
+    )
+
+
+def _rviz() -> Node:
+    view = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", "tri_glide.rviz"])
+    return Node(
+        package="rviz2",
+        executable="rviz2",
+        namespace=LaunchConfiguration("namespace"),
+        arguments=["-d", view],
+        remappings=TRANSFORMS,
+        output="screen",
+        condition=IfCondition(LaunchConfiguration("rviz")),
     )

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Makes everything that running and testing need, and nothing when it is all there.
 #
-# Where a ROS 2 Jazzy is sourced, it is used, and .venv only adds the Python modules that it lacks.
-# Elsewhere .venv gets Jazzy itself, from pinned wheels. Then colcon builds the workspace.
+# Where a ROS 2 Jazzy or Kilted is sourced, it is used, and .venv only adds the Python modules that it
+# lacks. Elsewhere .venv gets ROS 2 itself, from pinned wheels: Jazzy, unless requirements.txt names
+# another one. Then colcon builds the workspace.
 # PYTHON names the interpreter to use where the default one does not fit.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -21,8 +22,8 @@ need() { # need COMMAND WHERE-FROM
     command -v "$1" >/dev/null 2>&1 || fail "$1 is missing (on Debian and Ubuntu: sudo apt install $2)"
 }
 
-jazzy_is_sourced() {
-    [ "${ROS_DISTRO:-}" = jazzy ] && python3 -c 'import rclpy' >/dev/null 2>&1
+ros_is_sourced() {
+    [[ "${ROS_DISTRO:-}" =~ ^(jazzy|kilted)$ ]] && python3 -c 'import rclpy' >/dev/null 2>&1
 }
 
 find_python() {
@@ -35,7 +36,7 @@ find_python() {
         fi
         [ "$candidate" != "${PYTHON:-}" ] || fail "PYTHON=$PYTHON is not a Python 3.10 to 3.13"
     done
-    fail "no Python 3.10 to 3.13 found: the wheels of ROS 2 Jazzy exist for these only" \
+    fail "no Python 3.10 to 3.13 found: the wheels of ROS 2 exist for these only" \
         "(python3 is $(python3 --version 2>&1 || true)); name another one with PYTHON=..."
 }
 
@@ -75,10 +76,10 @@ make_venv_from_wheels() {
     "$python" -c 'import ensurepip, venv' >/dev/null 2>&1 ||
         fail "$python has no venv module (on Debian and Ubuntu: sudo apt install python3-venv)"
     [ "$(uname -sm)" = "Linux x86_64" ] ||
-        fail "the wheels of ROS 2 Jazzy are for Linux x86_64 and this is $(uname -sm): install Jazzy and source it"
+        fail "the wheels of ROS 2 are for Linux x86_64 and this is $(uname -sm): install ROS 2 Jazzy and source it"
     say "making .venv with $("$python" --version)"
     "$python" -m venv .venv
-    say "installing ROS 2 Jazzy and the tools from wheels (about 200 packages, 1 to 3 minutes)"
+    say "installing ROS 2 and the tools from wheels (about 200 packages, 1 to 3 minutes)"
     install -r requirements.txt -c constraints.txt
     correct_include_folders
     LD_LIBRARY_PATH='' .venv/bin/python -c \
@@ -86,9 +87,9 @@ make_venv_from_wheels() {
     : >.venv/local_setup.sh # colcon looks for it in each prefix of AMENT_PREFIX_PATH
 }
 
-make_venv_beside_jazzy() {
+make_venv_beside_ros() {
     local module missing=()
-    say "using the ROS 2 Jazzy that is sourced; .venv adds what it lacks"
+    say "using the ROS 2 $ROS_DISTRO that is sourced; .venv adds what it lacks"
     python3 -m venv --system-site-packages .venv >/dev/null 2>&1 ||
         fail "python3 cannot make a venv (on Debian and Ubuntu: sudo apt install python3-venv)"
     for module in numpy ruckig matplotlib tqdm yaml pytest xdist hypothesis scipy domain_coordinator \
@@ -97,9 +98,9 @@ make_venv_beside_jazzy() {
     done
     missing=("${missing[@]/#yaml/PyYAML}")
     missing=("${missing[@]/#xdist/pytest-xdist}")
-    missing=("${missing[@]/#domain_coordinator/ros-jazzy-domain-coordinator}")
+    missing=("${missing[@]/#domain_coordinator/ros-domain-coordinator}")
     missing=("${missing[@]/#importlinter/import-linter}")
-    # The messages of Jazzy are compiled against its own numpy: that one has to stay.
+    # The messages of ROS are compiled against its own numpy: that one has to stay.
     .venv/bin/python -c 'import numpy; print("numpy==" + numpy.__version__)' >.venv/numpy.txt 2>/dev/null || true
     if [ ${#missing[@]} -gt 0 ]; then
         say "installing ${missing[*]}"
@@ -114,13 +115,13 @@ files_of_the_build() {
 
 hash_of() { sha256sum | cut -d ' ' -f 1; }
 
-if jazzy_is_sourced; then
+if ros_is_sourced; then
     mode="beside $(python3 -c 'import rclpy; print(rclpy.__file__)')"
     need colcon python3-colcon-common-extensions
 else
     mode=wheels
     if [ -n "${ROS_DISTRO:-}" ]; then
-        say "ROS 2 $ROS_DISTRO is sourced, but Jazzy is needed: using wheels"
+        say "ROS 2 $ROS_DISTRO is sourced, but Jazzy or Kilted is needed: using wheels"
     fi
 fi
 need g++ g++
@@ -131,7 +132,7 @@ wanted="$PWD $mode $(cat requirements.txt constraints.txt scripts/make_env.sh | 
 if [ "$(cat "$STAMP" 2>/dev/null)" != "$wanted" ]; then
     rm -rf .venv build install log
     mkdir .venv
-    if [ "$mode" = wheels ]; then make_venv_from_wheels; else make_venv_beside_jazzy; fi
+    if [ "$mode" = wheels ]; then make_venv_from_wheels; else make_venv_beside_ros; fi
     printf '%s\n' "$wanted" >"$STAMP"
 fi
 

@@ -27,10 +27,16 @@ def text(page: Path) -> str:
 
 def blocks(page: Path, language: str) -> list[str]:
     """Return the code of a language, without the indentation of lists."""
-    found = re.findall(
-        rf"^( *)```{language}\n(.*?)^\1```", text(page), flags=re.DOTALL | re.MULTILINE
-    )
-    return [re.sub(rf"^{indent}", "", code, flags=re.MULTILINE) for indent, code in found]
+    return [code for named, code in all_blocks(page) if named == language]
+
+
+def all_blocks(page: Path) -> list[tuple[str, str]]:
+    """Return the language and the code of each block, in order."""
+    found = re.findall(r"^( *)```(\w*)\n(.*?)^\1```", text(page), flags=re.DOTALL | re.MULTILINE)
+    return [
+        (language, re.sub(rf"^{indent}", "", code, flags=re.MULTILINE))
+        for indent, language, code in found
+    ]
 
 
 def prose(page: Path) -> str:

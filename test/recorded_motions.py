@@ -33,6 +33,7 @@ def record(
     *,
     kind: MotionKind = MotionKind.SLIDER,
     is_shaped: bool = False,
+    limits: SliderLimits = LIMITS,
 ) -> Recording:
     """Return what an engine puts out.
 
@@ -42,9 +43,10 @@ def record(
         period: of the setpoints [s].
         kind: of moves.
         is_shaped: whether it has a shaper.
+        limits: in force.
     """
     rng = np.random.default_rng(seed)
-    engine = MotionEngine(WORKSPACE, LIMITS, kind=kind)
+    engine = MotionEngine(WORKSPACE, limits, kind=kind)
     engine.start(HOME)
     engine.set_shaper(SHAPER if is_shaped else None)
     states = [engine.state]

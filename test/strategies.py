@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import WorkspaceLimits
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 DEFAULT_LIMITS = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 10.0)
 
@@ -83,6 +85,15 @@ def random_positions(
         condition = machine.condition_number_batch(places)
         found = np.concatenate((found, places[condition < max_condition]))
     return found[:count]
+
+
+def is_inside(workspace: Workspace, position: Iterable[float]) -> bool:
+    """Return whether the platform may be at a ``position`` [m]."""
+    try:
+        workspace.check_position(position)
+    except KinematicsError:
+        return False
+    return True
 
 
 def nudged(rng: np.random.Generator, values: ArrayLike) -> NDArray[np.float64]:

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import ast
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
 from catkin_pkg.package import Package, parse_package
+
+from tri_glide_kinematics import __version__
+from tri_glide_kinematics.command_line import COMMANDS, PROGRAM
+from tri_glide_kinematics.command_line import main as command_line_main
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = "tri_glide_kinematics"
@@ -68,6 +74,16 @@ def keys(modules: set[str]) -> set[str]:
     return {ROSDEP_KEYS.get(module, module) for module in modules - WITHOUT_KEY}
 
 
+@pytest.fixture
+def setup(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Return what setup.py tells setuptools."""
+    arguments: dict[str, Any] = {}
+    monkeypatch.setattr("setuptools.setup", lambda **given: arguments.update(given))
+    monkeypatch.chdir(ROOT)
+    exec(compile((ROOT / "setup.py").read_text(encoding="utf-8"), "setup.py", "exec"), {})
+    return arguments
+
+
 @pytest.fixture(scope="module")
 def manifest() -> Package:
     return parse_package(str(ROOT))
@@ -84,21 +100,40 @@ def test_the_manifest_names_what_the_tests_import_and_nothing_else(manifest: Pac
     assert declared == keys(imported(*TESTS)) - exec_depends
 
 
-def test_the_python_package_names_what_it_imports_without_ros(monkeypatch: pytest.MonkeyPatch):
-    arguments: dict[str, object] = {}
-    monkeypatch.setattr("setuptools.setup", lambda **given: arguments.update(given))
-    monkeypatch.chdir(ROOT)
-    exec(compile((ROOT / "setup.py").read_text(encoding="utf-8"), "setup.py", "exec"), {})
-    extras = arguments["extras_require"]
-    assert isinstance(extras, dict)
+def test_the_python_package_names_what_it_imports_without_ros(setup: dict[str, Any]):
+    always = [*setup["install_requires"], *setup["extras_require"]["pictures"]]
     without_ros = set(ROSDEP_KEYS) | {"ruckig"}
-    always = [*arguments["install_requires"], *extras["figures"]]
     for modules, declared in (
         (imported(PACKAGE) - WITH_VISER, always),
-        (imported(PACKAGE, *TESTS), [*always, *extras["test"]]),
+        (imported(PACKAGE, *TESTS), [*always, *setup["extras_require"]["test"]]),
     ):
         needed = {PIP_NAMES.get(module, module) for module in modules & without_ros}
         assert sorted(declared) == sorted(needed)
+
+
+def test_the_version_is_one(setup: dict[str, Any]):
+    folders = (ROOT, *ROOT.glob("tri_glide_*/package.xml"))
+    assert len(folders) == 3
+    versions = {parse_package(str(folder)).version for folder in folders}
+    assert versions == {setup["version"], __version__}
+
+
+def test_the_command_has_all_executables_that_need_no_ros(setup: dict[str, Any]):
+    files = (ROOT / "executables").iterdir()
+    starts = {
+        file.name: re.findall(r"from tri_glide_kinematics\.(\S+) import main\b", file.read_text())
+        for file in files
+    }
+    rooms_with_ros = ("demo.", "panel.")
+    commands = {
+        name: modules[0]
+        for name, modules in starts.items()
+        if modules and not modules[0].startswith(rooms_with_ros)
+    }
+    assert {name: command.module for name, command in COMMANDS.items()} == commands
+    assert setup["entry_points"] == {
+        "console_scripts": [f"{PROGRAM} = {command_line_main.__module__}:main"]
+    }
 
 
 def test_each_key_of_the_manifests_is_in_the_index_and_none_is_kept_without_use():

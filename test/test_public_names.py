@@ -7,7 +7,6 @@ import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 
@@ -59,11 +58,3 @@ def test_completion_shows_the_public_names():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     for package, shown in zip(PACKAGES, done.stdout.splitlines(), strict=True):
         assert {*import_module(package).__all__, "__doc__", "__path__"} <= set(shown.split())
-
-
-def test_the_version_is_that_of_the_packages():
-    versions = {
-        ElementTree.parse(ROOT.parent / path / "package.xml").findtext("version")
-        for path in (".", "tri_glide_interfaces", "tri_glide_ruckig")
-    }
-    assert versions == {tri_glide_kinematics.__version__}

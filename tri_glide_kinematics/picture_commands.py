@@ -6,7 +6,7 @@ import argparse
 import os
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,21 +39,31 @@ def save_figure(figure: Figure, file: Path, resolution: float) -> None:
 
 
 def find_file(file: Path) -> Path:
-    """Return ``file``, or the installed configuration file of that name if there is no such file.
-
-    ROS keeps the folders in which packages are installed in the environment.
-    """
+    """Return ``file``, or if there is none, the installed configuration file of that name."""
     if not file.exists() and file.name == str(file):
-        for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
-            installed = Path(prefix, "share", PACKAGE, "config", file.name)
+        for folder in _shared_folders():
+            installed = folder / "config" / file.name
             if installed.exists():
                 return installed
     return file
 
 
-def command_parser(name: str, description: str, file_help: str) -> argparse.ArgumentParser:
+def _shared_folders() -> Iterator[Path]:
+    """Yield the folders that may have the files of this package that are no modules.
+
+    ROS keeps the folders in which packages are installed in the environment. pip installs them into
+    one that has the modules somewhere inside, and leaves all where it is if it is told ``-e``.
+    """
+    prefixes = map(Path, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
+    package = Path(__file__).parent
+    for prefix in (*prefixes, *package.parents):
+        yield prefix / "share" / PACKAGE
+    yield package.parent
+
+
+def command_parser(description: str, file_help: str) -> argparse.ArgumentParser:
     """Return the parser of a command that reads a ``file`` and writes to the folder ``output``."""
-    parser = argparse.ArgumentParser(prog=name, description=description)
+    parser = argparse.ArgumentParser(description=description)
     parser.add_argument("file", type=Path, help=file_help)
     parser.add_argument(
         "--output", type=Path, default=Path("out"), metavar="DIR", help="folder (default: out)"

@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from sensor_msgs.msg import JointState
 
+from tri_glide_kinematics.description import PASSIVE_JOINTS, Parts
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 
 CALIBRATED = TriGlideGeometry(
@@ -112,6 +113,31 @@ def test_without_velocities_there_is_a_pose_alone(fk, client, velocities):
     client.wait_for(lambda: fk.twists, "the twist")
     assert [twist.header.stamp.sec for twist in fk.twists] == [3]
     assert fk.twists[0].twist.linear.z == pytest.approx(0.1)
+
+
+def test_all_joints_of_the_urdf_are_told_while_somebody_listens(client, fk):
+    offsets = (0.01, -0.02, 0.015)
+    fk.start({"height_offsets": offsets})
+    joints = client.record(JointState, "all_joint_states")
+    machine, parts = TriGlide(DEFAULT_GEOMETRY), Parts.of(DEFAULT_GEOMETRY, 0.05)
+    heights = (0.6, 0.61, 0.62)
+    second = 2
+
+    def told():
+        # Not each measurement is told, and none before there is a connection.
+        nonlocal second
+        second += 1
+        fk.send(heights, second=second)
+        return joints
+
+    client.wait_for(told, "all joints")
+    message = joints[-1]
+    true = tuple(map(sum, zip(heights, offsets)))
+    expected = (*heights, *parts.passive_values(true, machine.forward(true)))
+    assert message.name == ["slider_1", "slider_2", "slider_3", *PASSIVE_JOINTS]
+    assert list(message.position) == pytest.approx(expected, abs=1e-12)
+    assert 2 < message.header.stamp.sec <= second
+    assert not message.velocity
 
 
 def test_impossible_measurements_give_a_reason_and_no_pose(fk, client):

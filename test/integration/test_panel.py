@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import TwistStamped
 from rclpy.context import Context
+from std_srvs.srv import SetBool
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
@@ -628,7 +629,8 @@ SHOW = """(() => {
   const others = [...document.querySelectorAll("button")].filter((each) => each !== stop);
   return {
     stop: box(stop), state: box(strip.querySelector(".state")), words: box(words),
-    last: box(strip.querySelector(".pages")), others: others.map(box),
+    limit: box(strip.querySelector(".limit")), last: box(strip.querySelector(".pages")),
+    others: others.map(box),
   };
 })()"""
 
@@ -656,15 +658,21 @@ def test_long_words_hide_neither_stop_nor_their_own_end(
 ) -> None:
     narrow.resize(size)
     words = dict.fromkeys(("reason", "refusal", "pages"), LONG_WORDS)
-    told = json.dumps({"color": "fault", "state": "stopping", "stop": "ramps to rest", **words})
+    words |= {
+        "state": "stopping",
+        "stop": "ramps to rest",
+        "limit": "teach mode · at most 250 mm/s",
+    }
+    told = json.dumps({"color": "fault", **words})
     show = SHOW.replace("WORDS", told).replace("STRIP", STRIP).replace("STOP", STOP)
     # While the page goes over to another size, Stop is small for a moment.
     laid_out = f"innerWidth === {size[0]} && ({IS_LARGE})({show})"
     found = narrow.wait_for(laid_out, "the page in its new size, Stop larger than all buttons")
     stop, state, place = found["stop"], found["state"], found["words"]
-    for box in (stop, state, place):
+    for box in (stop, state, place, found["limit"]):
         assert box[0] >= 0 and box[1] >= 0 and box[2] <= size[0] and box[3] <= size[1]
     assert lie_apart(stop, state)
+    assert lie_apart(stop, found["limit"])
     assert lie_apart(stop, place)
     assert lie_apart(state, place)
     # What does not fit is scrolled into sight.
@@ -696,6 +704,70 @@ def test_a_second_page_cannot_take_the_controls_unasked(
     second.click(button("enable"))
     panel.machine.wait_for_state("idle")
     hand_over(panel, second, page)
+
+
+def test_the_teach_mode_is_switched_on_by_any_page_and_off_by_the_one_with_the_controls(
+    panel: Panel, page: Page, rival: tuple[Browser, Page]
+) -> None:
+    _, second = rival
+    switch, words = field("Teach mode"), "teach mode · at most 250 mm/s"
+
+    def is_on() -> bool:
+        return bool(panel.machine.states[-1].teach_mode)
+
+    def shown(each: Page, on: bool) -> None:
+        each.wait_for(f"{switch}.checked === {json.dumps(on)}", "the box", spin=panel.spin)
+        panel.wait_for_words(each, words if on else "", "limit")
+
+    second.click(switch)
+    panel.client.wait_for(is_on, "the teach mode")
+    shown(page, True)
+    shown(second, True)
+    panel.click_for_words(second, switch, "nothing done", "refusal")
+    # The box goes back, and on other tabs the words are in sight, too.
+    shown(second, True)
+    page.click(tab("Points"))
+    panel.wait_for_words(page, words, "limit")
+    page.click(tab("Drive"))
+    page.click(switch)
+    panel.client.wait_for(lambda: not is_on(), "no teach mode")
+    limit = f"{STRIP}.querySelector('.limit').textContent"
+    for each in (page, second):
+        each.wait_for(f"!{switch}.checked && {limit} === ''", "no teach mode", spin=panel.spin)
+    # What another client has switched.
+    panel.client.call(SetBool, "ik_node/teach_mode", SetBool.Request(data=True))
+    shown(page, True)
+    panel.client.call(SetBool, "ik_node/teach_mode", SetBool.Request(data=False))
+    page.wait_for(f"!{switch}.checked && {limit} === ''", "none again", spin=panel.spin)
+
+
+MAP = "Object.keys(window.__viserSceneTree.getState()).includes('/map')"
+LEGEND = "document.querySelector('.tri-glide-legend')"
+
+
+def test_a_map_is_a_coloured_plane_with_a_legend(panel: Panel, page: Page) -> None:
+    before = still_scene_of(page)
+    page.click(tab("Numbers"))
+    panel.click_choice(page, "Show", "force")
+    page.wait_for(f"{MAP} && {LEGEND} !== null", "the map", spin=panel.spin)
+    assert page.evaluate(f"{LEGEND}.innerText.includes(' N')")
+    after = still_scene_of(page)
+    changed = (np.abs(after.astype(int) - before).max(axis=2) > 60).sum(axis=1)
+    # Where the arms reach, the level is a triangle with a corner behind and a side in front: it
+    # gets wider from its upper end on.
+    upper_end = int((changed > 40).argmax())
+    assert changed.argmax() > upper_end + 25
+    least = page.evaluate(f"{LEGEND}.innerText")
+    # Drives that are twice as strong.
+    page.type(field("Drive [µm, N, N/mm]", 1), "200")
+    page.wait_for(f"{LEGEND}.innerText !== {json.dumps(least)}", "other forces", spin=panel.spin)
+    first, second = (
+        float(page.evaluate(f"{text}.split(' ')[0]"))
+        for text in (json.dumps(least), f"{LEGEND}.innerText")
+    )
+    assert second == pytest.approx(2.0 * first, rel=2e-3)
+    panel.click_choice(page, "Show", "none")
+    page.wait_for(f"!({MAP}) && {LEGEND} === null", "no map", spin=panel.spin)
 
 
 def test_keys_of_a_page_without_the_controls_are_not_even_sent(

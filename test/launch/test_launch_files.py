@@ -7,6 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import yaml
+
+from tri_glide_kinematics.ros.outputs import AllJointStates
+from tri_glide_kinematics.ros.parameters import FK_NODE
 
 ROOT = Path(__file__).parents[2]
 FILES = sorted((ROOT / "launch").glob("*.launch.py"))
@@ -31,6 +35,13 @@ def keyword(call: ast.Call, name: str) -> ast.expr:
     return next(entry.value for entry in call.keywords if entry.arg == name)
 
 
+def own_nodes(file: Path) -> Iterator[ast.Call]:
+    """The nodes of this package; others have a text for the name of theirs."""
+    for call in calls(file, "Node"):
+        if not isinstance(keyword(call, "package"), ast.Constant):
+            yield call
+
+
 def test_there_is_one_for_the_machine_and_one_with_mechanisms():
     assert NAMES == ["tri_glide.launch.py", "tri_glide_and_mechanisms.launch.py"]
 
@@ -46,7 +57,7 @@ def test_it_compiles_and_has_the_function_that_ros_calls(file):
 @pytest.mark.parametrize("file", FILES, ids=NAMES)
 def test_the_executables_exist(file):
     named = set()
-    for call in [*calls(file, "Node"), *calls(file, "_node")]:
+    for call in [*own_nodes(file), *calls(file, "_node"), *calls(file, "ExecutableInPackage")]:
         for value in (*call.args, *(k.value for k in call.keywords if k.arg == "executable")):
             if isinstance(value, ast.Constant):
                 named.add(value.value)
@@ -71,13 +82,14 @@ def test_each_argument_has_a_default_and_a_description_and_is_used():
         declared.add(call.args[0].value)
         assert keyword(call, "default_value")
         assert len(keyword(call, "description").value) > 10
-    assert declared == used == {"simulator", "namespace", "parameters", "calibrated", "transport"}
+    expected = {"simulator", "namespace", "parameters", "calibrated", "transport"}
+    assert declared == used == expected | {"description", "rviz"}
 
 
 def test_the_calibrated_file_comes_behind_the_other_one_and_is_the_same_if_none_is_named():
     """Of two parameter files the later one counts."""
     file = ROOT / "launch" / "tri_glide.launch.py"
-    (node,) = calls(file, "Node")
+    (node,) = own_nodes(file)
     given = [texts(each) for each in keyword(node, "parameters").elts]
     assert given == [{"parameters"}, {"calibrated"}]
     declared = {call.args[0].value: call for call in calls(file, "DeclareLaunchArgument")}
@@ -85,6 +97,32 @@ def test_the_calibrated_file_comes_behind_the_other_one_and_is_the_same_if_none_
     assert ast.unparse(keyword(declared["calibrated"], "default_value")) == ast.unparse(
         keyword(node, "parameters").elts[0]
     )
+
+
+def test_the_state_publisher_gets_the_joints_and_the_urdf_of_the_same_parameter_files():
+    file = ROOT / "launch" / "tri_glide.launch.py"
+    node = next(call for call in calls(file, "Node") if "robot_state_publisher" in texts(call))
+    assert {"joint_states", AllJointStates.TOPIC} <= texts(keyword(node, "remappings"))
+    assert texts(keyword(node, "condition")) == {"description", "rviz"}
+    (command,) = calls(file, "Command")
+    parts = [
+        part.value
+        for part in ast.walk(command)
+        if isinstance(part, ast.Constant) and "'" not in part.value
+    ]
+    assert parts.index("parameters") < parts.index("calibrated") < parts.index("namespace")
+
+
+def test_rviz_shows_topics_that_there_are_in_the_frame_of_the_machine():
+    view = yaml.safe_load((ROOT / "config" / "tri_glide.rviz").read_text(encoding="utf-8"))
+    manager = view["Visualization Manager"]
+    (frame,) = (entry.default for entry in FK_NODE if entry.name == "base_frame")
+    assert manager["Global Options"]["Fixed Frame"] == frame
+    displays = {each["Class"].partition("/")[2]: each for each in manager["Displays"]}
+    assert displays["RobotModel"]["Description Topic"]["Value"] == "robot_description"
+    assert displays["MarkerArray"]["Topic"]["Value"] == "markers"
+    for topic in (displays["RobotModel"]["Description Topic"], displays["MarkerArray"]["Topic"]):
+        assert topic["Durability Policy"] == "Transient Local"
 
 
 def test_the_transports_are_those_that_there_are():
@@ -112,12 +150,15 @@ def test_what_is_imported_has_these_names_in_jazzy(file):
         "launch.conditions": {"IfCondition"},
         "launch.launch_description_sources": {"PythonLaunchDescriptionSource"},
         "launch.substitutions": {
+            "Command",
             "EnvironmentVariable",
             "LaunchConfiguration",
+            "OrSubstitution",
             "PathJoinSubstitution",
         },
         "launch_ros.actions": {"Node"},
-        "launch_ros.substitutions": {"FindPackageShare"},
+        "launch_ros.parameter_descriptions": {"ParameterValue"},
+        "launch_ros.substitutions": {"ExecutableInPackage", "FindPackageShare"},
     }
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom):

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from tri_glide_kinematics.nodes.drive import main
-from tri_glide_kinematics.programs import is_program
+from tri_glide_kinematics.control import TEACH_SPEED
+from tri_glide_kinematics.nodes.drive import check_on_machine, main
+from tri_glide_kinematics.programs import is_program, load_program, load_settings
+from tri_glide_kinematics.ros.parameters import IK_NODE, file_values
 
 CONFIG = Path(__file__).parents[2] / "config"
 SETTINGS = CONFIG / "program_settings.yaml"
@@ -66,6 +68,52 @@ def test_check_takes_the_machine_of_the_parameters(command, tmp_path):
     code, written = command(text, parameters=slow)
     assert code == 1
     assert "part.gcode: line " in written.err
+
+
+LIMITED = """/**:
+  ros__parameters:
+    velocity_limits: [3.0, 3.0, 3.0]
+    acceleration_limits: [60.0, 60.0, 60.0]
+    jerk_limits: [5000.0, 5000.0, 5000.0]
+    carriage_masses: [1.0, 1.0, 1.0]
+    platform_mass: 1.0
+"""
+
+
+def test_check_keeps_platform_speed_and_forces_of_the_parameters(command, tmp_path):
+    text = "G0 Z40\nX90\nY90\nX-60 Y-60\nM2\n"
+    file = tmp_path / "limited.yaml"
+
+    def told(added):
+        file.write_text(LIMITED + added)
+        code, written = command(text, parameters=file)
+        assert code == 0, written.err
+        _, duration, length = map(float, SUMMARY.search(written.out).groups())
+        return duration, length, written.out
+
+    free, length, out = told("")
+    assert "at most" not in out and "forces" not in out
+    slow, _, out = told("    platform_speed_limit: 0.1\n")
+    assert "the platform moves at 100 mm/s at most, by platform_speed_limit" in out
+    assert 0.001 * length / 0.1 < slow < 1.2 * 0.001 * length / 0.1
+    weak, _, out = told("    force_limit_up: [20.0, 20.0, 20.0]\n")
+    assert "the forces keep force_limit_up" in out
+    assert 1.1 * free < weak < slow
+    file.write_text(LIMITED + "    force_limit_up: [1.0, 1.0, 1.0]\n")
+    code, written = command(text, parameters=file)
+    assert code == 1
+    assert "cannot hold the weight" in written.err
+
+
+def test_the_teach_mode_bounds_a_check_on_a_machine(tmp_path):
+    file = tmp_path / "part.gcode"
+    file.write_text("G0 Z40\nX90\nY90\nX-60 Y-60\nM2\n")
+    program = load_program(file, load_settings(SETTINGS))
+    values = file_values(str(CONFIG / "tri_glide.yaml"), "/ik_node", IK_NODE)
+    free = check_on_machine(program, values)
+    taught = check_on_machine(program, values, is_teaching=True)
+    assert taught.length == free.length
+    assert free.duration < taught.length / TEACH_SPEED < taught.duration
 
 
 def test_check_takes_the_shaper_of_the_parameters(command, tmp_path):

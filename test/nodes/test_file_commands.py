@@ -90,6 +90,22 @@ def test_a_recording_that_ends_in_motion_is_told_and_no_violation(points, tmp_pa
     assert "line 60: this last line has no end" in capsys.readouterr().err
 
 
+def test_a_platform_that_is_faster_than_its_limit_is_told(points, tmp_path, capsys):
+    table, slow = tmp_path / "a.csv", tmp_path / "slow.yaml"
+    assert draw(points, tmp_path, "--csv", str(table)) == 0
+    slow.write_text("/ik_node:\n  ros__parameters:\n    platform_speed_limit: 0.05\n")
+    capsys.readouterr()
+    assert judge.main([str(table), "--parameters", str(slow)]) == 1
+    told = capsys.readouterr().out
+    assert "  largest platform speed " in told
+    assert "platform speed: at 0." in told
+    assert "of its limit, 0.05 m/s" in told
+    # Motion that is planned with it keeps it.
+    options = ("--parameters", str(slow), "--csv", str(table))
+    assert draw(points, tmp_path, *options) == 0
+    assert judge.main([str(table), "--parameters", str(slow)]) == 0
+
+
 def test_a_violation_is_told_with_time_number_and_bound(points, tmp_path, capsys):
     table = tmp_path / "a.csv"
     assert draw(points, tmp_path, "--csv", str(table)) == 0

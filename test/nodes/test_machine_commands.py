@@ -1,14 +1,16 @@
-"""The commands size and draw_machine: what they write, say and return, without ROS."""
+"""The commands size, draw_machine and describe_machine: what they write, say and return."""
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 import yaml
 from PIL import Image
 
-from tri_glide_kinematics.nodes import draw_machine, size
+from tri_glide_kinematics.nodes import describe_machine, draw_machine, size
 from tri_glide_kinematics.ros.parameters import SIMULATOR_NODE, file_values
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -88,3 +90,61 @@ def test_what_a_calibration_leaves_is_drawn(tmp_path):
     options = ["--output", str(tmp_path), "--measurements", str(measurements)]
     assert draw_machine.main([str(file), *options]) == 0
     assert (tmp_path / "tri_glide_machine.png").stat().st_size > 50_000
+
+
+def slider_of(urdf: str) -> ElementTree.Element:
+    """The joint of the first slider."""
+    joints = ElementTree.fromstring(urdf).findall("joint")
+    return next(joint for joint in joints if joint.attrib["name"] == "slider_1")
+
+
+def test_the_urdf_of_two_files_is_that_of_the_later_one(tmp_path):
+    """As the launch file asks for it, by the installed command."""
+    calibrated = tmp_path / "a calibrated one.yaml"
+    anchors = [0.0, 0.21, -0.17, -0.1, 0.19, -0.09]
+    calibrated.write_text(
+        "/**:\n  ros__parameters:\n    geometry: calibrated\n"
+        f"    anchors: {anchors}\n    height_offsets: [0.01, 0.0, -0.01]\n"
+    )
+    command = [CONFIG.parent / "executables" / "describe_machine", CONFIG / "tri_glide.yaml"]
+    for node in ("//ik_node", "/cell_1/ik_node"):
+        done = subprocess.run(
+            [*command, calibrated, "--node", node], capture_output=True, text=True, timeout=60
+        )
+        assert (done.returncode, done.stderr) == (0, "")
+        origin = slider_of(done.stdout).find("origin").attrib["xyz"].split()
+        # The platform radius is that of the first file.
+        assert list(map(float, origin)) == pytest.approx((0.0, 0.26, 0.01))
+
+
+def test_urdf_and_mjcf_are_written_to_files(tmp_path, capsys):
+    urdf, mjcf = tmp_path / "new" / "a.urdf", tmp_path / "other" / "a.xml"
+    options = ["--urdf", str(urdf), "--mjcf", str(mjcf), "--rod-distance", "0.04"]
+    assert describe_machine.main([str(CONFIG / "tri_glide.yaml"), *options]) == 0
+    told = capsys.readouterr().out
+    assert f"URDF: {urdf}" in told
+    assert "assumed" in told
+    assert slider_of(urdf.read_text()).find("limit").attrib["upper"] == "0.9"
+    bodies = {each.attrib.get("name"): each for each in ElementTree.parse(mjcf).iter("body")}
+    assert bodies["rod_1_right"].attrib["pos"] == "0.02 0 0"
+    heavy = tmp_path / "heavy.yaml"
+    heavy.write_text(
+        "/**:\n  ros__parameters:\n    carriage_masses: [2.0, 2.0, 2.0]\n    platform_mass: 0.7\n"
+    )
+    assert describe_machine.main([str(heavy), "--mjcf", str(mjcf)]) == 0
+    assert "assumed" not in capsys.readouterr().out
+    platform = next(
+        each for each in ElementTree.parse(mjcf).iter("body") if each.find("freejoint") is not None
+    )
+    assert platform.find("inertial").attrib["mass"] == "0.7"
+
+
+def test_mistakes_in_a_description_are_told(tmp_path, capsys):
+    assert describe_machine.main([str(tmp_path / "none.yaml")]) == 1
+    assert "none.yaml" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        describe_machine.main(["tri_glide.yaml", "--rod-distance", "0"])
+    file = tmp_path / "machine.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    lower_heights: [0.3, 0.9, 0.3]\n")
+    assert describe_machine.main([str(file)]) == 1
+    assert "lower_heights[1]" in capsys.readouterr().err

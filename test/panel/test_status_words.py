@@ -99,6 +99,19 @@ def test_where_the_machine_is_and_what_is_left() -> None:
     assert slow.speed == "12.3 mm/s · speed 40 % · F 150 %"
 
 
+def test_the_teach_mode_and_the_speed_limit_are_told() -> None:
+    assert MachineStatus(told()).speed_limit == ""
+    assert MachineStatus(told(platform_speed_limit=0.4)).speed_limit == "at most 400 mm/s"
+    # It is switched on, and the motion of before is still faster.
+    for limit in (0.0, 0.4):
+        slowing = told(teach_mode=True, platform_speed_limit=limit)
+        assert MachineStatus(slowing).speed_limit == "teach mode · slows down"
+    for limit, words in ((0.25, "250"), (0.1, "100")):
+        slow = told(teach_mode=True, platform_speed_limit=limit)
+        assert MachineStatus(slow).speed_limit == f"teach mode · at most {words} mm/s"
+    assert MachineStatus(MachineState(teach_mode=True)).speed_limit == ""
+
+
 def test_what_is_not_known_is_not_told() -> None:
     message = told(speed=math.nan, way_remaining=math.nan, time_remaining=math.nan)
     message.position.x = math.nan

@@ -8,8 +8,15 @@ from motion_machine import DT, LIMITS, MACHINE, WORKSPACE, engine, place, run_to
 from scipy.spatial import cKDTree
 
 from testing.program_writer import Piece, written_program
+from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion import MotionPhase, time_path
+from tri_glide_kinematics.motion import (
+    ForceLimits,
+    MotionPhase,
+    PlatformSpeedLimit,
+    SliderLimits,
+    time_path,
+)
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.programs import (
     Dialect,
@@ -25,14 +32,18 @@ HOME = (0.0, 0.0, 0.3)
 SETTINGS = ProgramSettings(start=HOME, home=HOME)
 
 
+MASSES = Masses.uniform(1.0, 0.05, 1.0, coulomb=2.0, viscous=5.0)
+FORCES = ForceLimits(SliderForces(MACHINE, MASSES), (28.0,) * 3, (25.0,) * 3)
+
+
 def checked(text, **settings):
     program = read_program(text, ProgramSettings(start=HOME, home=HOME, **settings))
     return check_program(program, WORKSPACE, LIMITS)
 
 
-def driven(program):
+def driven(program, limits=LIMITS):
     """Drive a program in an engine; return how long it takes, and its way [m]."""
-    moving = engine(heights=MACHINE.inverse(HOME))
+    moving = engine(limits=limits, heights=MACHINE.inverse(HOME))
     duration = length = 0.0
     for step in program.steps:
         if isinstance(step, PathRun):
@@ -58,6 +69,17 @@ PROGRAMS = {
     "arcs": "G64 P0.1\nG1 X20 F6000\nG3 X-20 R20\nG2 X20 I20 Z310\nG0 X0 Y0\nM2\n",
     "dense": SPIRAL,
 }
+
+
+@pytest.mark.parametrize("added", [PlatformSpeedLimit(MACHINE, 0.06), FORCES])
+@pytest.mark.parametrize("name", ["lines", "arcs"])
+def test_the_time_told_is_the_time_driven_with_added_bounds(name, added):
+    program = read_program(PROGRAMS[name], SETTINGS)
+    limits = SliderLimits.uniform(1.0, 40.0, 2000.0)
+    bounded = limits.with_added(added)
+    told = check_program(program, WORKSPACE, bounded)
+    assert told.duration == pytest.approx(driven(program, bounded)[0], rel=0.01, abs=0.005)
+    assert told.duration > 1.02 * check_program(program, WORKSPACE, limits).duration
 
 
 @pytest.mark.parametrize("name", PROGRAMS)

@@ -9,8 +9,14 @@ import pytest
 from motion_machine import MACHINE, WORKSPACE
 from recorded_motions import DRIVES, LIMITS, jogs, moves, paths, record, stamps_of, upright
 
+from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import MotionKind
+from tri_glide_kinematics.motion import (
+    ForceLimits,
+    MotionKind,
+    PlatformSpeedLimit,
+    SliderLimits,
+)
 from tri_glide_kinematics.recordings import Kind, Recording, WrongPeriodError, judge
 from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
 
@@ -274,6 +280,103 @@ def test_few_digits_are_no_violation_and_hide_no_large_one():
     assert kinds_of(judged(known, limits=lower)) == {Kind.VELOCITY}
 
 
+# Both hold the machine back more than its sliders do.
+QUICK = SliderLimits.uniform(1.5, 30.0, 2000.0)
+MASSES = Masses.uniform(1.0, 0.2, 1.0, coulomb=2.0, viscous=5.0)
+SPEED = PlatformSpeedLimit(MACHINE, 0.3)
+FORCE = ForceLimits(SliderForces(MACHINE, MASSES), (45.0,) * 3, (20.0,) * 3)
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("added", [(FORCE,), (SPEED, FORCE)], ids=["forces", "both"])
+@pytest.mark.parametrize("drive", DRIVES, ids=lambda drive: drive.__name__)
+def test_what_keeps_added_bounds_is_accused_of_nothing(drive, added, seed):
+    rate = RATES[seed]
+    kind = MotionKind.LINEAR if seed else MotionKind.SLIDER
+    limits = QUICK.with_added(*added)
+    recording = record(drive, seed, 1.0 / rate, kind=kind, limits=limits)
+    found = judged(recording, rate, limits=limits)
+    assert found.violations == ()
+    assert set(found.added) == {
+        Kind.FORCE if each is FORCE else Kind.PLATFORM_SPEED for each in added
+    }
+    # A jog is slow, and a shaper is not asked for here.
+    if drive is not jogs:
+        assert max(found.added.values()) > 0.9
+    assert judged(replace(recording, velocities=None), rate, limits=limits).violations == ()
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("drive", [moves, paths, upright], ids=lambda drive: drive.__name__)
+def test_a_platform_that_is_too_fast_is_found(drive, rate):
+    recording = record(drive, 1, 1.0 / rate, limits=QUICK)
+    velocities = [
+        MACHINE.forward_velocity(*row)[1] for row in zip(recording.heights, recording.velocities)
+    ]
+    fastest = float(np.linalg.norm(velocities, axis=1).max())
+    # Where the speed is steady, a mean over a period is as exact as the heights.
+    little = 1e-5 if drive is upright else 2e-3
+    for factor in (1.0 + little, 1.5):
+        limits = QUICK.with_added(PlatformSpeedLimit(MACHINE, fastest / factor))
+        found = judged(recording, rate, limits=limits)
+        assert kinds_of(found) == {Kind.PLATFORM_SPEED}
+        (each,) = found.violations
+        assert each.value == pytest.approx(factor, rel=0.5 * little)
+        assert f"{each.value:.6f} of its limit, {fastest / factor:.9g} m/s" in each.text
+    kept = PlatformSpeedLimit(MACHINE, fastest * (1.0 + 0.5 * little))
+    assert judged(recording, rate, limits=QUICK.with_added(kept)).violations == ()
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("drive", [moves, paths, upright], ids=lambda drive: drive.__name__)
+def test_a_slider_that_needs_too_much_force_is_found(drive, rate):
+    recording = record(drive, 2, 1.0 / rate, limits=QUICK)
+    unbounded = ForceLimits(FORCE.forces, (1e6,) * 3, (1e6,) * 3)
+    used = judged(recording, rate, limits=QUICK.with_added(unbounded)).added[Kind.FORCE]
+    needed = 1e6 * used
+    assert 30.0 < needed < 200.0
+    for factor in (1.01, 1.5):
+        limit = ForceLimits(FORCE.forces, (needed / factor,) * 3, (1e6,) * 3)
+        found = judged(recording, rate, limits=QUICK.with_added(limit))
+        assert kinds_of(found) == {Kind.FORCE}
+        (each,) = found.violations
+        assert each.value == pytest.approx(factor)
+        assert f"needs {needed:.6g} N" in each.text
+        assert "upwards" in each.text
+    # Of a heavier payload, the same motion needs more.
+    heavy = SliderForces(MACHINE, MASSES.with_payload(0.5))
+    limit = ForceLimits(heavy, (needed,) * 3, (1e6,) * 3)
+    assert kinds_of(judged(recording, rate, limits=QUICK.with_added(limit))) == {Kind.FORCE}
+
+
+def test_forces_by_differences_are_those_of_the_setpoints():
+    """But for the change of the acceleration over a period, which is a mean there."""
+    recording = record(moves, 2, 1e-3, limits=QUICK)
+    rates = recording.velocities
+    accelerations = np.gradient(rates, 1e-3, axis=0)
+    forces = FORCE.forces.forces_batch(recording.heights, rates, accelerations)
+    needed = judged(recording, limits=QUICK.with_added(FORCE)).added[Kind.FORCE]
+    exact = max((forces / 45.0).max(), (-forces / 20.0).max())
+    assert needed == pytest.approx(exact, rel=0.02)
+
+
+def test_few_digits_are_no_force():
+    limits = QUICK.with_added(SPEED, FORCE)
+    recording = record(upright, 0, 1e-3, limits=limits)
+    rounded = replace(recording, heights=np.round(recording.heights, 6), velocities=None)
+    assert Kind.FORCE in kinds_of(judged(rounded, limits=limits))
+    assert judged(replace(rounded, resolution=5e-7), limits=limits).violations == ()
+
+
+def test_places_without_a_pose_have_no_speed_and_no_force():
+    recording = record(moves, 9, 1e-3)
+    heights = recording.heights.copy()
+    heights[500] = (0.3, 1.5, 0.3)
+    found = judged(replace(recording, heights=heights), limits=LIMITS.with_added(SPEED, FORCE))
+    assert Kind.REACH in kinds_of(found)
+    assert all(np.isfinite(part) for part in found.added.values())
+
+
 def test_another_rate_is_told():
     recording = record(moves, 2, 1e-3)
     with pytest.raises(WrongPeriodError, match=r"1\.00\d ms apart, and the rate is 500 Hz") as told:
@@ -288,8 +391,13 @@ def test_large_recordings_are_judged_in_blocks(monkeypatch):
     heights[row:] += 1e-5
     broken = replace(recording, heights=heights)
     whole = judged(broken)
+    weak = ForceLimits(FORCE.forces, (22.0,) * 3, (22.0,) * 3)
+    limits = LIMITS.with_added(PlatformSpeedLimit(MACHINE, 0.1), weak)
+    bounded = judged(broken, limits=limits)
+    assert {Kind.PLATFORM_SPEED, Kind.FORCE} <= kinds_of(bounded)
     monkeypatch.setattr("tri_glide_kinematics.recordings.judgement.BLOCK", row - 1)
     assert judged(broken) == whole
+    assert judged(broken, limits=limits) == bounded
 
 
 def test_bad_input_is_refused():

@@ -121,7 +121,10 @@ ROW = [0.5, 0.5, 0.5]
             "/a/joint_commands and /b/joint_commands: name one of them with --topic",
         ),
         ([("joint_commands", ["slider_1", "b", "c"], ROW, ROW)], "message 1.*no joint slider_2"),
-        ([("joint_commands", NAMES, ROW[:2], ROW)], "2 positions and 3 velocities of 3 joints"),
+        (
+            [("joint_commands", NAMES, ROW[:2], ROW)],
+            "2 positions, 3 velocities and 0 efforts of 3 joints",
+        ),
         (
             [("joint_commands", NAMES, ROW, ROW), ("joint_commands", NAMES, ROW, [])],
             "with velocities and others without",

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from strategies import is_inside
 
-from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.sizing import NoCylinderError, inscribed_height, inscribed_radius
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
@@ -18,14 +18,6 @@ LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
 def workspace(geometry=DEFAULT_GEOMETRY, margin=0.005, condition=6.0, **space):
     limits = WorkspaceLimits(LOWER, UPPER, margin, condition, **space)
     return Workspace(TriGlide(geometry), limits)
-
-
-def is_inside(place, position):
-    try:
-        place.check_position(position)
-    except KinematicsError:
-        return False
-    return True
 
 
 def halved(is_kept, low, high):

@@ -7,8 +7,8 @@ import struct
 
 import numpy as np
 import pytest
+from strategies import is_inside
 
-from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.sizing import glb_bytes, height_ranges, stl_bytes, surface
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
@@ -66,14 +66,6 @@ def test_the_surface_is_closed_and_holds_the_volume(meshes, name):
     for vertex in mesh.vertices[rng.integers(len(mesh.vertices), size=300)].tolist():
         around = np.array(vertex) + 3e-4 * rng.uniform(-1.0, 1.0, (40, 3))
         assert any(is_inside(place, each) for each in around.tolist())
-
-
-def is_inside(place, position):
-    try:
-        place.check_position(position)
-    except KinematicsError:
-        return False
-    return True
 
 
 @pytest.mark.parametrize("name", WORKSPACES)

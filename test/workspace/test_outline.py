@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from strategies import DEFAULT_LIMITS, random_geometry
+from strategies import DEFAULT_LIMITS, is_inside, random_geometry
 
-from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import TOLERANCE, Cylinder, Workspace
@@ -26,14 +25,6 @@ LIMITS = {
     "box that is open below": replace(DEFAULT_LIMITS, box_upper=UPPER),
     "cylinder": replace(DEFAULT_LIMITS, cylinder=Cylinder(0.03, -0.02, 0.05, 0.22, 0.4)),
 }
-
-
-def is_inside(workspace, position):
-    try:
-        workspace.check_position(position)
-    except KinematicsError:
-        return False
-    return True
 
 
 def lies_on_the_edge(workspace, point):

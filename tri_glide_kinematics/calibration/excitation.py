@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from functools import partial
 from itertools import islice
 from typing import NamedTuple
 
@@ -12,7 +13,8 @@ import numpy as np
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.dynamics import UNIFORM_ARMS, regressor
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import SliderLimits, Trajectory, plan_move
+from tri_glide_kinematics.motion import MotionKind, SliderLimits, Trajectory, plan_move
+from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import SequencePlan
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -54,8 +56,10 @@ def exciting_moves(
     *,
     start: Sequence[float] | None = None,
     seed: int = 0,
+    kind: MotionKind = MotionKind.SLIDER,
+    shaper: Shaping | None = None,
 ) -> Excitation:
-    """Return moves of the sliders from which masses and friction can be told.
+    """Return moves from which masses and friction can be told.
 
     Each next move is the one, of some to places at random, that adds the most to what is known: it
     makes the determinant of the information largest (a D-optimal choice).
@@ -66,6 +70,8 @@ def exciting_moves(
         duration: of all moves together, at least [s].
         start: where the first one begins; anywhere without it. Shape (3,) [m].
         seed: of the places.
+        kind: of the moves.
+        shaper: with which they are driven; None without one.
 
     Raises:
         KinematicsError: if ``start`` is outside the workspace, or the duration is not positive.
@@ -85,7 +91,8 @@ def exciting_moves(
     known = A_LITTLE * np.eye(len(UNIFORM_ARMS))
     while left > 0.0:
         found = []
-        for end, move in islice(_moves(workspace, limits, place, rng), CANDIDATES):
+        moving = partial(plan_move, workspace, limits, place, kind=kind, shaper=shaper)
+        for end, move in islice(_moves(workspace, moving, rng), CANDIDATES):
             rows = _information(workspace, move)
             gain = np.linalg.slogdet(known + rows)[1] - np.linalg.slogdet(known)[1]
             # For the time that it takes.
@@ -109,12 +116,12 @@ def _places(workspace: Workspace, rng: np.random.Generator) -> Iterator[Vector3]
 
 
 def _moves(
-    workspace: Workspace, limits: SliderLimits, start: Vector3, rng: np.random.Generator
+    workspace: Workspace, moving: Callable[[Vector3], Trajectory], rng: np.random.Generator
 ) -> Iterator[tuple[Vector3, Trajectory]]:
-    """Yield such places, and the moves to them from ``start``, where there are any."""
+    """Yield such places, and the moves to them, where there are any."""
     for place in _places(workspace, rng):
         with suppress(KinematicsError):
-            yield place, plan_move(workspace, limits, start, place)
+            yield place, moving(place)
 
 
 def _information(workspace: Workspace, move: Trajectory) -> FloatArray:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.command_queue import Kind as Kind
     from tri_glide_kinematics.control.commanded_motion import TEACH_SPEED as TEACH_SPEED
     from tri_glide_kinematics.control.commanded_motion import CommandedMotion as CommandedMotion
+    from tri_glide_kinematics.control.commanded_motion import in_teach_mode as in_teach_mode
     from tri_glide_kinematics.control.controller import MotionController as MotionController
     from tri_glide_kinematics.control.feed_forward import FeedForward as FeedForward
     from tri_glide_kinematics.control.health import Health as Health

@@ -30,6 +30,7 @@ from tri_glide_kinematics.motion.engine import (
     Track,
 )
 from tri_glide_kinematics.motion.trajectory import PlatformSpeedLimit, SliderLimits
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
 if TYPE_CHECKING:
@@ -48,6 +49,14 @@ STATE_OF = {
 
 # Largest speed of the platform in teach mode: that of ISO 10218 for manual operation [m/s].
 TEACH_SPEED = 0.25
+
+
+def in_teach_mode(limits: SliderLimits, machine: TriGlide) -> SliderLimits:
+    """Return ``limits`` with a platform of the ``machine`` that is no faster than in teach mode."""
+    if limits.platform_speed <= TEACH_SPEED:
+        return limits
+    others = [each for each in limits.added if not isinstance(each, PlatformSpeedLimit)]
+    return limits.with_added(PlatformSpeedLimit(machine, TEACH_SPEED), *others)
 
 
 class CommandedMotion:
@@ -166,10 +175,8 @@ class CommandedMotion:
 
     def _put_limits(self) -> None:
         limits = self._limits.sliders
-        if self.is_teaching and limits.platform_speed > TEACH_SPEED:
-            others = [each for each in limits.added if not isinstance(each, PlatformSpeedLimit)]
-            slow = PlatformSpeedLimit(self._engine.machine, TEACH_SPEED)
-            limits = limits.with_added(slow, *others)
+        if self.is_teaching:
+            limits = in_teach_mode(limits, self._engine.machine)
         self._queue.put_limits(limits, self._limits.speed_scale, self._limits.path_speed_scale)
         self.go_on()
 

@@ -7,6 +7,7 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.dynamics.batch import Constants as Constants
     from tri_glide_kinematics.dynamics.identification import ANY_ARMS as ANY_ARMS
+    from tri_glide_kinematics.dynamics.identification import COUNTERWEIGHTS as COUNTERWEIGHTS
     from tri_glide_kinematics.dynamics.identification import NO_COUNTERWEIGHTS as NO_COUNTERWEIGHTS
     from tri_glide_kinematics.dynamics.identification import UNIFORM_ARMS as UNIFORM_ARMS
     from tri_glide_kinematics.dynamics.identification import Estimate as Estimate

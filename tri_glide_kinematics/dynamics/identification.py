@@ -13,7 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tri_glide_kinematics.checks import finite, finite_array, finite_vector, non_negative
+from tri_glide_kinematics.checks import (
+    array_of_shape,
+    finite,
+    finite_array,
+    finite_vector,
+    non_negative,
+)
 from tri_glide_kinematics.dynamics import batch
 from tri_glide_kinematics.dynamics.masses import STANDARD_GRAVITY, Arm, Masses
 from tri_glide_kinematics.errors import KinematicsError, NotAChoiceError
@@ -236,6 +242,7 @@ def identify(
     uniform_arms: bool = True,
     known: Mapping[str, float] = NO_COUNTERWEIGHTS,
     slowest: float = SLOWEST,
+    used: ArrayLike | None = None,
 ) -> Identified:
     """Return masses and friction by least squares.
 
@@ -253,6 +260,7 @@ def identify(
         known: parameters that are known, by name, such as those that were weighed.
         slowest: efforts of a slider that is slower are left out, as its dry friction is not known
             [m/s].
+        used: which of the other efforts count; all without it. Shape (n, 3).
 
     Raises:
         WrongShapeError: if an array has another shape.
@@ -270,6 +278,8 @@ def identify(
     )
     finite_array("regressor", matrices, matrices.shape)
     moving = np.abs(np.asarray(velocities)) >= non_negative("slowest", slowest, "m/s")
+    if used is not None:
+        moving &= array_of_shape("used", used, moving.shape).astype(bool)
     forces = finite_array("efforts", efforts, matrices.shape[:2])
     given = np.array([name in known for name in names])
     forces = forces - matrices[..., given] @ [known[name] for name in names if name in known]

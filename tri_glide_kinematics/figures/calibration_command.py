@@ -23,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 if there is a calibration, 1 after an error, 130 after Ctrl-C.
     """
-    options = _parser().parse_args(arguments)
+    options = make_parser().parse_args(arguments)
     return exit_code(
         "calibrate",
         options.output,
@@ -67,9 +67,9 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
     print(f"parameter file for all nodes: {folder / PARAMETERS}")
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
     parser = command_parser(
-        "calibrate",
         "Find the machine that explains measurements best: touches of a plate, measured positions, "
         "distances between positions. Writes a report, a picture and a parameter file that all "
         "nodes take.",

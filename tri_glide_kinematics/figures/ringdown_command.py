@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None, measure: Measure | None = None)
     Returns:
         Exit code: 0 if there is a mode, 1 after an error or if none is known, 130 after Ctrl-C.
     """
-    parser = _parser()
+    parser = make_parser()
     options = parser.parse_args(arguments)
     if options.machine == bool(options.files):
         parser.error("either files, or --machine")
@@ -94,9 +94,9 @@ def _find(options: argparse.Namespace, measure: Measure | None) -> None:
         print(f"parameter file for ik_node: {options.write}")
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
     parser = argparse.ArgumentParser(
-        prog="ringdown",
         description="Find the modes of vibration of a machine from recordings of how it swings "
         "after a motion: frequency and damping, each with its standard deviation, or why they are "
         "not known.",

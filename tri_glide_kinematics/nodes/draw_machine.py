@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
     """
-    parser = _parser()
+    parser = make_parser()
     options = parser.parse_args(arguments)
     if not 0.0 < options.resolution < math.inf:
         parser.error(f"--resolution {options.resolution:g}: must be greater than 0 m")
@@ -108,9 +108,9 @@ def _draw(options: argparse.Namespace) -> None:
     print(f"picture: {picture}")
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
     parser = command_parser(
-        "draw_machine",
         "Draw maps of a machine: condition number, speed, force, resolution, stiffness, and cuts "
         "through its workspace. It needs no ROS and no machine.",
         "parameters of the machine; those of config/ are found by their name alone",

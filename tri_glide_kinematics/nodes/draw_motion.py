@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
     """
-    parser = _parser()
+    parser = make_parser()
     options = parser.parse_args(arguments)
     if options.rate is not None and not 1.0 <= options.rate <= 100_000.0:
         parser.error(f"--rate {options.rate:g}: must be from 1 to 100000 Hz")
@@ -65,6 +65,11 @@ def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="HZ",
         help="of the setpoints (default: the parameter rate)",
     )
+    add_parameter_arguments(parser)
+
+
+def add_parameter_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what tells a command where the parameters of the machine are."""
     parser.add_argument(
         "--parameters",
         type=Path,
@@ -169,9 +174,9 @@ def _draw(options: argparse.Namespace) -> None:
     print(f"picture: {picture}")
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
     parser = command_parser(
-        "draw_motion",
         "Draw the motion of a program in G-code, of points, or of a drive file: the path of the "
         "platform, and heights, velocities, accelerations and jerks of the sliders with their "
         "limits. It needs no ROS and no machine. Outputs and stops take no time in it.",

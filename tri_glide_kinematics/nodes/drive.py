@@ -5,6 +5,8 @@ Nothing moves before all of a file is understood and, of a program, proved insid
 
 Ctrl-C lets the platform come to rest, on its path if it follows one; once more ends the command at
 once, while the platform may still move.
+
+ROS is loaded to drive only: ``--check`` needs none.
 """
 
 from __future__ import annotations
@@ -16,16 +18,12 @@ import sys
 import termios
 import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import rclpy
-from rclpy.node import Node
-from rclpy.parameter import parameter_value_to_python
-from rclpy.parameter_client import AsyncParameterClient
-from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
-
+from tri_glide_kinematics.control import TEACH_SPEED, in_teach_mode
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import PARAMETERS, SETTINGS
 from tri_glide_kinematics.keys import UNITS
@@ -50,17 +48,22 @@ from tri_glide_kinematics.programs import (
     table,
 )
 from tri_glide_kinematics.ros.parameters import (
+    FORCE_LIMITS,
     IK_NODE,
     Values,
+    check_holding,
     file_values,
     machine_of,
     motion_limits_of,
     shaper_of,
     workspace_limits_of,
 )
-from tri_glide_kinematics.ros.program_run import START_TIMEOUT, ProgramLink, ProgramRun
-from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down
-from tri_glide_kinematics.workspace import Workspace
+from tri_glide_kinematics.workspace import Workspace, places_inside
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from tri_glide_kinematics.ros.program_run import ProgramRun
 
 ENDINGS_TEXT = ", ".join(PROGRAM_ENDINGS)
 
@@ -75,21 +78,34 @@ class NoMachineError(KinematicsError):
     """Nobody offers the actions; the text says what was looked for."""
 
 
-def check_on_machine(program: Program, values: Values) -> ProgramCheck:
+def check_on_machine(
+    program: Program, values: Values, *, is_teaching: bool = False
+) -> ProgramCheck:
     """Prove a program on the machine that the parameters of ``ik_node`` describe.
+
+    ``is_teaching`` is whether its teach mode is switched on.
 
     Raises:
         KinematicsError: if a place of the program is not inside the workspace, or the parameters
             describe no machine.
     """
-    machine = machine_of(values)
-    workspace = Workspace(machine, workspace_limits_of(values))
+    machine, bounds = machine_of(values), workspace_limits_of(values)
     limits = motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
-    return check_program(program, workspace, limits, shaper_of(values))
+    check_holding(limits, places_inside(machine, bounds))
+    if is_teaching:
+        limits = in_teach_mode(limits, machine)
+    return check_program(program, Workspace(machine, bounds), limits, shaper_of(values))
 
 
-def _tell_check(program: Program, check: ProgramCheck, line: int = 1) -> None:
-    """Print what is known about a program, or its rest from a ``line`` on, before it is driven."""
+def _tell_check(
+    program: Program, values: Values, line: int = 1, *, is_teaching: bool = False
+) -> None:
+    """Prove a program, or its rest from a ``line`` on, and print what is known about it.
+
+    Raises:
+        KinematicsError: as for ``check_on_machine``.
+    """
+    check = check_on_machine(program, values, is_teaching=is_teaching)
     for told in program.told:
         print(f"drive: {program.file}: line {told.line}: {told.word} is not done: {told.reason}")
     begin = f", from line {line} on" if line > 1 else ""
@@ -99,6 +115,14 @@ def _tell_check(program: Program, check: ProgramCheck, line: int = 1) -> None:
         f"{check.duration:.2f} s, {in_millimetres(check.length, 1)}{shaper}",
         flush=True,
     )
+    speeds = (values["platform_speed_limit"] or math.inf, TEACH_SPEED if is_teaching else math.inf)
+    if min(speeds) < math.inf:
+        speed = in_millimetres(min(speeds), 0, "mm/s")
+        why = "in the teach mode" if min(speeds) < speeds[0] else "by platform_speed_limit"
+        print(f"drive: the platform moves at {speed} at most, {why}", flush=True)
+    forces = [entry.name for entry in FORCE_LIMITS if any(values[entry.name])]
+    if forces:
+        print(f"drive: the forces keep {' and '.join(forces)}", flush=True)
 
 
 class _Terminal:
@@ -111,6 +135,8 @@ class _Terminal:
 
     def listen(self) -> None:
         """Take in what comes back."""
+        import rclpy
+
         rclpy.spin_once(self._node, timeout_sec=NAP)
 
     def parameters(self) -> Values:
@@ -119,6 +145,11 @@ class _Terminal:
         Raises:
             NoMachineError: if nobody tells them.
         """
+        from rclpy.parameter import parameter_value_to_python
+        from rclpy.parameter_client import AsyncParameterClient
+
+        from tri_glide_kinematics.ros.program_run import START_TIMEOUT
+
         server = self._node.get_namespace().rstrip("/") + "/ik_node"
         client = AsyncParameterClient(self._node, "ik_node")
         end = time.monotonic() + START_TIMEOUT
@@ -134,6 +165,21 @@ class _Terminal:
             self.listen()
         told = map(parameter_value_to_python, answer.result().values)
         return {entry.name: entry.checked(value) for entry, value in zip(IK_NODE, told)}
+
+    def is_teaching(self, link: ProgramLink) -> bool:
+        """Return whether the teach mode is switched on.
+
+        Raises:
+            NoMachineError: if nobody tells it.
+        """
+        end = time.monotonic() + START_TIMEOUT
+        while link.machine is None:
+            if time.monotonic() > end:
+                raise NoMachineError(
+                    f"nobody tells the state of the machine after {START_TIMEOUT:g} s"
+                )
+            self.listen()
+        return bool(link.machine.teach_mode)
 
     def drive(self, run: ProgramRun, came: Sequence[int]) -> None:
         """Look after a ``run`` to its end; ``came`` has the signals that have come.
@@ -187,21 +233,29 @@ def _begin(options: argparse.Namespace) -> int:
 
 def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
     """Drive the content of a file, and return the exit code."""
+    import rclpy
+    from rclpy.node import Node
+    from rclpy.signals import SignalHandlerOptions
+
+    from tri_glide_kinematics.ros.program_run import ProgramLink, ProgramRun
+    from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down
+
     choose_transport()
     # Signals are handled here alone: rclpy's handlers would end all talk with the machine before it
     # is told to stop. While nothing has moved, they end the process.
     rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = Node("drive")
-        terminal = _Terminal(node)
+        terminal, link = _Terminal(node), ProgramLink(node)
         kept = None
         if isinstance(work, Program):
             kept = options.progress or default_kept_file(node.get_namespace())
             line = line_to_go_on_from(kept, work) if options.go_on else _begin(options)
             work = from_line(work, line)
-            _tell_check(work, check_on_machine(work, terminal.parameters()), line)
+            values = terminal.parameters()
+            _tell_check(work, values, line, is_teaching=terminal.is_teaching(link))
         run = ProgramRun(
-            ProgramLink(node),
+            link,
             work,
             single_block=options.single_block,
             kept=kept,
@@ -223,10 +277,10 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
     return 0 if run.is_whole else 1
 
 
-def main() -> int:
-    """Drive a file from the command line; the exit code is 0 if all of it has been driven."""
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
     parser = argparse.ArgumentParser(
-        prog="drive", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument(
         "file",
@@ -282,7 +336,20 @@ def main() -> int:
         help="where it is kept how far a program came (default: a file for each machine in "
         "tri_glide_kinematics/ in $XDG_STATE_HOME, ~/.local/state)",
     )
-    arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
+    return parser
+
+
+def main() -> int:
+    """Drive a file from the command line; the exit code is 0 if all of it has been driven."""
+    words = sys.argv
+    if "--ros-args" in words:
+        # Without ROS they are unknown arguments like others.
+        with suppress(ModuleNotFoundError):
+            from rclpy.utilities import remove_ros_args
+
+            words = remove_ros_args(words)
+    parser = make_parser()
+    arguments = parser.parse_args(words[1:])
 
     def refuse(names: Iterable[str], reason: str) -> None:
         for name in names:
@@ -325,12 +392,19 @@ def main() -> int:
             values = file_values(str(parameters), "/ik_node", IK_NODE)
             line = _begin(arguments)
             rest = from_line(work, line)
-            _tell_check(rest, check_on_machine(rest, values), line)
+            _tell_check(rest, values, line)
         else:
             print(f"drive: {file} has {len(work.steps)} steps")
         return 0
     except KinematicsError as error:
         print(f"drive: error: {error}", file=sys.stderr)
+        return 1
+    except ModuleNotFoundError as error:
+        print(
+            f"drive: error: the Python module {error.name!r} is missing; without ROS 2 there is "
+            "--check",
+            file=sys.stderr,
+        )
         return 1
 
 

@@ -8,12 +8,13 @@ from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.control import Health, Level
+from tri_glide_kinematics.description import Parts
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.cdr import FIRST, StampedTriples
 from tri_glide_kinematics.ros.inputs import SliderMeasurements
 from tri_glide_kinematics.ros.loop import Cycle
-from tri_glide_kinematics.ros.outputs import DiagnosticsPublisher
+from tri_glide_kinematics.ros.outputs import AllJointStates, DiagnosticsPublisher
 from tri_glide_kinematics.ros.parameters import (
     FK_NODE,
     LiveParameters,
@@ -26,7 +27,8 @@ from tri_glide_kinematics.ros.serving import PatientServices
 class FkNode(Node):
     """Answers each measurement with a pose and, if it holds velocities, a twist of the same time.
 
-    The platform does not rotate, so the twist holds for every point of it.
+    The platform does not rotate, so the twist holds for every point of it. Whoever draws the
+    machine gets the values of all its joints, less often.
     """
 
     def __init__(self) -> None:
@@ -50,6 +52,10 @@ class FkNode(Node):
         reliable = QoSProfile(depth=10)
         self._pose_publisher = self.create_publisher(PoseStamped, "platform_pose", reliable)
         self._twist_publisher = self.create_publisher(TwistStamped, "platform_twist", reliable)
+        parts = Parts.of(self._machine.geometry, values["platform_radius"])
+        self._all_joints = AllJointStates(
+            self, parts, values["joint_names"], values["height_offsets"]
+        )
         DiagnosticsPublisher(self, self._health)
         measured = self.create_subscription(
             JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data, raw=True
@@ -74,6 +80,7 @@ class FkNode(Node):
         self._poses += 1
         stamp = reading.seconds, reading.nanoseconds
         self._pose_publisher.publish(self._pose.at(*stamp, position))
+        self._all_joints.offer(*stamp, reading.heights, position)
         if velocity is not None:
             self._twist_publisher.publish(self._twist.at(*stamp, velocity))
 

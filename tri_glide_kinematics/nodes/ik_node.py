@@ -129,7 +129,7 @@ class IkNode(Node):
         self._feed_forward.forces = forces_of(values, machine)
         self._engine = MotionEngine(
             Workspace(machine, workspace_limits_of(values)),
-            motion_limits_of(values, machine),
+            motion_limits_of(values, machine, self._feed_forward.forces),
             kind=MotionKind[values["motion"].upper()],
             speed_scale=values["speed_scale"],
             path_speed_scale=values["path_speed_scale"],
@@ -335,10 +335,9 @@ class IkNode(Node):
         self._controller.newest_target.bounds = in_position_bounds_of(values)
         self._supervisor.bounds = supervision_bounds_of(values)
         machine, _ = self._machine_of(values)
-        self._feed_forward.forces = forces_of(values, machine)
-        self._controller.set_limits(
-            motion_limits_of(values, machine), values["speed_scale"], values["path_speed_scale"]
-        )
+        self._feed_forward.forces = forces = forces_of(values, machine)
+        limits = motion_limits_of(values, machine, forces)
+        self._controller.set_limits(limits, values["speed_scale"], values["path_speed_scale"])
         self._engine.set_shaper(shaper_of(values))
 
     def _health(self) -> Health:

@@ -22,7 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 if all is kept, 1 if something is not, 2 if that cannot be found out.
     """
-    options = _parser().parse_args(arguments)
+    options = make_parser().parse_args(arguments)
     handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         return _judge(options)
@@ -39,8 +39,8 @@ def _judge(options: argparse.Namespace) -> int:
     from tri_glide_kinematics.ros.parameters import (
         IK_NODE,
         file_values,
-        limits_of,
         machine_of,
+        motion_limits_of,
         workspace_limits_of,
     )
     from tri_glide_kinematics.wording import number_text
@@ -50,10 +50,11 @@ def _judge(options: argparse.Namespace) -> int:
         parameters = find_file(options.parameters)
         values = file_values(str(parameters), options.node, IK_NODE)
         recording = load_recording(options.file, values["joint_names"], options.topic)
+        machine = machine_of(values)
         judgement = judge(
             recording,
-            Workspace(machine_of(values), workspace_limits_of(values)),
-            limits_of(values).with_velocity_scaled(values["speed_scale"]),
+            Workspace(machine, workspace_limits_of(values)),
+            motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"]),
             1.0 / (options.rate or values["rate"]),
             longest_gap=options.gap,
             may_pause=options.pauses,
@@ -69,6 +70,8 @@ def _judge(options: argparse.Namespace) -> int:
     )
     for (quantity, _), part in zip(QUANTITIES, judgement.largest):
         print(f"  largest {quantity:12} {part:.6f} of its limit")
+    for kind, part in judgement.added.items():
+        print(f"  largest {kind.value:12} {part:.6f} of its limit")
     if judgement.last_speed > 0.0:
         speed = number_text(judgement.last_speed, 6, 0.0)
         print(f"it ends in motion: a slider moves at {speed} m/s there")
@@ -81,11 +84,12 @@ def _judge(options: argparse.Namespace) -> int:
     return 1 if judgement.violations else 0
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
     parser = argparse.ArgumentParser(
-        prog="judge",
         description="Tell whether recorded setpoints of the sliders keep velocity, acceleration, "
-        "jerk, travel and workspace, and whether some are missing. It needs no ROS.",
+        "jerk, travel and workspace, and the speed limit of the platform and the force limits that "
+        "the parameters have; and whether some are missing. It needs no ROS.",
         epilog="Exit code: 0 if all is kept, 1 if something is not, 2 if that cannot be found out.",
     )
     parser.add_argument(

@@ -22,6 +22,9 @@ SERVICE = "calibration_node/find_modes"
 # Of the files in the folder of calibration_node.
 NAME = "swing"
 
+# Completion is made of it.
+make_parser = ringdown_command.make_parser
+
 # Until the service is found, and until it is taken to be gone [s].
 START_TIMEOUT = 10.0
 SILENCE = 3.0

@@ -56,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if there is a machine, 1 after an error or for an impossible wish, 130 after
         Ctrl-C.
     """
-    options = _parser().parse_args(arguments)
+    options = make_parser().parse_args(arguments)
     folder = options.write.parent if options.write else Path(".")
     possible = True
 
@@ -196,9 +196,9 @@ def _table(
     return [line.rstrip() for line in lines]
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
     parser = argparse.ArgumentParser(
-        prog="size",
         description="Find the best machine for a volume, a speed and an acceleration, and what it "
         "asks of its motors. Each limit is proved over the whole volume. It needs no ROS. Lengths "
         "are in metres.",

@@ -74,13 +74,11 @@ class ShownNode:
         return "\n  | ".join(("its last lines:", *self._last_lines))
 
 
-def serve(port: int, points_file: str, endings: list[str]) -> None:
-    """Start the nodes and the page, and go on until the page has ended.
+def serve(port: int, points_file: str, namespace: str, endings: list[str]) -> None:
+    """Start the nodes and the page in a ``namespace``, and go on until the page has ended.
 
     ``endings`` gets a line for each node that has ended by itself.
     """
-    # A namespace of its own keeps it away from a machine on this computer.
-    namespace = f"/tri_glide_panel_{os.getpid()}"
     space = ["-r", f"__ns:={namespace}"]
     quiet = ["--log-level", "WARN"]
     file = ["--params-file", str(default_parameter_file())]
@@ -158,13 +156,19 @@ def main() -> int:
     parser.add_argument(
         "--points", default="taught_points.yaml", help="file in which taught points are saved"
     )
+    parser.add_argument(
+        "--namespace",
+        # One of its own keeps it away from a machine on this computer.
+        default=f"/tri_glide_panel_{os.getpid()}",
+        help="of all nodes; / lets other programs reach the simulated machine (default: its own)",
+    )
     options = parser.parse_args()
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     endings: list[str] = []
     try:
         print(f"panel: {choose_transport(COMPUTER).text}", flush=True)
-        serve(options.port, options.points, endings)
+        serve(options.port, options.points, options.namespace, endings)
         return 1
     except KeyboardInterrupt:
         print("panel: interrupted; all nodes are stopped", flush=True)

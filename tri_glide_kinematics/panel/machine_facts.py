@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
+from tri_glide_kinematics.control import in_teach_mode
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.ros.parameters import (
@@ -13,6 +14,7 @@ from tri_glide_kinematics.ros.parameters import (
     Values,
     limits_of,
     machine_of,
+    motion_limits_of,
     shaper_of,
     true_travel_of,
     workspace_limits_of,
@@ -29,7 +31,7 @@ class Bounds(NamedTuple):
     """What bounds the motion of a machine, and may be changed while it runs.
 
     Attributes:
-        limits: of its sliders, scaled.
+        limits: of its sliders, scaled, with what bounds all motion besides.
         shaper: None without one.
     """
 
@@ -39,9 +41,15 @@ class Bounds(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MachineFacts:
-    """A machine as its ``ik_node`` knows it, by the values of its parameters."""
+    """A machine as its ``ik_node`` knows it.
+
+    Attributes:
+        values: of its parameters.
+        is_teaching: whether the teach mode is switched on.
+    """
 
     values: Values
+    is_teaching: bool = False
 
     @cached_property
     def machine(self) -> TriGlide:
@@ -61,8 +69,10 @@ class MachineFacts:
     @cached_property
     def bounds(self) -> Bounds:
         """What the proof of a program depends on, besides the workspace."""
-        limits = self.limits.with_velocity_scaled(self.speed_scale)
-        return Bounds(limits, shaper_of(self.values))
+        limits = motion_limits_of(self.values, self.machine)
+        if self.is_teaching:
+            limits = in_teach_mode(limits, self.machine)
+        return Bounds(limits.with_velocity_scaled(self.speed_scale), shaper_of(self.values))
 
     @property
     def travel(self) -> tuple[Vector3, Vector3]:
@@ -86,7 +96,11 @@ class MachineFacts:
 
     def with_changes(self, changes: Values) -> MachineFacts:
         """Return the facts after some parameters have changed."""
-        return MachineFacts({**self.values, **changes})
+        return replace(self, values={**self.values, **changes})
+
+    def with_teach_mode(self, on: bool) -> MachineFacts:
+        """Return the facts after the teach mode was switched ``on`` or off."""
+        return replace(self, is_teaching=on)
 
     def is_same_machine(self, other: MachineFacts) -> bool:
         """Tell whether the other one looks alike."""

@@ -57,6 +57,7 @@ class MachineLink:
             for name in ("stop", "pause", "resume")
         }
         self._enable = node.create_client(SetBool, "ik_node/enable")
+        self._teach_mode = node.create_client(SetBool, "ik_node/teach_mode")
         self._parameters = AsyncParameterClient(node, "ik_node")
         self._node = node
         self._goals = GoalSender(node)
@@ -96,6 +97,10 @@ class MachineLink:
     def enable(self, data: bool) -> None:
         """Enable or disable the machine."""
         self._call("enable" if data else "disable", self._enable, SetBool.Request(data=data))
+
+    def set_teach_mode(self, on: bool) -> None:
+        """Switch the teach mode ``on`` or off."""
+        self._call("teach mode", self._teach_mode, SetBool.Request(data=on))
 
     def move_to(self, position: Vector3, speed: float = 0.0) -> SentGoal:
         """Go to a position [m]; with a ``speed`` [m/s] straight, and no faster than that."""

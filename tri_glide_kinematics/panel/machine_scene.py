@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot, sqrt
+from math import cos, sin
 from typing import Any
 
 import numpy as np
@@ -11,75 +11,32 @@ import viser
 from numpy.typing import NDArray
 from viser import _messages as messages
 
+from tri_glide_kinematics.description import Parts
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
-from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 Quaternion = tuple[float, float, float, float]
-Place2 = tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Parts:
-    """The parts of a machine.
+def arm_turn(parts: Parts, arm: int, height: float, position: Vector3) -> Quaternion:
+    """Return how an arm is turned (w, x, y, z) that hangs along -z from its carriage.
 
-    The kinematics know the difference between tower joint and platform joint only, so where one
-    of them is drawn is a choice.
-
-    Attributes:
-        towers: horizontal places of the tower joints. Shape (3, 2) [m].
-        platform_joints: from the centre of the platform. Shape (3, 2) [m].
-        arm_lengths: Shape (3,) [m].
-        across: horizontal direction of each arm's joints. Shape (3, 2).
+    Args:
+        parts: of the machine.
+        arm: index, 0 to 2.
+        height: true one of the carriage [m].
+        position: of the platform. Shape (3,) [m].
     """
-
-    towers: tuple[Place2, Place2, Place2]
-    platform_joints: tuple[Place2, Place2, Place2]
-    arm_lengths: Vector3
-    across: tuple[Place2, Place2, Place2]
-
-    @classmethod
-    def of(cls, geometry: TriGlideGeometry, platform_radius: float) -> Parts:
-        """Return the parts with platform joints on a circle of this radius [m]."""
-        towers, joints, across = [], [], []
-        for x, y in geometry.anchors:
-            size = hypot(x, y) or 1.0
-            ux, uy = x / size, y / size
-            joints.append((platform_radius * ux, platform_radius * uy))
-            towers.append((x + platform_radius * ux, y + platform_radius * uy))
-            across.append((-uy, ux))
-        return cls(_three(towers), _three(joints), geometry.arm_lengths, _three(across))
-
-    def arm_turn(self, index: int, height: float, position: Vector3) -> Quaternion:
-        """Return how an arm is turned that hangs along -z from its carriage, at a height [m]."""
-        (tx, ty), (px, py) = self.towers[index], self.platform_joints[index]
-        x, y, z = tx - position[0] - px, ty - position[1] - py, height - position[2]
-        length = sqrt(x * x + y * y + z * z) or 1.0
-        up = (x / length, y / length, z / length)
-        # As level as an arm's joints can be at a right angle to it.
-        ax, ay = self.across[index]
-        along = ax * up[0] + ay * up[1]
-        side = (ax - along * up[0], ay - along * up[1], -along * up[2])
-        size = sqrt(side[0] ** 2 + side[1] ** 2 + side[2] ** 2) or 1.0
-        return turned((side[0] / size, side[1] / size, side[2] / size), up)
-
-
-def turned(x_axis: Vector3, z_axis: Vector3) -> Quaternion:
-    """Return the rotation (w, x, y, z) that leads to these two axes, unit and at right angles."""
-    a, b, c = x_axis
-    g, h, i = z_axis
-    d, e, f = h * c - i * b, i * a - g * c, g * b - h * a
-    # Of the four numbers the largest first: none is divided by one near zero.
-    squares = (1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i)
-    largest = squares.index(max(squares))
-    s = 0.5 / sqrt(squares[largest])
-    if largest == 0:
-        return 0.25 / s, (f - h) * s, (g - c) * s, (b - d) * s
-    if largest == 1:
-        return (f - h) * s, 0.25 / s, (b + d) * s, (c + g) * s
-    if largest == 2:
-        return (g - c) * s, (b + d) * s, 0.25 / s, (f + h) * s
-    return (b - d) * s, (c + g) * s, (f + h) * s, 0.25 / s
+    swing, tilt = (0.5 * angle for angle in parts.swing_and_tilt(arm, height, position))
+    azimuth = 0.5 * parts.azimuth(arm)
+    w, x, y, z = (
+        cos(swing) * cos(tilt),
+        sin(swing) * cos(tilt),
+        cos(swing) * sin(tilt),
+        sin(swing) * sin(tilt),
+    )
+    c, s = cos(azimuth), sin(azimuth)
+    return c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w
 
 
 def rod_pair(length: float, radius: float, apart: float) -> tuple[FloatArray, NDArray[np.uint32]]:
@@ -123,11 +80,6 @@ def skin(rings: FloatArray) -> tuple[FloatArray, NDArray[np.uint32]]:
     faces.append(np.column_stack((np.full(count, bottom), after, here)))
     faces.append(np.column_stack((np.full(count, top), last + here, last + after)))
     return vertices, np.concatenate(faces).astype(np.uint32)
-
-
-def _three(places: list[Place2]) -> tuple[Place2, Place2, Place2]:
-    first, second, third = places
-    return first, second, third
 
 
 def place(handle: Any, position: Vector3) -> None:
@@ -177,15 +129,12 @@ class Pose:
 class DrawnMachine:
     """One machine that moves, solid or as a ghost."""
 
-    def __init__(
-        self, scene: viser.SceneApi, name: str, parts: Parts, size: float, *, is_ghost: bool
-    ) -> None:
+    def __init__(self, scene: viser.SceneApi, name: str, parts: Parts, *, is_ghost: bool) -> None:
         """Put it into the ``scene``, not to be seen before it is moved.
 
-        ``size`` is that of the platform's edge beyond its joints, and of all else in proportion
-        [m]. A ghost is what is commanded, and lets other things be seen through it.
+        A ghost is what is commanded, and lets other things be seen through it.
         """
-        self._parts = parts
+        self._parts, size = parts, parts.size
         self._shown: Pose | None = None
         opacity = COMMANDED_OPACITY if is_ghost else None
         color = COMMANDED if is_ghost else MEASURED
@@ -204,7 +153,7 @@ class DrawnMachine:
         ]
         self._arms = []
         for index, length in enumerate(parts.arm_lengths):
-            vertices, faces = rod_pair(length, 0.3 * size, 2.4 * size)
+            vertices, faces = rod_pair(length, parts.rod_radius, parts.rod_distance)
             self._arms.append(
                 scene.add_mesh_simple(
                     f"{name}/carriage_{index}/arm",
@@ -217,10 +166,9 @@ class DrawnMachine:
                     receive_shadow=False,
                 )
             )
-        radius = max(float(np.hypot(x, y)) for x, y in parts.platform_joints)
         self._platform = scene.add_cylinder(
             f"{name}/platform",
-            radius=radius + size,
+            radius=parts.platform_radius,
             height=size,
             color=color,
             opacity=opacity,
@@ -239,7 +187,7 @@ class DrawnMachine:
         for index, height in enumerate(pose.heights):
             x, y = self._parts.towers[index]
             place(self._carriages[index], (x, y, height))
-            turn(self._arms[index], self._parts.arm_turn(index, height, pose.position))
+            turn(self._arms[index], arm_turn(self._parts, index, height, pose.position))
         place(self._platform, pose.position)
 
     def hide(self) -> None:
@@ -258,11 +206,11 @@ class Scene:
         geometry = facts.machine.geometry
         parts = Parts.of(geometry, facts.values["platform_radius"])
         lower, upper = facts.travel
-        size = 0.03 * max(geometry.arm_lengths)
+        size = parts.size
         scene.set_up_direction("+z")
         self._draw_towers(parts, lower, upper, size)
-        self.measured = DrawnMachine(scene, "/measured", parts, size, is_ghost=False)
-        self.commanded = DrawnMachine(scene, "/commanded", parts, size, is_ghost=True)
+        self.measured = DrawnMachine(scene, "/measured", parts, is_ghost=False)
+        self.commanded = DrawnMachine(scene, "/commanded", parts, is_ghost=True)
         self._lines = {
             name: scene.add_line_segments(
                 f"/{name}", NO_LINES, color, thickness=width, thickness_units="screen"
@@ -316,15 +264,13 @@ class Scene:
             )
 
     def _draw_towers(self, parts: Parts, lower: Vector3, upper: Vector3, size: float) -> None:
-        for index, (x, y) in enumerate(parts.towers):
-            # Behind the carriage, which runs on it.
-            away = 1.0 + 1.8 * size / max(float(np.hypot(x, y)), size)
+        for index in range(3):
             low, high = lower[index] - 2.0 * size, upper[index] + 2.0 * size
             self._scene.add_box(
                 f"/tower_{index}",
                 color=TOWER,
                 dimensions=(size, size, high - low),
-                position=(away * x, away * y, 0.5 * (low + high)),
+                position=(*parts.column(index), 0.5 * (low + high)),
                 cast_shadow=False,
             )
             for end, height in (("lower", lower[index]), ("upper", upper[index])):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.control import Cause, OperatingState
+from tri_glide_kinematics.control import TEACH_SPEED, Cause, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.outputs import cause_of, state_of
 from tri_glide_kinematics.ros.parameters import Values
@@ -177,6 +177,18 @@ class MachineStatus:
             if scale not in (0.0, 1.0):
                 words.append(f"{what} {100.0 * scale:.0f} %")
         return " · ".join(words)
+
+    @property
+    def speed_limit(self) -> str:
+        """Whether the teach mode is on, and how fast the platform may be if that is bounded."""
+        limit = self.message.platform_speed_limit
+        if self.state is None:
+            return ""
+        words = f"at most {number_text(1000.0 * limit, 6)} mm/s" if limit else ""
+        if not self.message.teach_mode:
+            return words
+        # In motion, the limit is in force a moment later.
+        return f"teach mode · {words if 0.0 < limit <= TEACH_SPEED else 'slows down'}"
 
     @property
     def left(self) -> str:

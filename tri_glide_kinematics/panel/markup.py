@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 
 
@@ -26,6 +26,16 @@ def bar(part: float, *, is_much: bool = False) -> str:
     width = 100.0 * min(max(part, 0.0), 1.0)
     kind = ' class="much"' if is_much else ""
     return f'<div class="bar"><i{kind} style="width:{width:.0f}%"></i></div>'
+
+
+def legend(colors: Iterable[Sequence[int]], least: str, largest: str) -> str:
+    """Return a bar with ``colors`` from left to right, and what both of its ends mean."""
+    stops = ", ".join(f"rgb({red} {green} {blue})" for red, green, blue in colors)
+    ends = f"<span>{escape(least)}</span><span>{escape(largest)}</span>"
+    return (
+        f'<div class="tri-glide-legend"><i style="background:linear-gradient(90deg, {stops})"></i>'
+        f"{ends}</div>"
+    )
 
 
 def _cell(text: str) -> str:

@@ -17,7 +17,7 @@ document.head.append(style);
 const strip = document.createElement("div");
 strip.id = "tri-glide-strip";
 strip.innerHTML =
-  '<div class="head"><div class="state" role="status"></div>' +
+  '<div class="head"><div class="state" role="status"></div><div class="limit" role="status"></div>' +
   '<button type="button" class="more" aria-expanded="false">messages</button>' +
   '<div class="motion"><span class="position"></span><span class="speed"></span><span class="left"></span></div></div>' +
   '<div class="words"><div class="reason"></div><div class="refusal" role="alert"></div><div class="pages"></div></div>' +
@@ -202,7 +202,7 @@ const show = (told) => {
   heard = performance.now();
   strip.dataset.color = told.color;
   hasControls = told.controls;
-  for (const name of ["state", "position", "speed", "left", "reason", "refusal", "pages"]) {
+  for (const name of ["state", "limit", "position", "speed", "left", "reason", "refusal", "pages"]) {
     const place = strip.querySelector("." + name);
     if (place.textContent !== told[name]) place.textContent = told[name];
   }
@@ -219,7 +219,7 @@ const look = setInterval(() => {
   document.body.classList.add("tri-glide-lost");
   strip.dataset.color = "fault";
   strip.querySelector(".state").textContent = "no connection";
-  for (const name of ["position", "speed", "left"]) strip.querySelector("." + name).textContent = "";
+  for (const name of ["limit", "position", "speed", "left"]) strip.querySelector("." + name).textContent = "";
   hasControls = false;
   strip.querySelector(".reason").textContent = "The panel does not answer: what is shown is old, and nothing can be sent.";
   stop.querySelector("small").textContent = "no connection: use the emergency stop";

@@ -96,6 +96,7 @@ class Strip:
         position: of the platform.
         speed: of the platform, and what changes it.
         left: the way and the time to the end of what is done.
+        limit: whether the teach mode is on, and how fast the platform may be.
         controls: whether the page has them.
     """
 
@@ -108,6 +109,7 @@ class Strip:
     position: str = ""
     speed: str = ""
     left: str = ""
+    limit: str = ""
     controls: bool = False
 
 

@@ -21,7 +21,7 @@ from tri_glide_kinematics.panel.button_jogs import JogWatch, Steps
 from tri_glide_kinematics.panel.feeds import Feeds
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
 from tri_glide_kinematics.panel.machine_link import NOBODY, Identity, MachineLink
-from tri_glide_kinematics.panel.machine_status import FAULT, WARNING, outside_text
+from tri_glide_kinematics.panel.machine_status import FAULT, READY, WARNING, outside_text
 from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
 from tri_glide_kinematics.panel.program_files import ProgramFolder, Uploads
@@ -134,8 +134,13 @@ class PanelNode(Node):
             )
         with tabs.add_tab("Program"):
             self._program = self._program_tab(values)
+        measurements = values["measurements_file"]
         self._view = LiveView(
-            server, tabs, requests, lambda place: self._move_to(place, self._drive.go_speed)
+            server,
+            tabs,
+            requests,
+            lambda place: self._move_to(place, self._drive.go_speed),
+            Path(measurements) if measurements else None,
         )
         with tabs.add_tab("Swing"):
             self._swing = SwingTab(gui, requests)
@@ -225,9 +230,9 @@ class PanelNode(Node):
     def _take_facts(self, facts: MachineFacts, identity: Identity) -> None:
         if identity != self._identity:
             return
-        self._facts = facts
+        self._facts = facts.with_teach_mode(self._feeds.status.message.teach_mode)
         self._requests.follow_twist_timeout(facts.values["twist_timeout"])
-        self._view.show_machine(facts)
+        self._view.show_machine(self._facts)
 
     def _on_parameters(self, event: ParameterEvent) -> None:
         if self._facts is None or event.node != self._link.server:
@@ -249,6 +254,7 @@ class PanelNode(Node):
         self._requests.fulfil()
         self._look_for_refusals()
         self._look_for_ends()
+        self._look_for_teach_mode()
         self._program.step(self._facts)
         clients = self._server.get_clients()
         if not clients:
@@ -294,6 +300,15 @@ class PanelNode(Node):
             self._state = state
             text = ": ".join(filter(None, (status.word, self._reason())))
             self._requests.history.add(status.color, text, status.message.reason)
+
+    def _look_for_teach_mode(self) -> None:
+        """Take it over as the machine tells it, whoever has switched it."""
+        is_teaching = self._feeds.status.message.teach_mode
+        if self._facts is not None and is_teaching != self._facts.is_teaching:
+            self._facts = self._facts.with_teach_mode(is_teaching)
+            self._view.show_machine(self._facts)
+            color, words = (WARNING, "on") if is_teaching else (READY, "off")
+            self._requests.history.add(color, f"the teach mode is {words}")
 
     def _on_stop(self) -> None:
         self._steps.drop()
@@ -351,6 +366,7 @@ class PanelNode(Node):
             status.position,
             status.speed,
             status.left,
+            status.speed_limit,
             has_controls,
         )
 

@@ -1,10 +1,13 @@
-"""Recordings: setpoints of the sliders in files, and whether they keep all limits; no ROS."""
+"""Recordings of the sliders: whether setpoints keep all limits, and what efforts tell; no ROS."""
 
 from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.recordings.efforts import masses_report as masses_report
+    from tri_glide_kinematics.recordings.efforts import measured_masses as measured_masses
+    from tri_glide_kinematics.recordings.efforts import save_masses as save_masses
     from tri_glide_kinematics.recordings.judgement import Judgement as Judgement
     from tri_glide_kinematics.recordings.judgement import Kind as Kind
     from tri_glide_kinematics.recordings.judgement import Violation as Violation

@@ -1,4 +1,4 @@
-"""Setpoints of the sliders in files: tables (CSV), and recordings of ROS 2 in the format MCAP.
+"""Motions of the sliders in files: tables (CSV), and recordings of ROS 2 in the format MCAP.
 
 MCAP needs the Python package ``mcap-ros2-support``, and no ROS. Heights in files are those that the
 drives are told: true heights less the parameter ``height_offsets``.
@@ -38,6 +38,8 @@ COLUMNS = (
 # Numbers that end in zeros may be written without them: heights have so many digits at least [m].
 COARSEST = 1e-6
 
+NO_FORCES = (np.nan,) * 3
+
 NANOSECONDS = 1_000_000_000
 
 MESSAGE = "sensor_msgs/msg/JointState"
@@ -65,12 +67,14 @@ class RecordingError(FileError):
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Setpoints as they were published, in the order in which they came.
+    """Setpoints as they were published, or measurements, in the order in which they came.
 
     Attributes:
         stamps: since the first one. Shape (n,) [s].
         heights: as the drives are told. Shape (n, 3) [m].
         velocities: None if none were recorded. Shape (n, 3) [m/s].
+        efforts: forces of the drives, NaN where a message has none; None if none were recorded.
+            Shape (n, 3) [N].
         resolution: a half of the last digit of the heights; 0 for numbers in double precision [m].
     """
 
@@ -78,6 +82,7 @@ class Recording:
     heights: FloatArray
     velocities: FloatArray | None
     resolution: float = 0.0
+    efforts: FloatArray | None = None
 
 
 def save_csv(file: Path, setpoints: SampledPlan, positions: FloatArray) -> None:
@@ -134,7 +139,7 @@ def save_mcap(file: Path, setpoints: SampledPlan, joints: Sequence[str], frame: 
 
 
 def load_recording(file: str | Path, joints: Sequence[str], topic: str = TOPIC) -> Recording:
-    """Read setpoints.
+    """Read setpoints, or measurements.
 
     Args:
         file: a table as ``save_csv`` writes it, of which the time and the heights are needed; an
@@ -167,7 +172,7 @@ def _of_table(file: str | Path) -> Recording:
         head = ", ".join(f"{name} [{unit}]" for name, unit in COLUMNS[:7])
         raise RecordingError(file, "line 1", f"has no head; it must have the columns {head}")
     columns = {head.name: column for column, head in enumerate(table.heads)}
-    units = dict(COLUMNS)
+    units = {**dict(COLUMNS), **{f"effort_{slider}": "N" for slider in SLIDERS}}
     for each in table.heads:
         if each.name in units and each.unit not in (None, units[each.name]):
             reason = f"{each.name} is in {each.unit}, must be in {units[each.name]}"
@@ -180,7 +185,7 @@ def _of_table(file: str | Path) -> Recording:
             raise TableError(file, table.head_line, 0, f"has no column {missing[0]}")
         return None if missing else [columns[name] for name in names]
 
-    heights, velocities = found("height"), found("velocity")
+    heights, velocities, efforts = found("height"), found("velocity"), found("effort")
     if heights is None or "time" not in columns:
         missing = "time" if heights is not None else "height_1"
         raise TableError(file, table.head_line, 0, f"has no column {missing}")
@@ -190,6 +195,7 @@ def _of_table(file: str | Path) -> Recording:
         table.numbers[:, heights],
         None if velocities is None else table.numbers[:, velocities],
         0.5 * min(float(table.steps[heights].min()), COARSEST),
+        None if efforts is None else table.numbers[:, efforts],
     )
 
 
@@ -200,6 +206,7 @@ def _of_messages(
     stamps: list[int] = []
     rows: list[tuple[float, ...]] = []
     rates: list[tuple[float, ...]] = []
+    forces: list[tuple[float, ...]] = []
     topics: set[str] = set()
     others: set[str] = set()
     for part in files:
@@ -218,14 +225,17 @@ def _of_messages(
                 reason = f"has no joint {missing[0]}, but {', '.join(names) or 'none'}"
                 raise RecordingError(file, place, reason)
             order = [names.index(joint) for joint in joints]
-            heights, velocities = message.position, message.velocity
-            if len(heights) != len(names) or len(velocities) not in (0, len(names)):
-                counts = f"{len(heights)} positions and {len(velocities)} velocities"
+            heights, velocities, efforts = message.position, message.velocity, message.effort
+            sizes = (len(heights), len(velocities), len(efforts))
+            if sizes[0] != len(names) or not {*sizes[1:]} <= {0, len(names)}:
+                counts = "{} positions, {} velocities and {} efforts".format(*sizes)
                 raise RecordingError(file, place, f"has {counts} of {len(names)} joints")
             stamp = message.header.stamp
             stamps.append(stamp.sec * NANOSECONDS + stamp.nanosec)
             rows.append(tuple(heights[joint] for joint in order))
             rates.append(tuple(velocities[joint] for joint in order) if len(velocities) else ())
+            # Setpoints have them from when the masses are known.
+            forces.append(tuple(efforts[joint] for joint in order) if len(efforts) else NO_FORCES)
     if not stamps:
         told = f"; it has {', '.join(sorted(others))}" if others else ""
         raise RecordingError(file, "", f"has no messages of {wanted}{told}")
@@ -233,7 +243,13 @@ def _of_messages(
         raise RecordingError(file, "", "has messages with velocities and others without")
     # Differences of whole nanoseconds: the seconds since 1970 would take the digits.
     times: NDArray[np.int64] = np.array(stamps, dtype=np.int64) - stamps[0]
-    return Recording(times / NANOSECONDS, np.array(rows), np.array(rates) if rates[0] else None)
+    table = np.array(forces)
+    return Recording(
+        times / NANOSECONDS,
+        np.array(rows),
+        np.array(rates) if rates[0] else None,
+        efforts=None if np.isnan(table).all() else table,
+    )
 
 
 def _messages(file: Path, others: set[str]) -> Iterator[tuple[str, Any]]:

@@ -119,7 +119,8 @@ def test_every_branch_of_every_mechanism_in_config_has_its_pictures(file):
         ([FOUR_BAR, "--frames", "1e3"], 2, "'1e3' is not a whole number from 2 to 720"),
     ],
 )
-def test_mistakes_get_one_clear_line(capsys, tmp_path, arguments, code, reason):
+def test_mistakes_get_one_clear_line(monkeypatch, capsys, tmp_path, arguments, code, reason):
+    monkeypatch.setattr(sys, "argv", ["draw_mechanism"])
     got, out, err = draw(capsys, *arguments, "--output", tmp_path / "out")
     assert got == code and out == []
     assert err[-1].startswith("draw_mechanism: error: ") and reason in err[-1]

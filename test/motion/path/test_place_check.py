@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from motion_machine import MACHINE, WORKSPACE
-from strategies import DEFAULT_LIMITS, random_geometry
+from strategies import DEFAULT_LIMITS, is_inside, random_geometry
 
 from testing.path_samples import random_path
 from tri_glide_kinematics.errors import KinematicsError
@@ -35,14 +35,6 @@ WORKSPACES = {
         MACHINE, replace(DEFAULT_LIMITS, cylinder=Cylinder(0.01, -0.02, 0.11, 0.1, 0.45))
     ),
 }
-
-
-def is_inside(workspace, place):
-    try:
-        workspace.check_position(place)
-    except KinematicsError:
-        return False
-    return True
 
 
 def judged(path, workspace):

@@ -12,7 +12,6 @@ from timed_paths import random_path
 from tri_glide_kinematics.motion import MotionKind, plan_move, time_path
 from tri_glide_kinematics.motion.trajectory import Trajectory
 from tri_glide_kinematics.motion.trajectory.series import (
-    anywhere,
     heights_of,
     moved,
     polynomial,
@@ -74,7 +73,7 @@ def test_bounds_of_a_polynomial_hold_everywhere_in_the_cell():
     for offset in np.linspace(-0.5, 0.5, 101):
         other = np.abs(moved(coefficients, np.array([offset])))
         assert (other <= series.bounds * (1.0 + 1e-12)).all()
-    np.testing.assert_array_equal(series.bounds, anywhere(np.abs(coefficients), np.array([0.5])))
+    np.testing.assert_array_equal(series.bounds, moved(np.abs(coefficients), np.array([0.5])))
 
 
 def test_they_are_the_series_of_the_setpoints(motion):

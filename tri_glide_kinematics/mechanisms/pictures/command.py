@@ -23,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 if all is drawn, 1 after an error, 130 after Ctrl-C.
     """
-    options = _parser().parse_args(arguments)
+    options = make_parser().parse_args(arguments)
     return exit_code("draw_mechanism", options.output, lambda: _draw(options))
 
 
@@ -41,9 +41,9 @@ def _draw(options: argparse.Namespace) -> None:
     print("\n".join(save_pictures(find_file(options.file), options.output, choice)))
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
     parser = command_parser(
-        "draw_mechanism",
         "Draw an F-mechanism or a four-bar linkage from a file. F-mechanism: the platform angle "
         "over the crank angle on all branches, the paths of the platform joints on one branch, all "
         "positions at one crank angle, all positions of the platform joints. Four-bar linkage: the "

@@ -8,6 +8,7 @@ from math import hypot
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import check_place
@@ -25,7 +26,7 @@ from tri_glide_kinematics.motion.trajectory.series import (
     heights_of,
     moved,
     polynomial,
-    position_of,
+    positions,
 )
 from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
 from tri_glide_kinematics.motion.trajectory.trajectory import (
@@ -195,13 +196,15 @@ class CurvePlan(Trajectory):
             return knots
         return ascending(np.concatenate((knots, self.blend.knots())))
 
-    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
-        """Return Taylor series of the platform's position."""
+    def mixed_series(
+        self, machine: TriGlide, times: FloatArray, half: FloatArray
+    ) -> tuple[Series, NDArray[np.bool_]]:
+        """Return Taylor series of the platform's position, in a blend of the slider heights."""
         way = self.way_series(times, half)
-        return _platform_series(self.curve, way, self.blend, machine, times, half)
+        return _mixed_series(self.curve, way, self.blend, machine, times, half)
 
     def way_series(self, times: FloatArray, half: FloatArray) -> Series:
-        """Return Taylor series of the way along the curve; see ``platform_series``."""
+        """Return Taylor series of the way along the curve; see ``mixed_series``."""
         return _way_series(self.scaling, self._table, times, half)
 
 
@@ -210,7 +213,7 @@ def _way_series(
 ) -> Series:
     """Return Taylor series of the way along a curve; ``table`` has the coefficients of the pieces.
 
-    See ``Trajectory.platform_series`` for the others.
+    See ``Trajectory.mixed_series`` for the others.
     """
     last = float(scaling.times[-1])
     inside = np.clip(times, 0.0, last)
@@ -221,21 +224,25 @@ def _way_series(
     return polynomial(ways, half)
 
 
-def _platform_series(
+def _mixed_series(
     curve: Curve,
     way: Series,
     blend: CubicPlan | None,
     machine: TriGlide,
     times: FloatArray,
     half: FloatArray,
-) -> Series:
-    """Return Taylor series of the platform's position on a curve, and beside it in a blend."""
-    places = curve.place_series(way.values[0, 0], half * way.bounds[1, 0])
-    position = composed(places, way)
-    if blend is None:
-        return position
-    heights = heights_of(machine.geometry, position, half)
-    return position_of(machine, heights.plus(blend.height_series(times, half)), half)
+) -> tuple[Series, NDArray[np.bool_]]:
+    """Return Taylor series of the platform's position, in a blend of the slider heights."""
+    series = composed(curve.place_series(way.values[0, 0], half * way.bounds[1, 0]), way)
+    in_blend = np.zeros(len(times), dtype=bool)
+    if blend is not None:
+        # Behind it the platform is on the curve.
+        in_blend = times - half < blend.duration
+        if in_blend.any():
+            some = half[in_blend]
+            on_curve = heights_of(machine.geometry, series.of(in_blend), some)
+            series.put(in_blend, on_curve.plus(blend.height_series(times[in_blend], some)))
+    return series, in_blend
 
 
 def bounds_along(
@@ -271,7 +278,8 @@ def with_added(
     pieces = np.searchsorted(scaling.times, middles, side="right") - 1
     added = np.zeros((len(limits.added), len(scaling.times) - 1))
     for bound, used in zip(limits.added, added):
-        series = _platform_series(curve, way, blend, bound.machine, middles, half)
+        mixed = _mixed_series(curve, way, blend, bound.machine, middles, half)
+        series = positions(bound.machine, *mixed, half)
         # NaN, where a blend leads out of reach, stays.
         with np.errstate(invalid="ignore"):
             np.maximum.at(used, pieces, bound.used(series, half).most)

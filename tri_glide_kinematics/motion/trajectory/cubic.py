@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError
 from tri_glide_kinematics.motion.trajectory.limits import (
@@ -20,7 +21,6 @@ from tri_glide_kinematics.motion.trajectory.series import (
     Series,
     moved,
     polynomial,
-    position_of,
 )
 from tri_glide_kinematics.motion.trajectory.trajectory import (
     AT_REST,
@@ -174,9 +174,11 @@ class CubicPlan(Trajectory):
         coefficients[0, :, ended] = self._final.heights
         return polynomial(coefficients, half)
 
-    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
-        """Return Taylor series of the platform's position."""
-        return position_of(machine, self.height_series(times, half), half)
+    def mixed_series(
+        self, machine: TriGlide, times: FloatArray, half: FloatArray
+    ) -> tuple[Series, NDArray[np.bool_]]:
+        """Return Taylor series of the slider heights."""
+        return self.height_series(times, half), np.ones(len(times), dtype=bool)
 
     def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
         """Compare the exact extremes with the limits.
@@ -420,6 +422,8 @@ class TrackedStep(Trajectory):
         """Return where pieces begin, and the end [s]."""
         return self.as_cubic().knots()
 
-    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
-        """Return Taylor series of the platform's position."""
-        return self.as_cubic().platform_series(machine, times, half)
+    def mixed_series(
+        self, machine: TriGlide, times: FloatArray, half: FloatArray
+    ) -> tuple[Series, NDArray[np.bool_]]:
+        """Return Taylor series of the slider heights."""
+        return self.as_cubic().mixed_series(machine, times, half)

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from tri_glide_kinematics.motion.trajectory.errors import PathTimingError
-from tri_glide_kinematics.motion.trajectory.series import Series, anywhere, polynomial
+from tri_glide_kinematics.motion.trajectory.series import Series, moved, polynomial
 from tri_glide_kinematics.motion.trajectory.trajectory import (
     SliderState,
     arms_of,
@@ -513,7 +513,7 @@ class PathHeights:
         bounds = np.abs(values)
         # Of a tilted circle only the whole has a constant magnitude.
         bounds[5] = np.sqrt(np.square(values[5]).sum(axis=0))
-        return Series(values, anywhere(bounds, half))
+        return Series(values, moved(bounds, half))
 
     def _largest_by_way(
         self, table: FloatArray, length: FloatArray

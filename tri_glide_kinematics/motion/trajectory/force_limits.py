@@ -104,7 +104,7 @@ class ForceLimits(AddedBound):
         return (
             isinstance(other, ForceLimits)
             and self.forces.masses == other.forces.masses
-            and self.machine is other.machine
+            and self.machine == other.machine
             and (self.up, self.down) == (other.up, other.down)
         )
 

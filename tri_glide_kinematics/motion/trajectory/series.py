@@ -12,24 +12,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
 
 # The number of coefficients: up to the fifth order.
 ORDERS = 6
-
-# Row k, column n: how often the coefficient of order k enters that of order n some time later.
-_BINOMIALS = np.array(
-    [
-        [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [1.0, 1.0, 0.0, 0.0, 0.0, 0.0],
-        [1.0, 2.0, 1.0, 0.0, 0.0, 0.0],
-        [1.0, 3.0, 3.0, 1.0, 0.0, 0.0],
-        [1.0, 4.0, 6.0, 4.0, 1.0, 0.0],
-        [1.0, 5.0, 10.0, 10.0, 5.0, 1.0],
-    ]
-)
 
 # The velocity of the platform in a cell is taken to be at most so much more than with the inverse
 # matrix of its middle; what follows from that shows whether it is.
@@ -61,6 +50,14 @@ class Series(NamedTuple):
     def plus(self, other: Series) -> Series:
         """Return the sum of two motions."""
         return Series(self.values + other.values, self.bounds + other.bounds)
+
+    def of(self, cells: NDArray[np.bool_]) -> Series:
+        """Return those of some ``cells``. Shape (n,)."""
+        return Series(self.values[..., cells], self.bounds[..., cells])
+
+    def put(self, cells: NDArray[np.bool_], those: Series) -> None:
+        """Replace ``those`` of some ``cells``. Shape (n,)."""
+        self.values[..., cells], self.bounds[..., cells] = those
 
 
 def divided(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -95,23 +92,8 @@ def polynomial(coefficients: FloatArray, half: FloatArray) -> Series:
     """
     values = np.zeros((ORDERS, *coefficients.shape[1:]))
     values[: len(coefficients)] = coefficients
-    return Series(values, anywhere(np.abs(values), half))
-
-
-def anywhere(values: FloatArray, half: FloatArray) -> FloatArray:
-    """Return bounds about any instant from absolute coefficients about the middle.
-
-    Args:
-        values: of which the last bounds that order already. Shape (6, m, n).
-        half: of the lengths of the cells. Shape (n,) [s].
-    """
-    result = values.copy()
-    for order in range(ORDERS - 1):
-        power = np.ones_like(half)
-        for higher in range(order + 1, ORDERS):
-            power = power * half
-            result[order] += _BINOMIALS[higher, order] * power * values[higher]
-    return result
+    # About an instant later than the middle; for an earlier one the signs do not matter.
+    return Series(values, moved(np.abs(values), half))
 
 
 def moved(coefficients: FloatArray, times: FloatArray) -> FloatArray:
@@ -247,6 +229,22 @@ def position_of(machine: TriGlide, heights: Series, half: FloatArray) -> Series:
     return Series(values, bounds)
 
 
+def positions(
+    machine: TriGlide, series: Series, of_sliders: NDArray[np.bool_], half: FloatArray
+) -> Series:
+    """Return series of the platform's position, with those of slider heights replaced.
+
+    Args:
+        machine: the tri-glide.
+        series: of the heights, or of the position. Shape (6, 3, n) [m].
+        of_sliders: in which cells they are of the heights. Shape (n,).
+        half: of the lengths of the cells. Shape (n,) [s].
+    """
+    if of_sliders.any():
+        series.put(of_sliders, position_of(machine, series.of(of_sliders), half[of_sliders]))
+    return series
+
+
 def largest_inverse(size: FloatArray, changes: FloatArray) -> FloatArray:
     """Return bounds of the absolute inverse of a matrix that changes in a cell.
 
@@ -281,8 +279,9 @@ def _recursion(
     arms = np.zeros((ORDERS, 3, *heights.shape[1:]))
     for order in range(1, ORDERS):
         right = rises * heights[order]
-        for i in range(1, order):
-            right += 0.5 * sign * (arms[i] * arms[order - i]).sum(axis=1)
+        if order > 1:
+            earlier = arms[1:order]
+            right += 0.5 * sign * np.einsum("oijn,oijn->in", earlier, earlier[::-1])
         result[order] = np.einsum("ijn,jn->in", inverse, right)
         arms[order] = result[order]
         arms[order, :, 2] += sign * heights[order]

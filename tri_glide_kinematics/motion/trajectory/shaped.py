@@ -37,7 +37,7 @@ from tri_glide_kinematics.motion.trajectory.series import (
     Series,
     divided,
     heights_of,
-    position_of,
+    positions,
     quartered,
 )
 from tri_glide_kinematics.motion.trajectory.trajectory import (
@@ -46,6 +46,7 @@ from tri_glide_kinematics.motion.trajectory.trajectory import (
     SliderState,
     Trajectory,
     arms_of,
+    joined_series,
     slider_state,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
@@ -54,7 +55,7 @@ from tri_glide_kinematics.workspace import Traced, Workspace
 
 # So many cells are looked at together at most, and so many copies of the motion in cells.
 CELLS_AT_ONCE = 64
-COPIES_AT_ONCE = 256
+COPIES_AT_ONCE = 128
 
 # Knots that are closer are one: a jerk this long is below rounding [s].
 SAME_TIME = 1e-11
@@ -289,32 +290,24 @@ class ShapedTrajectory(Trajectory):
         knots = ascending(np.clip(knots, 0.0, self.duration))
         return knots[np.diff(knots, prepend=-1.0) > SAME_TIME]
 
-    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
+    def mixed_series(
+        self, machine: TriGlide, times: FloatArray, half: FloatArray
+    ) -> tuple[Series, NDArray[np.bool_]]:
         """Return Taylor series of the platform's position."""
         delays = self.shaper.times
-        before = np.subtract.outer(delays, times)
-        before = -before.ravel()
+        before = -np.subtract.outer(delays, times).ravel()
         halves = np.tile(half, len(delays))
         owner = np.maximum(np.searchsorted(self._begins, before, side="right") - 1, 0)
-        table = np.empty((2, ORDERS, 3, len(before)))
-        of_sliders = np.zeros(len(before), dtype=bool)
-        for index in sorted(set(owner.tolist())):
-            begin, plan, skipped = self.driven[index]
-            mine = owner == index
-            # Before the first part there was rest where it begins.
-            since = before[mine] - begin + skipped
-            cubic = plan.as_cubic()
-            if cubic is None:
-                table[..., mine] = plan.platform_series(machine, since, halves[mine])
-            else:
-                table[..., mine] = cubic.height_series(since, halves[mine])
-                of_sliders |= mine
-        if of_sliders.any():
-            # All together, as one look takes no less time than all.
-            heights = Series(*table[..., of_sliders])
-            table[..., of_sliders] = position_of(machine, heights, halves[of_sliders])
-        shape = (2, ORDERS, 3, len(delays), len(times))
-        return Series(*np.einsum("bomkn,k->bomn", table.reshape(shape), self.shaper.amplitudes))
+        # Before the first part there was rest where it begins.
+        past = np.array([part.begin - part.skipped for part in self.driven])
+        plans = [part.plan for part in self.driven]
+        mixed = joined_series(plans, owner, machine, before - past[owner], halves)
+        shape = (ORDERS, 3, len(delays), len(times))
+        mean = (
+            np.einsum("omkn,k->omn", each.reshape(shape), self.shaper.amplitudes)
+            for each in positions(machine, *mixed, halves)
+        )
+        return Series(*mean), np.zeros(len(times), dtype=bool)
 
     def _height_series(self, times: FloatArray, half: FloatArray) -> Series:
         position = self.platform_series(self._machine, times, half)
@@ -335,12 +328,14 @@ class ShapedTrajectory(Trajectory):
         most_added, added_at = np.zeros((2, len(limits.added)))
         most_cut, cut_at = 0.0, 0.0
         lowest = highest = np.array(self.at(self.duration).heights)
+        yield
         together = max(min(CELLS_AT_ONCE, COPIES_AT_ONCE // len(self.shaper.times)), 1)
         while len(middles):
             settled = half <= 0.5 * SHORTEST_CELL
             for first in range(0, len(middles), together):
                 some = slice(first, first + together)
                 position = self.platform_series(self._machine, middles[some], half[some])
+                yield
                 series = heights_of(self._machine.geometry, position, half[some])
                 added = [bound.used(position, half[some]) for bound in limits.added]
                 low, high = heights_within(series, half[some])

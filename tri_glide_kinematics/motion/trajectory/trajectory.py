@@ -13,6 +13,7 @@ from math import sqrt
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.trajectory.added_bounds import check_added
 from tri_glide_kinematics.motion.trajectory.errors import (
@@ -22,7 +23,7 @@ from tri_glide_kinematics.motion.trajectory.errors import (
 )
 from tri_glide_kinematics.motion.trajectory.knots import ascending
 from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.trajectory.series import ORDERS, Series
+from tri_glide_kinematics.motion.trajectory.series import ORDERS, Series, positions
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -164,14 +165,23 @@ class Trajectory(ABC):
         """Return the ascending instants between which it is smooth, its end among them [s]."""
 
     @abstractmethod
-    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
-        """Return Taylor series of the platform's position [m].
+    def mixed_series(
+        self, machine: TriGlide, times: FloatArray, half: FloatArray
+    ) -> tuple[Series, NDArray[np.bool_]]:
+        """Return Taylor series in cells: of the slider heights, or of the platform's position.
 
         Args:
             machine: whose sliders move.
-            times: middles of cells, each between two knots, or outside. Shape (n,) [s].
+            times: middles of the cells, each between two knots, or outside. Shape (n,) [s].
             half: of the lengths of the cells. Shape (n,) [s].
+
+        Returns:
+            The series [m], and in which cells they are of the heights. Shape (n,).
         """
+
+    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
+        """Return Taylor series of the platform's position [m]; see ``mixed_series``."""
+        return positions(machine, *self.mixed_series(machine, times, half), half)
 
     def places(self, machine: TriGlide) -> FloatArray:
         """Return places that the platform passes, the first and the last among them.
@@ -320,18 +330,14 @@ class SequencePlan(Trajectory):
         ]
         return ascending(np.concatenate(knots))
 
-    def platform_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> Series:
-        """Return Taylor series of the platform's position, each from the plan that it lies in."""
+    def mixed_series(
+        self, machine: TriGlide, times: FloatArray, half: FloatArray
+    ) -> tuple[Series, NDArray[np.bool_]]:
+        """Return Taylor series, each from the plan that it lies in."""
         shifted = times + self._skipped
         owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
-        series = Series(*(np.empty((ORDERS, 3, len(times))) for _ in range(2)))
-        for index in sorted(set(owner.tolist())):
-            mine = owner == index
-            since = shifted[mine] - (self._ends[index - 1] if index else 0.0)
-            part = self._plans[index].platform_series(machine, since, half[mine])
-            for values, of_part in zip(series, part):
-                values[..., mine] = of_part
-        return series
+        begins = np.array([0.0, *self._ends[:-1]])
+        return joined_series(self._plans, owner, machine, shifted - begins[owner], half)
 
     def parts(self, time: float) -> list[tuple[Trajectory, float]]:
         """Return the plans that are not over at ``time`` [s], and how much of each is past."""
@@ -342,3 +348,28 @@ class SequencePlan(Trajectory):
             for plan, begin, end in zip(self._plans, begins, self._ends)
             if end > time
         ]
+
+
+def joined_series(
+    plans: Sequence[Trajectory],
+    owner: NDArray[np.intp],
+    machine: TriGlide,
+    times: FloatArray,
+    half: FloatArray,
+) -> tuple[Series, NDArray[np.bool_]]:
+    """Return Taylor series in cells, each of one of several plans; see ``Trajectory.mixed_series``.
+
+    Args:
+        plans: the plans.
+        owner: the index of the plan of each cell. Shape (n,).
+        machine: whose sliders move.
+        times: middles of the cells, each in its plan. Shape (n,) [s].
+        half: of the lengths of the cells. Shape (n,) [s].
+    """
+    series = Series(*np.empty((2, ORDERS, 3, len(times))))
+    of_sliders = np.empty(len(times), dtype=bool)
+    for index in sorted(set(owner.tolist())):
+        mine = owner == index
+        part, of_sliders[mine] = plans[index].mixed_series(machine, times[mine], half[mine])
+        series.put(mine, part)
+    return series, of_sliders

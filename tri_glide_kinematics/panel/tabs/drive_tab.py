@@ -7,6 +7,7 @@ from typing import Any
 
 import viser
 
+from tri_glide_kinematics.control import TEACH_SPEED
 from tri_glide_kinematics.panel.button_jogs import RENEWALS
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.markup import note
@@ -40,6 +41,9 @@ KEYS_HINT = (
 # Of the platform [mm/s].
 SLOWEST_JOG, USUAL_JOG, FASTEST_JOG = 1.0, 20.0, 200.0
 
+TEACH_HINT = (
+    f"the platform moves at {1000.0 * TEACH_SPEED:g} mm/s at most; this is no safety function"
+)
 SPEED_HINT = "largest speed of the platform on its way; 0: as fast as the sliders can"
 # Of a way to a position [mm/s].
 USUAL_SPEED = 50.0
@@ -68,6 +72,9 @@ class DriveTab:
         power.on_click(requests.on(lambda value: link.enable(value == "enable")))
         motion = gui.add_button_group("Motion", ("pause", "resume"))
         motion.on_click(requests.on(link.trigger))
+        self._teach: Any = gui.add_checkbox("Teach mode", False, hint=TEACH_HINT)
+        self._is_teaching = False
+        self._teach.on_update(self._set_teach_mode)
         self._scale = OperatorsInput(
             requests,
             gui.add_slider("Speed [%]", min=1, max=100, step=1, initial_value=100),
@@ -107,7 +114,7 @@ class DriveTab:
         return float(0.001 * self._go_speed.value)
 
     def show(self, facts: MachineFacts, position: Vector3 | None) -> None:
-        """Show the speed scale that the machine has; ``position`` is where it is commanded [m]."""
+        """Show speed scale and teach mode of the machine; it is commanded at ``position`` [m]."""
         is_first = self._present is None
         self._present = position or self._present
         if is_first:
@@ -115,11 +122,23 @@ class DriveTab:
         if facts is not self._is_shown:
             self._is_shown = facts
             self._scale.set(max(1, round(100.0 * facts.speed_scale)))
+            self._teach.value = self._is_teaching = facts.is_teaching
 
     def _take_present(self) -> None:
         if self._present is not None:
             x, y, z = (round(1000.0 * part, 2) for part in self._present)
             self._place.set((x, y, z))
+
+    async def _set_teach_mode(self, event: Event) -> None:
+        """Ask for it: any page may make the machine slow, as any may stop it, but not fast."""
+        if event.client_id is None:
+            return
+        wanted = event.target.value
+        # It shows what the machine tells, not what was asked for.
+        self._teach.value = self._is_teaching
+        requests = self._requests
+        if wanted or requests.may(event.client_id):
+            requests.wish(lambda: requests.link.set_teach_mode(wanted), outlasts_stop=wanted)
 
     def _set_mode(self, mode: str) -> None:
         self._mode = mode

@@ -7,6 +7,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from tri_glide_kinematics.panel.feeds import LARGEST_LAG, Feeds, MotionFeed, Ste
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
 from tri_glide_kinematics.panel.markup import bar, note, table
+from tri_glide_kinematics.panel.tabs.machine_map import MachineMap
 from tri_glide_kinematics.panel.tabs.operator_requests import OperatorRequests
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import edge_rings
@@ -224,8 +226,17 @@ class LiveView:
         tabs: viser.GuiTabGroupHandle,
         requests: OperatorRequests,
         move_to: Callable[[Vector3], None],
+        measurements: Path | None,
     ) -> None:
-        """Add the tabs with numbers and curves; ``move_to`` goes to a position [m]."""
+        """Add the tabs with numbers and curves.
+
+        Args:
+            server: of the page.
+            tabs: to which they are added.
+            requests: of the operator.
+            move_to: goes to a position [m].
+            measurements: file with those of a calibration; None for none.
+        """
         self._server = server
         self._requests = requests
         self._move_to = move_to
@@ -242,10 +253,12 @@ class LiveView:
         self._edge: Row = ("edge", "", "")
         with tabs.add_tab("Numbers"):
             self._numbers = server.gui.add_html(note("no machine yet"))
+            self._map = MachineMap(server, requests, measurements)
         self._curves_tab = tabs.add_tab("Curves")
 
     def show_machine(self, facts: MachineFacts) -> None:
         """Put a machine into the scene, if another one or none is there."""
+        self._map.show_machine(facts)
         limits = CurveLimits(*facts.travel, facts.limits.velocity, facts.limits.acceleration)
         with self._curves_tab:
             if self._curves is None:
@@ -292,6 +305,7 @@ class LiveView:
                 self._draw_trace(scene, measured.position)
                 self._draw_numbers(facts, measured, feeds)
         self._shape(scene)
+        self._map.draw()
 
     def _draw_curves(self, feed: MotionFeed) -> None:
         if self._curves is None:

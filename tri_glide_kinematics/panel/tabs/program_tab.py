@@ -517,7 +517,9 @@ class ProgramTab:
         if left is not None and self._check is not None and self._check.duration:
             part = 1.0 - left / self._check.duration
         if left is not None and self._is_running:
-            parts.append(f"{_clock(left)} left")
+            # The check knows no override.
+            at_whole = "" if self._override.value == 100 else " at 100 %"
+            parts.append(f"{_clock(left)} left{at_whole}")
         if run.state is RunState.WAITING:
             parts.append(f"waits: {run.doing}")
         self._progress.content = "".join(

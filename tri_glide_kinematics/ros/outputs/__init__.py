@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.ros.outputs.all_joint_states import AllJointStates as AllJointStates
     from tri_glide_kinematics.ros.outputs.command_outputs import CommandOutputs as CommandOutputs
     from tri_glide_kinematics.ros.outputs.command_outputs import plan_points as plan_points
     from tri_glide_kinematics.ros.outputs.diagnostics import (

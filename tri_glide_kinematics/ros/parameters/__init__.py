@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.parameters.table import start_text as start_text
     from tri_glide_kinematics.ros.parameters.tables import CALIBRATION_NODE as CALIBRATION_NODE
     from tri_glide_kinematics.ros.parameters.tables import FK_NODE as FK_NODE
+    from tri_glide_kinematics.ros.parameters.tables import FORCE_LIMITS as FORCE_LIMITS
     from tri_glide_kinematics.ros.parameters.tables import IK_NODE as IK_NODE
     from tri_glide_kinematics.ros.parameters.tables import NO_SHAPER as NO_SHAPER
     from tri_glide_kinematics.ros.parameters.tables import NODES as NODES
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.parameters.values import check_holding as check_holding
     from tri_glide_kinematics.ros.parameters.values import check_joint_names as check_joint_names
     from tri_glide_kinematics.ros.parameters.values import check_travel as check_travel
+    from tri_glide_kinematics.ros.parameters.values import description_of as description_of
     from tri_glide_kinematics.ros.parameters.values import forces_of as forces_of
     from tri_glide_kinematics.ros.parameters.values import (
         in_position_bounds_of as in_position_bounds_of,

@@ -272,24 +272,26 @@ def check_sources(sources: Iterable[ParameterSource], node: str) -> list[str]:
     return warnings
 
 
-def file_values(path: str, node: str, table: Iterable[Parameter]) -> Values:
+def file_values(path: str, node: str, table: Iterable[Parameter], *later: str) -> Values:
     """Return the values that a node has if it starts with this parameter file alone.
 
     Args:
         path: of the file.
         node: full name of the node.
         table: its parameters.
+        later: paths of more files; of two, the later one wins.
 
     Raises:
         KinematicsError: if the file cannot be read, is not for the node, or a name or a value in it
             has no meaning.
     """
-    check_sources([ParameterSource(path, sections_of(path))], node)
-    document = yaml.load(Path(path).read_text(encoding="utf-8"), LOADER)
+    check_sources([ParameterSource(each, sections_of(each)) for each in (path, *later)], node)
+    sections: list[tuple[str, dict[str, Any]]] = []
+    for each in (path, *later):
+        sections += _contents(yaml.load(Path(each).read_text(encoding="utf-8"), LOADER), "")
     found: dict[str, Any] = {}
-    # What is said for a node by its name wins over what is said for all.
-    sections = sorted(_contents(document, ""), key=lambda each: "*" not in each[0])
-    for section, content in sections:
+    # What is said for a node by its name wins over what is said for all, in whatever file.
+    for section, content in sorted(sections, key=lambda each: "*" not in each[0]):
         if is_for(section, node):
             found |= content
     entries = {entry.name: entry for entry in table}

@@ -784,6 +784,11 @@ PANEL_NODE = (
         "namespace",
     ),
     Parameter(
+        "measurements_file",
+        "",
+        "measurements of a calibration, whose uncertainty the page shows as a map; empty for none",
+    ),
+    Parameter(
         "notice_file",
         "",
         "file whose text the page shows beside the state, as `panel` writes it; empty for none",

@@ -9,6 +9,7 @@ from tri_glide_kinematics.control import (
     SupervisionBounds,
     SwingModel,
 )
+from tri_glide_kinematics.description import MachineDescription, Parts
 from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
 from tri_glide_kinematics.motion.shaping import (
     LOWEST_FREQUENCY,
@@ -65,6 +66,35 @@ def machine_of(values: Values) -> TriGlide:
     return TriGlide(geometry)
 
 
+def description_of(values: Values, rod_distance: float | None = None) -> MachineDescription:
+    """Return all that other programs are told about the machine, by the values of ``ik_node``.
+
+    Args:
+        values: of its parameters.
+        rod_distance: of the two rods of an arm; None for one that looks well [m].
+
+    Raises:
+        KinematicsError: if no working machine has this geometry, or names or heights do not fit.
+    """
+    check_joint_names(values)
+    check_travel(values)
+    machine = machine_of(values)
+    up, down = values["force_limit_up"], values["force_limit_down"]
+    first, second, third = (max(pair) or MOST_FORCE for pair in zip(up, down))
+    return MachineDescription(
+        machine,
+        Parts.of(machine.geometry, values["platform_radius"], rod_distance),
+        values["joint_names"],
+        values["base_frame"],
+        values["platform_frame"],
+        values["lower_heights"],
+        values["upper_heights"],
+        values["height_offsets"],
+        limits_of(values).velocity,
+        (first, second, third),
+    )
+
+
 def limits_of(values: Values) -> SliderLimits:
     """Return the limits of the drives.
 
@@ -76,8 +106,12 @@ def limits_of(values: Values) -> SliderLimits:
     )
 
 
-def motion_limits_of(values: Values, machine: TriGlide) -> SliderLimits:
+def motion_limits_of(
+    values: Values, machine: TriGlide, forces: SliderForces | None = None
+) -> SliderLimits:
     """Return the limits of the drives, with what bounds all motion of a ``machine`` besides.
+
+    Its ``forces`` are made if they are not given.
 
     Raises:
         ParameterError: if there is a force limit without masses.
@@ -88,7 +122,7 @@ def motion_limits_of(values: Values, machine: TriGlide) -> SliderLimits:
     if speed:
         added.append(PlatformSpeedLimit(machine, speed))
     limited = [entry for entry in FORCE_LIMITS if any(values[entry.name])]
-    forces = forces_of(values, machine)
+    forces = forces or forces_of(values, machine)
     if limited:
         if forces is None:
             raise _without_masses(limited[0], values)

@@ -1,0 +1,212 @@
+"""The tutorials, followed to the letter: their commands are run, and what they print is compared."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from documents import ROOT, all_blocks
+
+from testing.client import Client
+from testing.domain import own_context, own_domain
+from testing.machine import PATIENCE, Machine
+from testing.processes import TIMEOUT
+
+TUTORIALS = ROOT / "docs" / "tutorials"
+# These have tests of their own.
+TESTED_ELSEWHERE = re.compile(
+    r"^(make env|source env.sh|ros2 run \w+ (panel|panel_node|calibration_demo) .*)\n", re.MULTILINE
+)
+STAYS = re.compile(r"^(ros2 run \w+ ik_node|python3 out/my_drives\.py)", re.MULTILINE)
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+NAP = 0.05  # s
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a folder that looks like the repository to the commands, in a shell as env.sh has it."""
+    for name in ("config", "examples"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    (tmp_path / "out").mkdir()
+    shell = tmp_path / "shell"
+    script = f'. "{ROOT}/env.sh"; declare -f ros2; declare -p _tri_glide_commands'
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
+    shell.write_text(done.stdout)
+    monkeypatch.setenv("BASH_ENV", str(shell))
+    return tmp_path
+
+
+class Terminal:
+    """A command that stays until Ctrl-C."""
+
+    def __init__(self, code: str, folder: Path) -> None:
+        self._log = folder / f"terminal_{len(list(folder.glob('terminal_*')))}"
+        with self._log.open("wb") as output:
+            self._process = subprocess.Popen(
+                ["bash", "-c", f"exec_it() {{ {code}\n}}; exec_it"],
+                cwd=folder,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+
+    @property
+    def output(self) -> str:
+        return self._log.read_text()
+
+    def interrupt(self) -> None:
+        """Press Ctrl-C, and wait for the end."""
+        os.killpg(self._process.pid, signal.SIGINT)
+        self._process.wait(TIMEOUT)
+        assert "Traceback" not in self.output, self.output
+
+
+@contextmanager
+def terminal(code: str, folder: Path) -> Iterator[Terminal]:
+    running = Terminal(code, folder)
+    try:
+        yield running
+    finally:
+        running.interrupt()
+
+
+def run(program: list[str], folder: Path) -> tuple[int, str]:
+    """Run a program to its end; return its exit code and what it has printed."""
+    done = subprocess.run(
+        program,
+        cwd=folder,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=TIMEOUT,
+    )
+    assert "Traceback" not in done.stdout, done.stdout
+    return done.returncode, done.stdout
+
+
+def is_told(expected: str, output: str) -> bool:
+    """Tell whether the lines of ``expected`` stand in ``output``, in this order.
+
+    ``...`` stands for any lines. Of what depends on the time, only the words are compared.
+    """
+    lines = iter(output.splitlines())
+    return all(
+        any(_is_same(wanted.split(), line.split()) for line in lines)
+        for wanted in expected.splitlines()
+        if wanted.strip() not in ("", "...")
+    )
+
+
+def _is_same(wanted: list[str], words: list[str]) -> bool:
+    if len(wanted) != len(words):
+        return False
+    units = [*wanted[1:], ""]
+    return all(
+        _is_alike(one, other, unit in ("s", "mm/s"))
+        for one, other, unit in zip(wanted, words, units)
+    )
+
+
+def _is_alike(wanted: str, word: str, is_timed: bool) -> bool:
+    if NUMBER.sub("#", wanted) != NUMBER.sub("#", word):
+        return False
+    pairs = zip(NUMBER.findall(wanted), NUMBER.findall(word))
+    return is_timed or all(
+        math.isclose(float(a), float(b), rel_tol=1e-3, abs_tol=2e-4) for a, b in pairs
+    )
+
+
+def follow(page: str, folder: Path) -> None:
+    """Do what a tutorial says."""
+    code, output = 0, ""
+    for language, block in all_blocks(TUTORIALS / f"{page}.md"):
+        if language == "text":
+            assert not output or is_told(block, output), f"{block}\n--- is not in\n{output}"
+            code = 0
+            continue
+        assert code == 0, output
+        if language == "python":
+            code, output = run(["python3", "-c", block], folder)
+        elif left := TESTED_ELSEWHERE.sub("", block):
+            if STAYS.search(left):
+                output = first_words_of(left, folder)
+            else:
+                code, output = run(["bash", "-c", left], folder)
+        else:
+            output = ""
+    assert code == 0, output
+
+
+def first_words_of(code: str, folder: Path) -> str:
+    """Start a node, and return what it prints until it has told how it starts."""
+    with terminal(code, folder) as node:
+        wait_until(lambda: " starts with " in node.output)
+        return node.output
+
+
+def wait_until(condition) -> None:
+    end = time.monotonic() + TIMEOUT
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(NAP)
+
+
+def test_all_tutorials_are_followed():
+    followed = {*WITHOUT_A_MACHINE, *WITH_A_MACHINE, "my_drives"}
+    assert {page.stem for page in TUTORIALS.glob("*.md")} == followed
+
+
+WITHOUT_A_MACHINE = ("calibrate", "mechanisms")
+WITH_A_MACHINE = ("first_motion", "my_path", "follow_a_conveyor")
+
+
+@pytest.mark.parametrize("page", WITHOUT_A_MACHINE)
+def test_tutorials_without_a_machine(page, folder, ros_domain):
+    follow(page, folder)
+
+
+@pytest.mark.parametrize("page", WITH_A_MACHINE)
+def test_tutorials_with_the_simulated_machine(page, folder, nodes):
+    nodes.start("simulator_node", {}, namespace="/")
+    nodes.start("ik_node", PATIENCE, namespace="/")
+    follow(page, folder)
+
+
+def test_the_tutorial_about_drives(folder, ros_domain):
+    blocks = [code for _, code in all_blocks(TUTORIALS / "my_drives.md")]
+    prepare, copy, drives, ik_node, page, pose, reached, fault = blocks
+    assert page.startswith("ros2 run tri_glide_kinematics panel_node ")
+    for code in (prepare, copy):
+        assert run(["bash", "-c", TESTED_ELSEWHERE.sub("", code)], folder)[0] == 0
+    with own_domain(), own_context() as context, terminal(ik_node, folder):
+        client = Client(context, "")
+        machine = Machine(client, None, listen=False)
+        with terminal(drives, folder):
+            machine.wait_for_state("disabled")
+            client.wait_for(lambda: client.enable().success, "a machine that may move")
+            code, output = run(["bash", "-c", pose], folder)
+            assert (code, is_told(reached, output)) == (0, True), output
+        machine.wait_for_state("fault")
+        assert is_told(fault, machine.reason), machine.reason
+        with terminal(drives, folder):
+            client.wait_for(lambda: client.enable().success, "a machine that may move again")
+            machine.wait_for_state("idle")
+        client.close()
+
+
+def test_what_is_told_is_compared():
+    assert is_told("a 1.0 b\n...\nc", "first\na 1.0001 b\nx\nc")
+    assert not is_told("a 1.0 b", "a 1.1 b")
+    assert not is_told("a 1.0 b", "a 1.0 c")
+    assert not is_told("b\na", "a\nb")
+    assert is_told("after 1.0 s", "after 3.5 s")
