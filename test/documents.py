@@ -11,6 +11,7 @@ ROOT = Path(__file__).parents[1]
 PAGES = sorted(
     [
         ROOT / "README.md",
+        ROOT / "CHANGELOG.md",
         ROOT / "CONTRIBUTING.md",
         ROOT / "QUALITY_DECLARATION.md",
         ROOT / "SECURITY.md",
