@@ -11,7 +11,6 @@ ROOT = Path(__file__).parents[1]
 PAGES = sorted(
     [
         ROOT / "README.md",
-        ROOT / "CHANGELOG.md",
         ROOT / "CONTRIBUTING.md",
         ROOT / "QUALITY_DECLARATION.md",
         ROOT / "SECURITY.md",
