@@ -9,6 +9,9 @@ readonly INDEX=$PWD/test/ros_index
 readonly PACKAGES=(tri_glide_interfaces tri_glide_ruckig tri_glide_kinematics)
 readonly OUT=$PWD/out/release
 
+# Nothing of ROS that is sourced here may answer in place of the index.
+unset AMENT_PREFIX_PATH CMAKE_PREFIX_PATH PYTHONPATH ROS_DISTRO ROS_PACKAGE_PATH
+
 tools=.venv/release
 if [ "$(cat "$tools/made_from" 2>/dev/null)" != "$(cat requirements-release.txt)" ]; then
     rm -rf "$tools"
@@ -21,8 +24,6 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir "$work/sources" "$work/src"
 echo "yaml file://$INDEX/rosdep.yaml" >"$work/sources/kept.list"
-# Nothing of ROS that is sourced here may answer in place of the index.
-unset AMENT_PREFIX_PATH CMAKE_PREFIX_PATH PYTHONPATH ROS_DISTRO ROS_PACKAGE_PATH
 export PATH=$PWD/$tools/bin:$PATH HOME=$work ROS_HOME=$work/ros ROSDEP_SOURCE_PATH=$work/sources
 export ROSDISTRO_INDEX_URL=file://$INDEX/index-v4.yaml
 export http_proxy=http://127.0.0.1:9 https_proxy=http://127.0.0.1:9 # whatever asks a network fails

@@ -46,7 +46,9 @@ def test_the_reference_shows_each_public_name_once():
 def test_a_page_of_the_reference_names_all_of_its_room():
     page = conf.reference_page("tri_glide_kinematics.workspace", ["Cylinder", "Workspace"])
     assert page.startswith("workspace\n=========\n")
-    assert ".. automodule:: tri_glide_kinematics.workspace\n   :members: Cylinder, Workspace" in page
+    assert (
+        ".. automodule:: tri_glide_kinematics.workspace\n   :members: Cylinder, Workspace" in page
+    )
 
 
 def _site(folder: Path, page: str) -> list[str]:

@@ -11,6 +11,7 @@ from documents import PAGES, ROOT, blocks, text
 from policies import allowed
 
 import tri_glide_kinematics
+from tri_glide_kinematics.command_line import COMMANDS, PROGRAM
 from tri_glide_kinematics.ros.parameters import NODES
 
 PAGE = ROOT / "docs" / "stability.md"
@@ -18,7 +19,7 @@ PACKAGE = "tri_glide_kinematics"
 INTERFACES = ROOT / "tri_glide_interfaces"
 # What rclpy gives each node, and commands that nobody else talks to.
 OF_EACH_NODE = re.compile(r"/parameter_events|/rosout|~/(\w+_parameters\w*|get_\w+)")
-COMMANDS = ("drive", "ringdown")
+COMMAND_NODES = ("drive", "ringdown")
 NOT_PROMISED = {"demo", "calibration_demo", "calm_demo"}
 
 
@@ -66,7 +67,7 @@ def test_topics_services_and_actions_are_those_of_the_nodes():
     used = {
         f"{node} {words[permission]}": {name for name in names if not OF_EACH_NODE.fullmatch(name)}
         for node, uses in allowed().items()
-        if node not in COMMANDS
+        if node not in COMMAND_NODES
         for permission, names in uses.items()
         if permission in words
     }
@@ -89,4 +90,9 @@ def test_parameters_are_those_of_the_tables():
 def test_commands_are_those_that_are_installed():
     there = {file.name for file in (ROOT / "executables").iterdir()} - NOT_PROMISED
     launched = {file.name for file in (ROOT / "launch").glob("*.launch.py")}
-    assert lists("Commands") == {"ros2 run": there, "ros2 launch": launched}
+    without_ros = set(COMMANDS)
+    assert lists("Commands") == {
+        "ros2 run": there,
+        "ros2 launch": launched,
+        PROGRAM: without_ros,
+    }

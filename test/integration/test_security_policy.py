@@ -18,33 +18,33 @@ from rclpy.node import NodeNameNonExistentError
 
 from testing import page_reader
 from testing.panel import Panel
-
-# What ends with a signal.
-INTERRUPTED = 130
+from tri_glide_kinematics.ros.starting import executable
 
 
 @pytest.fixture
-def everything(client, nodes, tmp_path, monkeypatch):
+def everything(client, nodes, tmp_path, namespace):
     """All nodes and commands of this package, each at what it does now and then."""
     panel = Panel(client, nodes, tmp_path)
     panel.machine.ik.signal(signal.SIGINT)
-    outputs = ["joint_state", "forward_command", "joint_trajectory"]
-    start = {"command_outputs": outputs}
+    start = {"command_outputs": ["joint_state", "forward_command", "joint_trajectory"]}
     panel.machine.wait_for_new_state("idle", lambda: panel.machine.start_ik(start))
     for name in ("fk_node", "mechanism_node"):
         nodes.start(name)
     nodes.start("calibration_node", {"folder": str(tmp_path)})
-    page = subprocess.Popen([sys.executable, page_reader.__file__, panel.address])
-    # A search for modes lets calibration_node listen to the machine, a program waits at its dwell.
-    module = "tri_glide_kinematics.nodes.ringdown"
-    nodes.start_module(module, ["--machine"], "ringdown", {}).exit_codes = (1, INTERRUPTED)
     program = tmp_path / "program.gcode"
-    program.write_text("G4 P20\nM2\n")
-    module = "tri_glide_kinematics.nodes.drive"
-    nodes.start_module(module, [str(program)], "drive", {}).exit_codes = (0, 1, INTERRUPTED)
+    program.write_text("G4 P60\nM2\n")
+    # A search for modes lets calibration_node listen to the machine; the program waits.
+    ros = ("--ros-args", "-r", f"__ns:={namespace}")
+    commands = (
+        (sys.executable, page_reader.__file__, panel.address),
+        (executable("ringdown"), "--machine", *ros),
+        (executable("drive"), program, *ros),
+    )
+    processes = [subprocess.Popen(each, stdout=subprocess.DEVNULL) for each in commands]
     yield
-    page.terminate()
-    page.wait()
+    for process in processes:
+        process.kill()
+        process.wait()
 
 
 def test_each_node_uses_what_it_is_allowed_to_and_no_more(everything, client, namespace):
