@@ -12,7 +12,7 @@ tar --create --mode=u=rwX,go=rX --exclude=__pycache__ pyproject.toml setup.py se
     config tri_glide_kinematics | tar --extract --directory "$tree"
 # The environment may have the setuptools that pyproject.toml names; if not, pip gets it.
 isolation=()
-if grep -q "\"setuptools==$(python -c 'import setuptools; print(setuptools.__version__)')\"" pyproject.toml; then
+if grep -q "\"setuptools==$(python -c 'import setuptools; print(setuptools.__version__)' 2>/dev/null)\"" pyproject.toml; then
     isolation=(--no-build-isolation)
 fi
 export SOURCE_DATE_EPOCH=315532800 # 1980, where the time of a zip file begins

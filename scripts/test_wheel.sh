@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs the wheel of .wheel/made/ into environments without ROS, one for each Python that is found, and runs the
-# tests that need none. PYTHON names the interpreters, if not all; arguments go to pytest.
+# Builds the wheel, installs it into environments without ROS, one for each Python that is found, and runs
+# the tests that need none. PYTHON names the interpreters, if not all; arguments go to pytest.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -18,10 +18,17 @@ find_pythons() {
 copy_tests() {
     rm -rf "$WORK/tree"
     mkdir -p "$WORK/tree"
-    tar --create --exclude=__pycache__ setup.cfg config benchmarks test testing |
+    tar --create --exclude=__pycache__ setup.cfg package.xml config benchmarks test testing |
         tar --extract --directory "$WORK/tree"
 }
 
+build() {
+    rm -rf "$WORK/made"
+    # shellcheck source=/dev/null
+    (set +eu && . ./env.sh && scripts/build_wheel.sh "$WORK/made")
+}
+
+build
 copy_tests
 found=0
 for python in $(find_pythons); do

@@ -8,10 +8,12 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-
-from rclpy.node import Node
+from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.ros.parameters import Values
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
 
 # Of prctl [ns].
 SET_TIMER_SLACK = 29
