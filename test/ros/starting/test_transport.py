@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -13,18 +14,22 @@ from tri_glide_kinematics.ros.starting import (
     TransportError,
     choose_transport,
     profile,
+    profiles_of_fast_dds,
     transport_of,
 )
 
-LOOPBACK = str(profile("computer"))
+# Each Fast DDS reads one of these, and whoever sets the other one has its defaults.
+PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
+READ, FILE = profiles_of_fast_dds()
+(NOT_READ,) = set(PROFILES) - {READ}
 CELL = {
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
     "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
-    "FASTRTPS_DEFAULT_PROFILES_FILE": str(profile("cell")),
+    **dict.fromkeys(PROFILES, str(profile("cell"))),
 }
 COMPUTER = {
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
-    "FASTRTPS_DEFAULT_PROFILES_FILE": LOOPBACK,
+    **dict.fromkeys(PROFILES, str(profile("computer"))),
 }
 SET_UPS = {"cell": CELL, "computer": COMPUTER}
 
@@ -83,16 +88,15 @@ def test_another_value_is_refused():
         (
             {
                 "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-                "FASTRTPS_DEFAULT_PROFILES_FILE": "my.xml",
+                READ: "my.xml",
             },
             True,
         ),
         ({"FASTDDS_BUILTIN_TRANSPORTS": "LARGE_DATA"}, True),
         ({"FASTDDS_BUILTIN_TRANSPORTS": "DEFAULT"}, True),
         ({"FASTDDS_BUILTIN_TRANSPORTS": "UDPv6"}, False),
-        ({"FASTRTPS_DEFAULT_PROFILES_FILE": "my.xml"}, False),
-        # Not read by the Fast DDS of Jazzy: whoever sets it has its defaults instead.
-        ({"FASTDDS_DEFAULT_PROFILES_FILE": "my.xml"}, True),
+        ({READ: "my.xml"}, False),
+        ({NOT_READ: "my.xml"}, True),
     ],
 )
 def test_what_is_set_for_the_middleware_wins(name, own, can_stall):
@@ -132,10 +136,10 @@ def test_other_hosts_belong_to_a_cell_only(own):
 
 def test_a_profile_in_the_working_directory_wins(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "DEFAULT_FASTRTPS_PROFILES.xml").write_text("<dds/>")
+    (tmp_path / FILE).write_text("<dds/>")
     transport = transport_of({})
     assert transport.variables == named("cell")
-    assert "the file DEFAULT_FASTRTPS_PROFILES.xml in the working directory" in transport.text
+    assert f"the file {FILE} in the working directory" in transport.text
     assert not transport.can_stall
 
 
@@ -146,6 +150,22 @@ def test_the_environment_of_the_process_is_set(monkeypatch):
         transport = choose_transport("computer")
         assert {key: os.environ[key] for key in transport.variables} == transport.variables
         assert set(transport.variables) == {"TRI_GLIDE_TRANSPORT", *COMPUTER}
+
+
+def test_the_variable_is_the_one_that_the_library_reads():
+    """The libraries hold the name of what they read, and not that of the other one."""
+    folders = os.environ["LD_LIBRARY_PATH"].split(os.pathsep)
+    libraries = [
+        path
+        for folder in folders
+        for name in ("libfastrtps.so", "libfastdds.so")
+        if (path := Path(folder, name)).exists()
+    ]
+    assert libraries
+    content = libraries[0].read_bytes()
+    assert READ.encode() in content
+    assert FILE.encode() in content
+    assert NOT_READ.encode() not in content
 
 
 def test_ros_is_not_imported_for_it():
