@@ -14,22 +14,22 @@ from tri_glide_kinematics.ros.starting import (
     TransportError,
     choose_transport,
     profile,
-    profiles_of_fast_dds,
+    profile_sources,
     transport_of,
 )
 
-# Each Fast DDS reads one of these, and whoever sets the other one has its defaults.
-PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
-READ, FILE = profiles_of_fast_dds()
-(NOT_READ,) = set(PROFILES) - {READ}
+SOURCES = profile_sources()
+READ, FILE = SOURCES.variables[0], SOURCES.file
+NOT_READ = {"FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE"}
+NOT_READ -= set(SOURCES.variables)
 CELL = {
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
     "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
-    **dict.fromkeys(PROFILES, str(profile("cell"))),
+    READ: str(profile("cell")),
 }
 COMPUTER = {
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
-    **dict.fromkeys(PROFILES, str(profile("computer"))),
+    READ: str(profile("computer")),
 }
 SET_UPS = {"cell": CELL, "computer": COMPUTER}
 
@@ -95,8 +95,9 @@ def test_another_value_is_refused():
         ({"FASTDDS_BUILTIN_TRANSPORTS": "LARGE_DATA"}, True),
         ({"FASTDDS_BUILTIN_TRANSPORTS": "DEFAULT"}, True),
         ({"FASTDDS_BUILTIN_TRANSPORTS": "UDPv6"}, False),
-        ({READ: "my.xml"}, False),
-        ({NOT_READ: "my.xml"}, True),
+        *(({variable: "my.xml"}, False) for variable in SOURCES.variables),
+        # Whoever sets this has the defaults of Fast DDS.
+        *(({variable: "my.xml"}, True) for variable in NOT_READ),
     ],
 )
 def test_what_is_set_for_the_middleware_wins(name, own, can_stall):
@@ -152,20 +153,15 @@ def test_the_environment_of_the_process_is_set(monkeypatch):
         assert set(transport.variables) == {"TRI_GLIDE_TRANSPORT", *COMPUTER}
 
 
-def test_the_variable_is_the_one_that_the_library_reads():
-    """The libraries hold the name of what they read, and not that of the other one."""
+def test_the_sources_are_those_that_the_libraries_know():
     folders = os.environ["LD_LIBRARY_PATH"].split(os.pathsep)
-    libraries = [
-        path
-        for folder in folders
-        for name in ("libfastrtps.so", "libfastdds.so")
-        if (path := Path(folder, name)).exists()
-    ]
-    assert libraries
-    content = libraries[0].read_bytes()
-    assert READ.encode() in content
-    assert FILE.encode() in content
-    assert NOT_READ.encode() not in content
+    names = ("libfastrtps.so", "libfastdds.so", "librmw_fastrtps_shared_cpp.so")
+    files = [path for folder in folders for name in names if (path := Path(folder, name)).exists()]
+    content = b"".join(path.read_bytes() for path in files)
+    for name in (*SOURCES.variables, FILE):
+        assert name.encode() in content
+    for name in NOT_READ:
+        assert name.encode() not in content
 
 
 def test_ros_is_not_imported_for_it():

@@ -30,16 +30,31 @@ MIDDLEWARE = "RMW_IMPLEMENTATION"
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 ONLY_LOCALHOST = "ROS_LOCALHOST_ONLY"
 BUILTIN = "FASTDDS_BUILTIN_TRANSPORTS"
-# What Fast DDS 2 reads (Jazzy), and Fast DDS 3 (Kilted).
-PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
+PROFILES, OLD_PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE"
 # These name other hosts: a cell may have them, the loopback address does not reach them.
 OTHER_HOSTS = ("ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER")
 MIDDLEWARE_VARIABLES = (
-    *(MIDDLEWARE, RANGE, ONLY_LOCALHOST, BUILTIN, *PROFILES),
+    *(MIDDLEWARE, RANGE, ONLY_LOCALHOST, BUILTIN, OLD_PROFILES, PROFILES),
     *OTHER_HOSTS,
 )
-# They also read a file of this name in the working directory.
-PROFILES_HERE = ("DEFAULT_FASTRTPS_PROFILES.xml", "DEFAULT_FASTDDS_PROFILES.xml")
+
+
+class ProfileSources(NamedTuple):
+    """Where a version of Fast DDS gets its profiles from.
+
+    Attributes:
+        variables: that name a file; the first one is the one to set.
+        file: that it reads in the working directory.
+    """
+
+    variables: tuple[str, ...]
+    file: str
+
+
+# Fast DDS 2, as in Jazzy, and Fast DDS 3, as in Kilted: rmw_fastrtps still takes the old variable
+# there, with a warning.
+SOURCES_OF_2 = ProfileSources((OLD_PROFILES,), "DEFAULT_FASTRTPS_PROFILES.xml")
+SOURCES_OF_3 = ProfileSources((PROFILES, OLD_PROFILES), "DEFAULT_FASTDDS_PROFILES.xml")
 
 FAST_DDS = ("rmw_fastrtps_cpp", "rmw_fastrtps_dynamic_cpp")
 # From this version of rmw_fastrtps_cpp on it is Fast DDS 3.
@@ -95,14 +110,14 @@ def transport_of(environment: Mapping[str, str], default: str = CELL) -> Transpo
     name = environment.get(VARIABLE) or default
     if name not in MEANINGS:
         raise TransportError(name)
-    set_up = {RANGE: "SUBNET", **dict.fromkeys(PROFILES, str(profile(name)))}
+    set_up = {RANGE: "SUBNET", profile_sources().variables[0]: str(profile(name))}
     if name == CELL:
         set_up[BUILTIN] = "UDPv4"
     found = {key: environment.get(key) or "" for key in MIDDLEWARE_VARIABLES}
     if not _contradictions(name, set_up, found):
         return Transport(f"{VARIABLE}={name}: {MEANINGS[name]}", {VARIABLE: name, **set_up})
     own = ", ".join(f"{key}={value}" for key, value in found.items() if value)
-    own = own or f"the file {profiles_of_fast_dds()[1]} in the working directory"
+    own = own or f"the file {profile_sources().file} in the working directory"
     text = f"transport as chosen by {own}; {VARIABLE}={name} has no effect"
     if not _has_shared_memory(found):
         return Transport(text, {VARIABLE: name})
@@ -120,14 +135,14 @@ def profile(name: str) -> Path:
     return Path(share, "config", PROFILE_OF[name])
 
 
-def profiles_of_fast_dds() -> tuple[str, str]:
-    """Return the variable, and the file in the working directory, that Fast DDS reads here."""
-    later = False
+def profile_sources() -> ProfileSources:
+    """Return where the installed Fast DDS gets its profiles from."""
     with suppress(PackageNotFoundError):
         manifest = Path(get_package_share_directory(FAST_DDS[0]), "package.xml")
         major = re.search(r"<version>(\d+)", manifest.read_text(encoding="utf-8"))
-        later = major is not None and int(major[1]) >= FIRST_WITH_FAST_DDS_3
-    return PROFILES[later], PROFILES_HERE[later]
+        if major and int(major[1]) >= FIRST_WITH_FAST_DDS_3:
+            return SOURCES_OF_3
+    return SOURCES_OF_2
 
 
 def _contradictions(name: str, set_up: Mapping[str, str], found: Mapping[str, str]) -> bool:
@@ -143,7 +158,7 @@ def _contradictions(name: str, set_up: Mapping[str, str], found: Mapping[str, st
             for key, value in found.items()
             if not (name == CELL and key in OTHER_HOSTS)
         )
-        or Path(profiles_of_fast_dds()[1]).is_file()
+        or Path(profile_sources().file).is_file()
     )
 
 
@@ -154,7 +169,7 @@ def _has_shared_memory(found: Mapping[str, str]) -> bool:
     # rmw_fastrtps adds it in this range, whatever the others say.
     if found[RANGE] == "LOCALHOST" or found[ONLY_LOCALHOST] == "1":
         return True
-    variable, file = profiles_of_fast_dds()
-    if found[variable] or Path(file).is_file():
+    sources = profile_sources()
+    if any(found[name] for name in sources.variables) or Path(sources.file).is_file():
         return False  # the file decides, and whoever wrote it
     return found[BUILTIN] not in WITHOUT_SHARED_MEMORY
