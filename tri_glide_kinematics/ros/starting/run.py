@@ -208,7 +208,7 @@ def _spinner_of(
 def _missing(module: str) -> str:
     if module in PIP_NAMES:
         return f"the Python module {module!r} is missing: python3 -m pip install {module}"
-    return f"the Python module {module!r} is missing: is ROS 2 Jazzy sourced?"
+    return f"the Python module {module!r} is missing: is ROS 2 sourced?"
 
 
 def _fail(message: str) -> int:
