@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -13,18 +14,22 @@ from tri_glide_kinematics.ros.starting import (
     TransportError,
     choose_transport,
     profile,
+    profile_sources,
     transport_of,
 )
 
-LOOPBACK = str(profile("computer"))
+SOURCES = profile_sources()
+READ, FILE = SOURCES.variables[0], SOURCES.file
+NOT_READ = {"FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE"}
+NOT_READ -= set(SOURCES.variables)
 CELL = {
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
     "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
-    "FASTRTPS_DEFAULT_PROFILES_FILE": str(profile("cell")),
+    READ: str(profile("cell")),
 }
 COMPUTER = {
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
-    "FASTRTPS_DEFAULT_PROFILES_FILE": LOOPBACK,
+    READ: str(profile("computer")),
 }
 SET_UPS = {"cell": CELL, "computer": COMPUTER}
 
@@ -83,16 +88,16 @@ def test_another_value_is_refused():
         (
             {
                 "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-                "FASTRTPS_DEFAULT_PROFILES_FILE": "my.xml",
+                READ: "my.xml",
             },
             True,
         ),
         ({"FASTDDS_BUILTIN_TRANSPORTS": "LARGE_DATA"}, True),
         ({"FASTDDS_BUILTIN_TRANSPORTS": "DEFAULT"}, True),
         ({"FASTDDS_BUILTIN_TRANSPORTS": "UDPv6"}, False),
-        ({"FASTRTPS_DEFAULT_PROFILES_FILE": "my.xml"}, False),
-        # Not read by the Fast DDS of Jazzy: whoever sets it has its defaults instead.
-        ({"FASTDDS_DEFAULT_PROFILES_FILE": "my.xml"}, True),
+        *(({variable: "my.xml"}, False) for variable in SOURCES.variables),
+        # Whoever sets this has the defaults of Fast DDS.
+        *(({variable: "my.xml"}, True) for variable in NOT_READ),
     ],
 )
 def test_what_is_set_for_the_middleware_wins(name, own, can_stall):
@@ -132,10 +137,10 @@ def test_other_hosts_belong_to_a_cell_only(own):
 
 def test_a_profile_in_the_working_directory_wins(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "DEFAULT_FASTRTPS_PROFILES.xml").write_text("<dds/>")
+    (tmp_path / FILE).write_text("<dds/>")
     transport = transport_of({})
     assert transport.variables == named("cell")
-    assert "the file DEFAULT_FASTRTPS_PROFILES.xml in the working directory" in transport.text
+    assert f"the file {FILE} in the working directory" in transport.text
     assert not transport.can_stall
 
 
@@ -146,6 +151,17 @@ def test_the_environment_of_the_process_is_set(monkeypatch):
         transport = choose_transport("computer")
         assert {key: os.environ[key] for key in transport.variables} == transport.variables
         assert set(transport.variables) == {"TRI_GLIDE_TRANSPORT", *COMPUTER}
+
+
+def test_the_sources_are_those_that_the_libraries_know():
+    folders = os.environ["LD_LIBRARY_PATH"].split(os.pathsep)
+    names = ("libfastrtps.so", "libfastdds.so", "librmw_fastrtps_shared_cpp.so")
+    files = [path for folder in folders for name in names if (path := Path(folder, name)).exists()]
+    content = b"".join(path.read_bytes() for path in files)
+    for name in (*SOURCES.variables, FILE):
+        assert name.encode() in content
+    for name in NOT_READ:
+        assert name.encode() not in content
 
 
 def test_ros_is_not_imported_for_it():

@@ -29,8 +29,8 @@ MIDDLEWARE = "rmw_fastrtps_cpp"
 GENERATED = b"rosidl_typesupport_fastrtps_c"
 
 UNKNOWN = (
-    "this is not the middleware of ROS 2 Jazzy: requests that claim to be longer than they are may "
-    "take all memory"
+    "this is not the middleware of ROS 2 Jazzy or Kilted: requests that claim to be longer than "
+    "they are may take all memory"
 )
 
 # Of a fastcdr::Cdr, as a row of pointers: where its bytes begin, and where they end.
@@ -81,7 +81,7 @@ _replaced: dict[Any, tuple[Any, ...]] = {}
 def read_within_bytes(node: Node) -> None:
     """Read requests to the services of ``node`` within their bytes, and what its clients get.
 
-    With another middleware than that of Jazzy nothing is changed, and the node says so.
+    With another middleware than that of Jazzy or Kilted nothing is changed, and the node says so.
     """
     services: list[Any] = [service.srv_type for service in node.services]
     clients: list[Any] = [client.srv_type for client in node.clients]
@@ -101,7 +101,7 @@ def read_kinds_within_bytes(kinds: Iterable[Any]) -> bool:
 
 
 def _is_as_expected() -> bool:
-    """Tell whether a reader of bytes is laid out as it is in the library of Jazzy."""
+    """Tell whether a reader of bytes is laid out as it is in the library of Jazzy and Kilted."""
     probe = GetParameters.Request
     if probe not in _replaced:
         seen: list[bytes] = []

@@ -211,7 +211,7 @@ def _spinner_of(
 
 def _missing(module: str) -> str:
     if module not in FROM_PIP:
-        return f"the Python module {module!r} is missing: is ROS 2 Jazzy sourced?"
+        return f"the Python module {module!r} is missing: is ROS 2 sourced?"
     command = f"python3 -m pip install {FROM_PIP[module]}"
     if sys.prefix == sys.base_prefix:
         command = ENVIRONMENT + command

@@ -1,6 +1,6 @@
 """Chooses how messages travel, before rclpy is initialised: by UDP, without shared memory.
 
-The shared memory of Fast DDS, the usual middleware of ROS 2 Jazzy, can hold every process of a
+The shared memory of Fast DDS, the usual middleware of ROS 2, can hold every process of a
 domain for a third of a second and longer when one of them ends without a clean shutdown.
 ``docs/middleware.md`` says more, and what was measured.
 """
@@ -8,11 +8,13 @@ domain for a third of a second and longer when one of them ends without a clean 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from ament_index_python.packages import get_package_share_directory
+from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 
 from tri_glide_kinematics.errors import KinematicsError
 
@@ -28,18 +30,35 @@ MIDDLEWARE = "RMW_IMPLEMENTATION"
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 ONLY_LOCALHOST = "ROS_LOCALHOST_ONLY"
 BUILTIN = "FASTDDS_BUILTIN_TRANSPORTS"
-PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
-LATER_PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"  # what Fast DDS 3 reads instead
+PROFILES, OLD_PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE"
 # These name other hosts: a cell may have them, the loopback address does not reach them.
 OTHER_HOSTS = ("ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER")
 MIDDLEWARE_VARIABLES = (
-    *(MIDDLEWARE, RANGE, ONLY_LOCALHOST, BUILTIN, PROFILES, LATER_PROFILES),
+    *(MIDDLEWARE, RANGE, ONLY_LOCALHOST, BUILTIN, OLD_PROFILES, PROFILES),
     *OTHER_HOSTS,
 )
-# Fast DDS also reads a file of this name in the working directory.
-PROFILES_HERE = "DEFAULT_FASTRTPS_PROFILES.xml"
+
+
+class ProfileSources(NamedTuple):
+    """Where a version of Fast DDS gets its profiles from.
+
+    Attributes:
+        variables: that name a file; the first one is the one to set.
+        file: that it reads in the working directory.
+    """
+
+    variables: tuple[str, ...]
+    file: str
+
+
+# Fast DDS 2, as in Jazzy, and Fast DDS 3, as in Kilted: rmw_fastrtps still takes the old variable
+# there, with a warning.
+SOURCES_OF_2 = ProfileSources((OLD_PROFILES,), "DEFAULT_FASTRTPS_PROFILES.xml")
+SOURCES_OF_3 = ProfileSources((PROFILES, OLD_PROFILES), "DEFAULT_FASTDDS_PROFILES.xml")
 
 FAST_DDS = ("rmw_fastrtps_cpp", "rmw_fastrtps_dynamic_cpp")
+# From this version of rmw_fastrtps_cpp on it is Fast DDS 3.
+FIRST_WITH_FAST_DDS_3 = 9
 WITHOUT_SHARED_MEMORY = ("UDPv4", "UDPv6")
 
 
@@ -91,14 +110,14 @@ def transport_of(environment: Mapping[str, str], default: str = CELL) -> Transpo
     name = environment.get(VARIABLE) or default
     if name not in MEANINGS:
         raise TransportError(name)
-    set_up = {RANGE: "SUBNET", PROFILES: str(profile(name))}
+    set_up = {RANGE: "SUBNET", profile_sources().variables[0]: str(profile(name))}
     if name == CELL:
         set_up[BUILTIN] = "UDPv4"
     found = {key: environment.get(key) or "" for key in MIDDLEWARE_VARIABLES}
     if not _contradictions(name, set_up, found):
         return Transport(f"{VARIABLE}={name}: {MEANINGS[name]}", {VARIABLE: name, **set_up})
     own = ", ".join(f"{key}={value}" for key, value in found.items() if value)
-    own = own or f"the file {PROFILES_HERE} in the working directory"
+    own = own or f"the file {profile_sources().file} in the working directory"
     text = f"transport as chosen by {own}; {VARIABLE}={name} has no effect"
     if not _has_shared_memory(found):
         return Transport(text, {VARIABLE: name})
@@ -116,6 +135,16 @@ def profile(name: str) -> Path:
     return Path(share, "config", PROFILE_OF[name])
 
 
+def profile_sources() -> ProfileSources:
+    """Return where the installed Fast DDS gets its profiles from."""
+    with suppress(PackageNotFoundError):
+        manifest = Path(get_package_share_directory(FAST_DDS[0]), "package.xml")
+        major = re.search(r"<version>(\d+)", manifest.read_text(encoding="utf-8"))
+        if major and int(major[1]) >= FIRST_WITH_FAST_DDS_3:
+            return SOURCES_OF_3
+    return SOURCES_OF_2
+
+
 def _contradictions(name: str, set_up: Mapping[str, str], found: Mapping[str, str]) -> bool:
     """Tell whether the middleware's own variables ask for something else than the set-up."""
     agreeing = {
@@ -129,7 +158,7 @@ def _contradictions(name: str, set_up: Mapping[str, str], found: Mapping[str, st
             for key, value in found.items()
             if not (name == CELL and key in OTHER_HOSTS)
         )
-        or Path(PROFILES_HERE).is_file()
+        or Path(profile_sources().file).is_file()
     )
 
 
@@ -140,6 +169,7 @@ def _has_shared_memory(found: Mapping[str, str]) -> bool:
     # rmw_fastrtps adds it in this range, whatever the others say.
     if found[RANGE] == "LOCALHOST" or found[ONLY_LOCALHOST] == "1":
         return True
-    if found[PROFILES] or Path(PROFILES_HERE).is_file():
+    sources = profile_sources()
+    if any(found[name] for name in sources.variables) or Path(sources.file).is_file():
         return False  # the file decides, and whoever wrote it
     return found[BUILTIN] not in WITHOUT_SHARED_MEMORY
