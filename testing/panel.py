@@ -29,6 +29,8 @@ NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 # So often a button is clicked until it is heard.
 CLICKS = 6
 
+CONFIG = Path(__file__).parents[1] / "config"
+
 STOP = "document.querySelector('#tri-glide-stop')"
 STRIP = "document.querySelector('#tri-glide-strip')"
 
@@ -88,6 +90,7 @@ class Panel:
             "token_file": folder / "token",
             "programs_folder": self.programs,
             "progress_file": folder / "progress.yaml",
+            "measurements_file": CONFIG / "measurements_example.yaml",
         }
         arguments = [word for name in files for word in ("-p", f"{name}:={files[name]}")]
         self.node: RunningNode = launcher.start(

@@ -29,6 +29,9 @@ COMMANDS = {
     "calibrate": Command(
         "figures.calibration_command", "find the true geometry of a machine from measurements"
     ),
+    "describe_machine": Command(
+        "nodes.describe_machine", "a machine as URDF for RViz and as MJCF for MuJoCo"
+    ),
     "draw_machine": Command(
         "nodes.draw_machine", "maps of a machine, and the surface of its workspace"
     ),
@@ -41,6 +44,7 @@ COMMANDS = {
     "drive": Command(
         "nodes.drive", "with --check: prove a program or points; to drive them needs ROS 2"
     ),
+    "identify": Command("nodes.identify", "masses and friction from the efforts of the drives"),
     "judge": Command("nodes.judge", "tell whether recorded setpoints keep all limits"),
     "ringdown": Command(
         "nodes.ringdown", "find the modes of a machine from recordings of its swings"

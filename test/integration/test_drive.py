@@ -11,7 +11,7 @@ import threading
 
 import pytest
 import yaml
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 
 from testing.commands import KINEMATICS
 from tri_glide_interfaces.msg import Output
@@ -203,6 +203,23 @@ def test_the_example_program_is_driven_to_its_end(running_machine, drive):
     machine.catch_up()
     place = KINEMATICS.forward(machine.heights())
     assert place == pytest.approx((0.0, 0.0, 0.27), abs=1e-6)
+
+
+def test_a_program_in_the_teach_mode_is_told_with_its_time(running_machine, drive):
+    client = running_machine.client
+    told = []
+    for on in (True, False):
+        client.call(SetBool, "ik_node/teach_mode", SetBool.Request(data=on))
+        command = drive("G0 X0 Y0 Z40\nX60\nX-60\nM2\n")
+        assert command.end() == 0, command.output
+        words = "drive: the platform moves at 250 mm/s at most, in the teach mode"
+        assert (words in command.output) == on
+        told.append(told_duration(command))
+        # It is not driven in less time than was told.
+        assert float(command.rows()[0][3]) > 0.98 * told[-1]
+    # 180 mm at 250 mm/s.
+    assert told[0] > 0.18 / 0.25
+    assert told[0] > 1.1 * told[1]
 
 
 @pytest.mark.parametrize(

@@ -766,6 +766,8 @@ def test_a_map_is_a_coloured_plane_with_a_legend(panel: Panel, page: Page) -> No
         for text in (json.dumps(least), f"{LEGEND}.innerText")
     )
     assert second == pytest.approx(2.0 * first, rel=2e-3)
+    panel.click_choice(page, "Show", "calibration")
+    page.wait_for(f"{LEGEND}.innerText.includes(' µm')", "its uncertainty", spin=panel.spin)
     panel.click_choice(page, "Show", "none")
     page.wait_for(f"!({MAP}) && {LEGEND} === null", "no map", spin=panel.spin)
 

@@ -30,16 +30,17 @@ def setpoints():
 
 
 def write_messages(file, messages):
-    """Write joint states: topic, names, positions and velocities of each."""
+    """Write joint states: topic, names, positions, velocities, and efforts, of each."""
     from mcap_ros2.writer import Writer
 
     with file.open("wb") as stream, Writer(stream) as writer:
         schema = writer.register_msgdef(MESSAGE, DEFINITION)
         other = writer.register_msgdef("std_msgs/msg/Empty", "")
         writer.write_message("/tick", other, {}, 1)
-        for number, (topic, names, positions, velocities) in enumerate(messages):
+        for number, (topic, names, positions, velocities, *efforts) in enumerate(messages):
             header = {"stamp": {"sec": 1_700_000_000, "nanosec": 1000 * number}, "frame_id": FRAME}
-            content = {"name": names, "position": positions, "velocity": velocities, "effort": []}
+            content = {"name": names, "position": positions, "velocity": velocities}
+            content["effort"] = efforts[0] if efforts else []
             writer.write_message(topic, schema, {"header": header, **content}, number)
 
 
@@ -104,6 +105,23 @@ def test_joints_are_read_by_name_in_any_namespace(tmp_path):
     assert read.velocities.tolist() == [[10.0, 20.0, 30.0]] * 2
     np.testing.assert_allclose(read.stamps, [0.0, 1e-6], atol=1e-12)
     assert load_recording(file, JOINTS, "/cell_1/joint_commands").heights.shape == (2, 3)
+
+
+def test_efforts_are_read_where_there_are_some(tmp_path):
+    file = tmp_path / "a.mcap"
+    row = ("/joint_states", list(reversed(JOINTS)), [3.0, 2.0, 1.0], [0.0] * 3)
+    write_messages(file, [row, (*row, [30.0, 20.0, 10.0])])
+    efforts = load_recording(file, JOINTS, "joint_states").efforts
+    np.testing.assert_array_equal(efforts, [[np.nan] * 3, [10.0, 20.0, 30.0]])
+    write_messages(file, [row, row])
+    assert load_recording(file, JOINTS, "joint_states").efforts is None
+    table = tmp_path / "a.csv"
+    heads = [f"{name}_{i}" for name in ("height", "effort") for i in (1, 2, 3)]
+    table.write_text(f"time,{','.join(heads)} [N]\n0,1,2,3,10,20,30\n1,1,2,3,10,20,30\n")
+    assert load_recording(table, JOINTS).efforts.tolist() == [[10.0, 20.0, 30.0]] * 2
+    table.write_text(f"time,{','.join(heads)} [kN]\n0,1,2,3,10,20,30\n")
+    with pytest.raises(TableError, match="effort_3 is in kN, must be in N"):
+        load_recording(table, JOINTS)
 
 
 NAMES = list(JOINTS)

@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
     """
-    parser = _parser()
+    parser = make_parser()
     options = parser.parse_args(arguments)
     distance = options.rod_distance
     if distance is not None and not 0.0 < distance < math.inf:
@@ -71,9 +71,9 @@ def _describe(options: argparse.Namespace) -> None:
         print(f"MJCF: {options.mjcf}{'' if forces else ', with masses that are assumed'}")
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
     parser = argparse.ArgumentParser(
-        prog="describe_machine",
         description="Describe a machine for other programs: as URDF for RViz and Foxglove, and as "
         "MJCF for MuJoCo. It needs no ROS and no machine. Without --urdf and --mjcf it prints "
         "the URDF.",

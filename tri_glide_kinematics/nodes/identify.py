@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 if masses are told or moves are written, 1 after an error, 130 after Ctrl-C.
     """
-    parser = _parser()
+    parser = make_parser()
     options = parser.parse_args(arguments)
     if (options.excite is None) == (options.file is None):
         parser.error("either a recording, or --excite")
@@ -149,9 +149,9 @@ def _known(text: str) -> tuple[str, float]:
     return name.strip(), value
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
     parser = argparse.ArgumentParser(
-        prog="identify",
         description="Tell masses and friction of a machine, with standard deviations, from the "
         "efforts of its drives while it moves. It needs no ROS.",
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import ceil, floor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -51,7 +52,7 @@ class Quantity(NamedTuple):
         unit: on the page.
         more_is_better: whether large values are good ones.
         values: returns them, by the maps, the largest speed of the platform [m/s], and the step,
-            force and stiffness of a drive.
+            force and stiffness of a drive in the units of the page.
     """
 
     words: str
@@ -174,7 +175,7 @@ class MachineMap:
         self._mark: Mark = ()
         # Or why there is none.
         self._calibration: Calibration | str = ""
-        kinds = (NO_MAP, *QUANTITIES, *((CALIBRATION,) if measurements is not None else ()))
+        kinds = (NO_MAP, *QUANTITIES, CALIBRATION)
         with gui.add_folder("Map"):
             show = gui.add_dropdown("Show", kinds)
             height = gui.add_slider("Height [mm]", min=0, max=1, step=1, initial_value=0)
@@ -209,7 +210,9 @@ class MachineMap:
             field.visible = self._kind.value != NO_MAP
 
     def _draw(self, facts: MachineFacts) -> None:
-        if self._kind.value == NO_MAP:
+        kind = self._kind.value
+        # viser takes any text for a choice.
+        if kind not in (*QUANTITIES, CALIBRATION):
             self._clear("")
             return
         if self._level is None:
@@ -218,8 +221,8 @@ class MachineMap:
         height = 0.001 * self._height.value
         inside = self._level.inside(height)
         drive = tuple(self._drive.value)
-        if self._measurements is not None and self._kind.value == CALIBRATION:
-            calibration = self._newest_calibration(self._measurements)
+        if kind == CALIBRATION:
+            calibration = self._newest_calibration()
             if isinstance(calibration, str):
                 self._clear(note(calibration))
                 return
@@ -231,7 +234,7 @@ class MachineMap:
             )
             of_all = None
         else:
-            words, unit, more_is_better, function = QUANTITIES[self._kind.value]
+            words, unit, more_is_better, function = QUANTITIES[kind]
             values = function(self._level.found, facts.bounds.limits.platform_speed, drive)
             of_all = span_of(values)
             values = np.where(inside, values, np.nan)
@@ -266,13 +269,16 @@ class MachineMap:
         ends = level.ends
         if not np.isfinite(ends).all():
             return
-        lowest, highest = (round(1000.0 * end) for end in ends)
+        lowest, highest = ceil(1000.0 * ends[0]), floor(1000.0 * ends[1])
         self._slider.min, self._slider.max = lowest, max(highest, lowest + 1)
         if not lowest <= self._height.value <= highest or not self._is_drawn:
             self._height.set((lowest + highest) // 2)
 
-    def _newest_calibration(self, file: Path) -> Calibration | str:
-        """Return the calibration of a ``file`` as it is now, or why there is none."""
+    def _newest_calibration(self) -> Calibration | str:
+        """Return the calibration of the file as it is now, or why there is none."""
+        file = self._measurements
+        if file is None:
+            return "measurements_file names no measurements"
         mark = mark_of(file)
         if not mark or mark != self._mark:
             self._mark = mark
