@@ -1,8 +1,8 @@
 """How Sphinx makes a site of the pages of this clone, for ``make docs``.
 
 The sources are the pages where they stand, so a link leads to the same place on the site and in a
-viewer of the repository. The tables of ``docs/index.md`` are the contents of the site. The reference
-is made from the public names of the rooms and their docstrings.
+viewer of the repository. The tables of ``docs/index.md`` are the contents of the site. The
+reference is made from the public names of the rooms and their docstrings.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ sys.path.insert(0, str(ROOT))
 
 PACKAGE = "tri_glide_kinematics"
 REFERENCE = ROOT / "docs" / "reference"  # made here, not kept
-# Rooms for users, in the order in which they take their names: outer ones before inner ones. What the
-# package itself exports is mostly theirs. Rooms that need ROS are not among them.
+# Rooms for users, outer ones before inner ones: a name is shown in the first room that has it. What
+# the package itself exports is mostly theirs. Rooms that need ROS are not among them.
 ROOMS = (
     f"{PACKAGE}.tri_glide",
     f"{PACKAGE}.workspace",
@@ -152,7 +152,7 @@ def _formulas(app: Any, what: str, name: str, of: Any, options: Any, lines: list
 
 
 def _is_left_out(app: Any, what: str, name: str, member: Any, left: bool, options: Any) -> Any:
-    """Show the members of enumerations; leave out the fields of tuples, which the class explains."""
+    """Show members of enumerations; leave out fields of tuples, which the class explains."""
     if isinstance(member, Enum):
         return False
     return True if type(member).__name__ == "_tuplegetter" else None

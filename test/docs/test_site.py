@@ -1,4 +1,4 @@
-"""What can be known of the site without Sphinx: its contents, its reference, the check of its links."""
+"""What is known of the site without Sphinx: contents, reference, the check of its links."""
 
 from __future__ import annotations
 

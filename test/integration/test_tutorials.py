@@ -1,4 +1,4 @@
-"""The tutorials, followed to the letter: their commands are run, and what they print is compared."""
+"""The tutorials, followed to the letter: commands are run, and what they print is compared."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ NAP = 0.05  # s
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a folder that looks like the repository to the commands, in a shell as env.sh has it."""
+    """Return a folder that looks like the repository to commands, in a shell after env.sh."""
     for name in ("config", "examples"):
         (tmp_path / name).symlink_to(ROOT / name)
     (tmp_path / "out").mkdir()
