@@ -1,8 +1,8 @@
 """Checks the site that ``make docs`` has made: ``python docs/check_site.py out/docs``.
 
 Each link inside the site leads to a file and an anchor that are there, and no page loads anything
-from elsewhere. Links to other sites cannot be followed without a network: their form is checked, and
-they are written to ``external_links.txt`` in the folder of the site.
+from elsewhere. Links to other sites cannot be followed without a network: their form is checked,
+and they are written to ``external_links.txt`` in the folder of the site.
 """
 
 from __future__ import annotations

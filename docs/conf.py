@@ -1,8 +1,8 @@
 """How Sphinx makes a site of the pages of this clone, for ``make docs``.
 
 The sources are the pages where they stand, so a link leads to the same place on the site and in a
-viewer of the repository. The tables of ``docs/index.md`` are the contents of the site. The reference
-is made from the public names of the rooms and their docstrings.
+viewer of the repository. The tables of ``docs/index.md`` are the contents of the site. The
+reference is made from the public names of the rooms and their docstrings.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ sys.path.insert(0, str(ROOT))
 
 PACKAGE = "tri_glide_kinematics"
 REFERENCE = ROOT / "docs" / "reference"  # made here, not kept
-# Rooms for users, in the order in which they take their names: outer ones before inner ones. What the
-# package itself exports is mostly theirs. Rooms that need ROS are not among them.
+# Rooms for users, outer ones before inner ones: a name is shown in the first room that has it. What
+# the package itself exports is mostly theirs. Rooms that need ROS are not among them.
 ROOMS = (
     f"{PACKAGE}.tri_glide",
     f"{PACKAGE}.workspace",
@@ -55,7 +55,7 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4  # as viewers of repositories make them
 
 html_theme = "furo"
-html_title = f"{PACKAGE} {version}"
+html_title = f"tri-glide kinematics {version}"
 html_copy_source = False
 html_show_sphinx = False
 mathjax_path = "tex-svg-full.js"
@@ -95,12 +95,24 @@ def _is_of(value: object, module: str) -> bool:
 
 
 def reference_page(room: str, names: list[str]) -> str:
-    """Return the page of a room."""
+    """Return the page of a room: what can be made, what can be called, what can go wrong."""
+    module = import_module(room)
+    groups: dict[str, list[str]] = {"class": [], "function": [], "exception": [], "data": []}
+    for name in names:
+        value = getattr(module, name)
+        groups[_kind(value)].append(name)
     title = room.removeprefix(f"{PACKAGE}.")
-    return (
-        f"{title}\n{'=' * len(title)}\n\n"
-        f".. automodule:: {room}\n   :members: {', '.join(names)}\n   :member-order: groupwise\n"
-    )
+    parts = [f"{title}\n{'=' * len(title)}\n\n.. automodule:: {room}\n"]
+    for kind, members in groups.items():
+        options = "" if kind in ("function", "data") else "   :members:\n"
+        parts += [f".. auto{kind}:: {room}.{name}\n{options}" for name in members]
+    return "\n".join(parts)
+
+
+def _kind(value: object) -> str:
+    if isinstance(value, type):
+        return "exception" if issubclass(value, Exception) else "class"
+    return "function" if callable(value) and hasattr(value, "__code__") else "data"
 
 
 def _bring_mathjax(app: Any) -> None:
@@ -133,12 +145,14 @@ def _add_contents(app: Any, page: str, source: list[str]) -> None:
 
 def _formulas(app: Any, what: str, name: str, of: Any, options: Any, lines: list[str]) -> None:
     """Write formulas as reStructuredText has them: in docstrings they stand as in the pages."""
+    if what == "data" and of.__doc__ == type(of).__doc__:
+        lines.clear()  # what its class says is no text about this value
     text = re.sub(r"\$([^$]+)\$", r":math:`\1`", "\n".join(lines))
     lines[:] = text.splitlines()
 
 
 def _is_left_out(app: Any, what: str, name: str, member: Any, left: bool, options: Any) -> Any:
-    """Show the members of enumerations; leave out the fields of tuples, which the class explains."""
+    """Show members of enumerations; leave out fields of tuples, which the class explains."""
     if isinstance(member, Enum):
         return False
     return True if type(member).__name__ == "_tuplegetter" else None

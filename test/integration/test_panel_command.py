@@ -32,9 +32,9 @@ NODES = {"simulator_node", "ik_node", "fk_node", "mechanism_node", "panel_node"}
 class Command:
     """The command as a process."""
 
-    def __init__(self, process: subprocess.Popen[bytes], log: Path) -> None:
+    def __init__(self, process: subprocess.Popen[bytes], log: Path, namespace: str) -> None:
         self.process, self._log = process, log
-        self.namespace = f"/tri_glide_panel_{process.pid}"
+        self.namespace = namespace or f"/tri_glide_panel_{process.pid}"
 
     @property
     def output(self) -> str:
@@ -58,9 +58,11 @@ class Command:
 
 
 @contextmanager
-def command(folder: Path, *arguments: str) -> Iterator[Command]:
-    """Run the command, with its token and its log in a ``folder``."""
+def command(folder: Path, *arguments: str, namespace: str = "") -> Iterator[Command]:
+    """Run the command, with its token and its log in a ``folder``; in a ``namespace`` if given."""
     log = folder / "log"
+    if namespace:
+        arguments = (*arguments, "--namespace", namespace)
     with log.open("wb") as output:
         process = subprocess.Popen(
             [str(executable("panel")), *arguments],
@@ -68,7 +70,7 @@ def command(folder: Path, *arguments: str) -> Iterator[Command]:
             stdout=output,
             stderr=subprocess.STDOUT,
         )
-    running = Command(process, log)
+    running = Command(process, log, namespace)
     try:
         yield running
     except BaseException:
@@ -137,8 +139,8 @@ def test_a_node_that_dies_is_told_here_and_on_the_page_which_stays(client, tmp_p
     assert panel.output.rstrip().endswith("all nodes are stopped")
 
 
-def test_without_a_page_it_ends_with_an_error(client, tmp_path):
-    with command(tmp_path, "--port", "0") as panel:
+def test_without_a_page_it_ends_with_an_error_in_a_namespace_of_choice_too(client, tmp_path):
+    with command(tmp_path, "--port", "0", namespace=f"{client.namespace}_chosen") as panel:
         client.wait_for(lambda: "the page: " in panel.output, "the page")
         os.kill(panel.pid_of("panel_node"), signal.SIGSEGV)
         assert panel.process.wait(TIMEOUT) == 1
