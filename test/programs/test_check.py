@@ -71,8 +71,9 @@ PROGRAMS = {
 }
 
 
-@pytest.mark.parametrize("added", [PlatformSpeedLimit(MACHINE, 0.06), FORCES])
-@pytest.mark.parametrize("name", ["lines", "arcs"])
+@pytest.mark.parametrize(
+    ("name", "added"), [("lines", PlatformSpeedLimit(MACHINE, 0.06)), ("arcs", FORCES)]
+)
 def test_the_time_told_is_the_time_driven_with_added_bounds(name, added):
     program = read_program(PROGRAMS[name], SETTINGS)
     limits = SliderLimits.uniform(1.0, 40.0, 2000.0)
