@@ -57,6 +57,8 @@ myst_heading_anchors = 4  # as viewers of repositories make them
 html_theme = "furo"
 html_title = f"tri-glide kinematics {version}"
 html_copy_source = False
+html_static_path = ["site.css"]
+html_css_files = ["site.css"]
 html_show_sphinx = False
 mathjax_path = "tex-svg-full.js"
 mathjax3_config = {"options": {"enableMenu": False}}
@@ -151,6 +153,13 @@ def _formulas(app: Any, what: str, name: str, of: Any, options: Any, lines: list
     lines[:] = text.splitlines()
 
 
+def _as_it_stands(app: Any, tree: Any) -> None:
+    """Leave formulas as they are: Sphinx would align those of several lines, and refuse tags."""
+    for formula in tree.findall(lambda node: node.tagname == "math_block"):
+        formula["nowrap"] = True
+        formula.children[:] = [type(formula.children[0])(rf"\[{formula.astext()}\]")]
+
+
 def _is_left_out(app: Any, what: str, name: str, member: Any, left: bool, options: Any) -> Any:
     """Show members of enumerations; leave out fields of tuples, which the class explains."""
     if isinstance(member, Enum):
@@ -199,6 +208,7 @@ def setup(app: Any) -> None:
     app.connect("builder-inited", _write_reference)
     app.connect("source-read", _add_contents)
     app.connect("autodoc-process-docstring", _formulas)
+    app.connect("doctree-read", _as_it_stands)
     app.connect("autodoc-skip-member", _is_left_out)
     app.connect("missing-reference", _link_to_room)
     app.connect("build-finished", _lead_to_first_page)

@@ -25,6 +25,6 @@ if ! cmp -s requirements-docs.txt "$TOOLS/made_from"; then
 fi
 rm -rf "$SITE"
 PYTHONPATH="$PWD/$TOOLS${PYTHONPATH:+:$PYTHONPATH}" python -m sphinx \
-    -b html -c docs -W --keep-going -n -q -j auto -d out/docs_read . "$SITE"
+    -E -b html -c docs -W --keep-going -n -q -j auto -d out/docs_read . "$SITE"
 python docs/check_site.py "$SITE"
 echo "docs: $SITE/index.html"
