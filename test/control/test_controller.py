@@ -589,6 +589,7 @@ def test_new_limits_leave_the_shaper_as_it_is(kind):
 
 def test_with_a_shaper_a_target_is_followed_and_its_silence_ends_that():
     rig = Rig(in_pieces=True)
+    rig.pieces = 2
     rig.engine.set_shaper(SHAPER)
     rig.cycle(20)
     begin = rig.now
