@@ -8,7 +8,7 @@ import re
 import signal
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -37,7 +37,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (tmp_path / name).symlink_to(ROOT / name)
     (tmp_path / "out").mkdir()
     shell = tmp_path / "shell"
-    script = f'. "{ROOT}/env.sh"; declare -f ros2; declare -p _tri_glide_commands'
+    script = f'. "{ROOT}/env.sh"; declare -f ros2; declare -p _tri_glide_commands; true'
     done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
     shell.write_text(done.stdout)
     monkeypatch.setenv("BASH_ENV", str(shell))
@@ -154,7 +154,7 @@ def first_words_of(code: str, folder: Path) -> str:
         return node.output
 
 
-def wait_until(condition) -> None:
+def wait_until(condition: Callable[[], bool]) -> None:
     end = time.monotonic() + TIMEOUT
     while not condition():
         assert time.monotonic() < end
@@ -176,9 +176,12 @@ def test_tutorials_without_a_machine(page, folder, ros_domain):
 
 
 @pytest.mark.parametrize("page", WITH_A_MACHINE)
-def test_tutorials_with_the_simulated_machine(page, folder, nodes):
+def test_tutorials_with_the_simulated_machine(page, folder, ros_context, nodes):
     nodes.start("simulator_node", {}, namespace="/")
     nodes.start("ik_node", PATIENCE, namespace="/")
+    client = Client(ros_context, "")
+    Machine(client, nodes, listen=False).wait_for_state("idle")
+    client.close()
     follow(page, folder)
 
 
