@@ -34,6 +34,8 @@ MOVED, LONG_ENOUGH = 1e-3, 0.7
 # Connections by chance; ``make soak`` has more.
 REFUSED, ADMITTED = 400, 20
 
+RESTING = 1e-12
+
 
 class Watched:
     """A panel without a page, and where its machine truly is."""
@@ -65,7 +67,15 @@ class Watched:
         """Return where the platform is, which is driven home if it is elsewhere [m]."""
         if math.dist(self.place(), HOME) > MOVED:
             self.drive(HOME)
-        return self.place()
+        places = [self.place()]
+
+        def rests() -> bool:
+            # The drives lag behind the setpoints.
+            places.append(self.place())
+            return math.dist(*places[-2:]) < RESTING
+
+        self.panel.client.wait_for(rests, "rest")
+        return places[-1]
 
     def drive(self, position: tuple[float, float, float]) -> None:
         """Drive as the page does; again, as the panel may not know its machine yet."""
