@@ -42,7 +42,7 @@ _tri_glide_commands="$_tri_glide_root/install/tri_glide_kinematics/lib/tri_glide
 if ! command -v ros2 >/dev/null 2>&1; then
     ros2() {
         if [ "${1:-}" != run ] || [ "${2:-}" != tri_glide_kinematics ] || [ -z "${3:-}" ]; then
-            echo "ros2: without ROS 2 Jazzy installed there is only" \
+            echo "ros2: without ROS 2 installed there is only" \
                 "'ros2 run tri_glide_kinematics NAME'" >&2
             return 2
         fi

@@ -76,7 +76,7 @@ make_venv_from_wheels() {
     "$python" -c 'import ensurepip, venv' >/dev/null 2>&1 ||
         fail "$python has no venv module (on Debian and Ubuntu: sudo apt install python3-venv)"
     [ "$(uname -sm)" = "Linux x86_64" ] ||
-        fail "the wheels of ROS 2 are for Linux x86_64 and this is $(uname -sm): install ROS 2 Jazzy and source it"
+        fail "the wheels of ROS 2 are for Linux x86_64 and this is $(uname -sm): install ROS 2 Jazzy or Kilted and source it"
     say "making .venv with $("$python" --version)"
     "$python" -m venv .venv
     say "installing ROS 2 and the tools from wheels (about 200 packages, 1 to 3 minutes)"
