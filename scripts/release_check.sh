@@ -5,7 +5,8 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly INDEX=$PWD/test/ros_index
+readonly FOLDER=$PWD/test/ros_index
+readonly INDEX=file://${FOLDER// /%20}
 readonly PACKAGES=(tri_glide_interfaces tri_glide_ruckig tri_glide_kinematics)
 readonly OUT=$PWD/out/release
 
@@ -23,9 +24,9 @@ fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir "$work/sources" "$work/src"
-echo "yaml file://$INDEX/rosdep.yaml" >"$work/sources/kept.list"
+echo "yaml $INDEX/rosdep.yaml" >"$work/sources/kept.list"
 export PATH=$PWD/$tools/bin:$PATH HOME=$work ROS_HOME=$work/ros ROSDEP_SOURCE_PATH=$work/sources
-export ROSDISTRO_INDEX_URL=file://$INDEX/index-v4.yaml
+export ROSDISTRO_INDEX_URL=$INDEX/index-v4.yaml
 export http_proxy=http://127.0.0.1:9 https_proxy=http://127.0.0.1:9 # whatever asks a network fails
 
 reuse lint --quiet || { reuse lint && exit 1; }

@@ -5,6 +5,7 @@ import pytest
 from strategies import DEFAULT_LIMITS
 
 from tri_glide_kinematics.calibration import NoMovesError, exciting_moves
+from tri_glide_kinematics.checks import OutOfBoundsError
 from tri_glide_kinematics.dynamics import Masses, SliderForces, identify
 from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
@@ -48,3 +49,8 @@ def test_a_start_outside_is_refused_and_so_is_a_workspace_without_places():
     )
     with pytest.raises(NoMovesError, match="of 1000 places at random, none"):
         exciting_moves(Workspace(MACHINE, small), LIMITS, 1.0)
+
+
+def test_a_duration_beyond_an_hour_is_refused():
+    with pytest.raises(OutOfBoundsError, match="3600"):
+        exciting_moves(REGION, LIMITS, 3601.0)

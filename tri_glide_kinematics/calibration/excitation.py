@@ -19,6 +19,9 @@ from tri_glide_kinematics.motion.trajectory import SequencePlan
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
 
+# All moves together take so long at most [s].
+LONGEST = 3600.0
+
 # Targets that are compared for each move, and how many are tried before a workspace is given up.
 CANDIDATES = 10
 TRIALS = 1000
@@ -67,17 +70,17 @@ def exciting_moves(
     Args:
         workspace: in which they stay.
         limits: of the sliders, which are used up: higher accelerations tell more.
-        duration: of all moves together, at least [s].
+        duration: of all moves together, at least; an hour at most [s].
         start: where the first one begins; anywhere without it. Shape (3,) [m].
         seed: of the places.
         kind: of the moves.
         shaper: with which they are driven; None without one.
 
     Raises:
-        KinematicsError: if ``start`` is outside the workspace, or the duration is not positive.
+        KinematicsError: if ``start`` is outside the workspace, or the duration is not positive or above an hour.
         NoMovesError: if no moves are found.
     """
-    left = positive("duration", duration, "s")
+    left = positive("duration", duration, "s", LONGEST)
     rng = np.random.default_rng(seed)
     if start is None:
         place = next(_places(workspace, rng), None)
