@@ -77,7 +77,8 @@ def exciting_moves(
         shaper: with which they are driven; None without one.
 
     Raises:
-        KinematicsError: if ``start`` is outside the workspace, or the duration is not positive or above an hour.
+        KinematicsError: if ``start`` is outside the workspace, or the duration not from 0 to an
+            hour.
         NoMovesError: if no moves are found.
     """
     left = positive("duration", duration, "s", LONGEST)
