@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -98,21 +97,20 @@ def slider_of(urdf: str) -> ElementTree.Element:
     return next(joint for joint in joints if joint.attrib["name"] == "slider_1")
 
 
-def test_the_urdf_of_two_files_is_that_of_the_later_one(tmp_path):
-    """As the launch file asks for it, by the installed command."""
+def test_the_urdf_of_two_files_is_that_of_the_later_one(tmp_path, capsys):
+    """As the launch file asks for it."""
     calibrated = tmp_path / "a calibrated one.yaml"
     anchors = [0.0, 0.21, -0.17, -0.1, 0.19, -0.09]
     calibrated.write_text(
         "/**:\n  ros__parameters:\n    geometry: calibrated\n"
         f"    anchors: {anchors}\n    height_offsets: [0.01, 0.0, -0.01]\n"
     )
-    command = [CONFIG.parent / "executables" / "describe_machine", CONFIG / "tri_glide.yaml"]
     for node in ("//ik_node", "/cell_1/ik_node"):
-        done = subprocess.run(
-            [*command, calibrated, "--node", node], capture_output=True, text=True, timeout=60
-        )
-        assert (done.returncode, done.stderr) == (0, "")
-        origin = slider_of(done.stdout).find("origin").attrib["xyz"].split()
+        files = [str(CONFIG / "tri_glide.yaml"), str(calibrated)]
+        assert describe_machine.main([*files, "--node", node]) == 0
+        told = capsys.readouterr()
+        assert told.err == ""
+        origin = slider_of(told.out).find("origin").attrib["xyz"].split()
         # The platform radius is that of the first file.
         assert list(map(float, origin)) == pytest.approx((0.0, 0.26, 0.01))
 
