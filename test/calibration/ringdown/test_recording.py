@@ -100,6 +100,11 @@ def test_any_text_is_a_recording_or_a_clear_error(tmp_path_factory, text):
     assert np.isfinite(found.values).all()
 
 
+def test_a_cell_that_is_too_long_is_no_table(tmp_path):
+    with pytest.raises(RecordingFileError, match="is no table"):
+        loaded(tmp_path, "t,x\n" + "1" * 200_000 + ",2\n")
+
+
 def test_a_recording_checks_its_numbers():
     with pytest.raises(WrongShapeError):
         Recording(np.arange(3.0), np.zeros((2, 1)))

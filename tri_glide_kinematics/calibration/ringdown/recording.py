@@ -197,7 +197,11 @@ class _Table:
         self._numbers = [number for number, _ in lines]
         # Of a semicolon the comma is the decimal separator of a language: it is not guessed.
         delimiter = next((sign for sign in ",;\t" if sign in lines[0][1]), ",")
-        self._rows = list(csv.reader((line for _, line in lines), delimiter=delimiter))
+        try:
+            self._rows = list(csv.reader((line for _, line in lines), delimiter=delimiter))
+        except csv.Error as error:
+            # A cell that is too long; before Python 3.11, a NUL, too.
+            raise RecordingFileError(file, "", f"is no table: {error}") from error
 
     def recording(self, unit: str | None) -> Recording:
         heads = [self._head(column, text) for column, text in enumerate(self._rows[0])]
