@@ -152,10 +152,6 @@ class CubicPlan(Trajectory):
         pieces[:3, 0] = self.at(time)
         return lengths, pieces
 
-    def as_cubic(self) -> CubicPlan:
-        """Return itself."""
-        return self
-
     def knots(self) -> FloatArray:
         """Return where pieces begin, and the end [s]."""
         return np.append(self.starts, self.duration)

@@ -28,7 +28,6 @@ from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
     from tri_glide_kinematics.workspace import Traced, Workspace
 
 AT_REST: Vector3 = (0.0, 0.0, 0.0)
@@ -193,10 +192,6 @@ class Trajectory(ABC):
             Shape (n, 3) [m].
         """
         return machine.forward_batch(self.sample(self.duration * PARTS).heights)
-
-    def as_cubic(self) -> CubicPlan | None:
-        """Return all of it in pieces of constant jerk of the sliders; None if it has none."""
-        return None
 
     def platform_at(self, machine: TriGlide, time: float) -> tuple[float, ...]:
         """Return how the platform moves at a ``time`` [s]; outside, as at the start or at the end.
