@@ -1,6 +1,7 @@
 """How soon after a path is sent the machine moves, and whether a long one makes cycles late.
 
-A path of one segment and one of many, as a CAM program writes them, take turns on real nodes.
+Paths of one segment, of many and of very many, as a CAM program writes them, take turns on real
+nodes.
 """
 
 from __future__ import annotations
@@ -18,10 +19,9 @@ from testing.goals import GoalClient
 from testing.machine import Machine
 
 ROUNDS = 10
-SEGMENTS = 10_000
-STEP = 1e-4  # m, length of a segment of the long path
+SEGMENTS = (1, 10_000, 200_000)
+STEP = 1e-4  # m, length of a segment of the long paths
 RATE = 500.0  # 1/s
-MORE = 0.05  # s, that the long path may take longer
 LATE = 1.5  # periods
 START = (0.0, 0.0, 0.3)  # m
 MOVES = 1e-9  # m, by which a setpoint differs from that at rest
@@ -45,13 +45,13 @@ class Begin(NamedTuple):
 
 def run() -> bool:
     """Measure and print the table; it is always complete."""
-    lines, many = circle(1), circle(SEGMENTS)
-    found: dict[int, list[Begin]] = {1: [], SEGMENTS: []}
+    paths = [circle(count) for count in SEGMENTS]
+    found: dict[int, list[Begin]] = {count: [] for count in SEGMENTS}
     with context_in_own_domain() as context, session(context, "goals") as (client, launcher):
         machine = Machine(client, launcher).start({"rate": RATE})
         goals = GoalClient(client)
         for _ in range(ROUNDS):
-            for path in (lines, many):
+            for path in paths:
                 found[len(path)].append(begin(machine, goals, path))
         goals.close()
     rows = [("segments", "first setpoint after", "5 to 95 %", "late cycles", "longest gap")]

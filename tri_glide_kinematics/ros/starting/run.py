@@ -76,6 +76,8 @@ def run(module: str, class_name: str) -> int:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     # Matrices are small here. A second thread of OpenBLAS only takes time: 40 ms at the start.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # numpy asks for huge pages, of which the first use of one may take 5 ms: more than two cycles.
+    os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")
     # While a node starts, nothing becomes garbage.
     gc.disable()
     try:
