@@ -287,15 +287,16 @@ SPEED = PlatformSpeedLimit(MACHINE, 0.3)
 FORCE = ForceLimits(SliderForces(MACHINE, MASSES), (45.0,) * 3, (20.0,) * 3)
 
 
+@pytest.mark.parametrize("is_shaped", [False, True])
 @pytest.mark.parametrize(
     ("seed", "added"), [(0, (FORCE,)), (1, (SPEED, FORCE))], ids=["forces", "both"]
 )
 @pytest.mark.parametrize("drive", DRIVES, ids=lambda drive: drive.__name__)
-def test_what_keeps_added_bounds_is_accused_of_nothing(drive, seed, added):
+def test_what_keeps_added_bounds_is_accused_of_nothing(drive, seed, added, is_shaped):
     rate = RATES[seed]
     kind = MotionKind.LINEAR if seed else MotionKind.SLIDER
     limits = QUICK.with_added(*added)
-    recording = record(drive, seed, 1.0 / rate, kind=kind, limits=limits)
+    recording = record(drive, seed, 1.0 / rate, kind=kind, is_shaped=is_shaped, limits=limits)
     found = judged(recording, rate, limits=limits)
     assert found.violations == ()
     assert set(found.added) == {

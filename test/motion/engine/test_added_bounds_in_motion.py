@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from motion_machine import DT, LIMITS, MACHINE, each_kind, engine, run, run_to_rest
+from motion_machine import DT, LIMITS, MACHINE, SHAPER, each_kind, engine, run, run_to_rest
 
 from benchmarks.judge import SCENARIOS
 from benchmarks.soak_bounds import TOLERANCE, soaked
@@ -17,6 +17,7 @@ from tri_glide_kinematics.motion import (
     MotionPhase,
     PlatformPath,
     PlatformSpeedLimit,
+    SliderLimits,
 )
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -51,6 +52,27 @@ def test_no_sequence_of_commands_breaks_an_added_bound(scenario):
     assert use.speed > 0.99
     assert use.force > 0.4
     assert phases["idle"] < 3_000
+
+
+@pytest.mark.slow
+def test_no_path_is_refused_for_the_forces_that_a_shaper_adds():
+    bound = ForceLimits(
+        SliderForces(MACHINE, Masses.uniform(1.0, 0.2, 1.0)), (45.0,) * 3, (20.0,) * 3
+    )
+    rng = np.random.default_rng(7)
+    for _ in range(3):
+        moving = engine(limits=SliderLimits.uniform(1.5, 30.0, 2000.0).with_added(bound))
+        moving.set_shaper(SHAPER)
+        start = MACHINE.forward(moving.state.heights)
+        places = (0.0, 0.0, 0.25) + rng.uniform(-1.0, 1.0, (4, 3)) * (0.08, 0.08, 0.06)
+        moving.follow(PlatformPath.through([start, *places], 2e-3))
+        asked = []
+        while moving.phase is not MotionPhase.IDLE:
+            asked.append(bound.forces.forces(*moving.step(DT)))
+        assert moving.take_refusal() is None
+        assert MACHINE.forward(moving.state.heights) == pytest.approx(places[-1], abs=1e-7)
+        use = max(np.max(asked) / 45.0, -np.min(asked) / 20.0)
+        assert 0.9 < use <= 1.0 + 1e-6
 
 
 @each_kind

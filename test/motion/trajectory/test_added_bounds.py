@@ -98,6 +98,24 @@ def test_all_kinds_of_motion_keep_an_added_bound_and_use_it(bound):
         motion.check_limits(fast)
 
 
+@BOUNDS
+def test_a_part_of_a_bound_allows_that_part(bound):
+    half = bound.times(0.8).times(0.625)
+    assert half == bound.times(0.5)
+    assert bound.times(1.0) is bound
+    fast = SliderLimits.uniform(2.0, 60.0, 2000.0)
+    for motion in motions(fast.with_added(half), 1):
+        assert 0.4 < sampled(motion, bound) <= 0.5 * (1.0 + 1e-6)
+        for state in (motion.at(share * motion.duration) for share in (0.1, 0.3, 0.8)):
+            assert half.part_at(state) == pytest.approx(2.0 * bound.part_at(state))
+            assert half.part_at(state) <= 1.0 + 1e-6
+            assert half.raised(state) == half
+            # Where the motion uses more than a small part, as much of it is allowed.
+            used, little = bound.part_at(state), bound.times(1e-3)
+            assert little.raised(state) == bound.times(max(used, 1e-3))
+            assert bound.raised(state) is bound
+
+
 def test_a_line_is_as_fast_as_the_platform_may_be():
     limits = SliderLimits.uniform(2.0, 60.0, 2000.0).with_added(SPEED)
     motion = plan_move(WORKSPACE, limits, (-0.1, 0.0, 0.3), (0.1, 0.0, 0.3), kind=MotionKind.LINEAR)

@@ -54,7 +54,8 @@ if TYPE_CHECKING:
 # What a path asks for is multiplied by no more than this.
 LARGEST_PATH_SPEED_SCALE = 2.0
 
-# What a shaper leaves of velocities, accelerations and jerks to plans, as a rule.
+# What a shaper leaves of velocities, accelerations and jerks to plans, as a rule; of added bounds,
+# what it leaves of velocities or accelerations.
 LEFT_TO_PLANS = (1.0, 0.98, 0.95)
 
 
@@ -123,7 +124,9 @@ class DriveLimits:
         """
         if self.shaper is None:
             return self
-        planned = planned or Planned(self.scaled.times(*LEFT_TO_PLANS))
+        if planned is None:
+            added = (each.times(LEFT_TO_PLANS[each.order - 1]) for each in self.scaled.added)
+            planned = Planned(self.scaled.times(*LEFT_TO_PLANS).with_added(*added))
         if present is not None:
             planned = planned._replace(limits=_raised(planned.limits, present, self.scaled))
         return replace(self, planned=planned)
@@ -160,7 +163,7 @@ def _raised(lower: SliderLimits, state: SliderState, limits: SliderLimits) -> Sl
     table = lower.table.copy()
     raised = np.maximum(table[:2], (reached, np.abs(accelerations)))
     table[:2] = np.minimum(raised, limits.table[:2])
-    return limits.with_table(table)
+    return limits.with_table(table).with_added(*(each.raised(state) for each in lower.added))
 
 
 class PlanRole(Enum):

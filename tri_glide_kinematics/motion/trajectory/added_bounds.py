@@ -24,6 +24,7 @@ from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING, Sli
 from tri_glide_kinematics.motion.trajectory.series import (
     Series,
     divided,
+    position_of,
     product,
     quartered,
 )
@@ -114,7 +115,12 @@ class AddedBound(ABC):
         """
 
     def rows(
-        self, positions: FloatArray, tangents: FloatArray, curvatures: FloatArray, speed: FloatArray
+        self,
+        positions: FloatArray,
+        tangents: FloatArray,
+        curvatures: FloatArray,
+        speed: FloatArray,
+        part: float = 1.0,
     ) -> PathRows:
         """Return what it asks of the timing of a path; nothing, where that is known otherwise.
 
@@ -123,12 +129,91 @@ class AddedBound(ABC):
             tangents: their derivatives by its parameter u. Shape (3, n).
             curvatures: the second derivatives. Shape (3, n).
             speed: that u may have there, about. Shape (n,).
+            part: of it that is allowed.
         """
         return PathRows.none(positions.shape[1])
 
     @abstractmethod
     def error(self, part: float, time: float) -> AddedBoundError:
         """Return the error of a motion that would use a ``part`` of it above 1, at a ``time``."""
+
+    def part_at(self, state: SliderState) -> float:
+        """Return which part of it is used in one ``state``; infinite if that is not known."""
+        heights = np.zeros((6, 3, 1))
+        heights[:3, :, 0] = state.heights, state.velocities, state.accelerations
+        heights[2] *= 0.5
+        at_once = np.zeros(1)
+        series = Series(heights, np.abs(heights))
+        position = position_of(self.machine, series, at_once)
+        return float(np.nan_to_num(self.used(position, at_once).middle[0], nan=inf))
+
+    def times(self, part: float) -> AddedBound:
+        """Return a bound that allows this ``part`` of it, in (0, 1]."""
+        return self if part == 1.0 else PartOfBound(self, part)
+
+    def raised(self, state: SliderState) -> AddedBound:
+        """Return it, or of a part as much as is used in a ``state``."""
+        return self
+
+
+@dataclass(frozen=True)
+class PartOfBound(AddedBound):
+    """A part of another bound: what plans keep, so that a shaper has the rest.
+
+    Attributes:
+        bound: the other one.
+        part: of it, in (0, 1].
+    """
+
+    bound: AddedBound
+    part: float
+
+    @property
+    def machine(self) -> TriGlide:  # type: ignore[override]
+        """Whose motion it bounds."""
+        return self.bound.machine
+
+    @property
+    def order(self) -> int:  # type: ignore[override]
+        """As that of the other bound."""
+        return self.bound.order
+
+    @property
+    def platform_speed(self) -> float:
+        """Largest speed of the platform that it allows anywhere [m/s]."""
+        return self.part * self.bound.platform_speed
+
+    def acceleration(self, heights: Vector3) -> float:
+        """Return how fast all sliders may get faster, whichever way, at ``heights`` [m]."""
+        return self.part * self.bound.acceleration(heights)
+
+    def used(self, position: Series, half: FloatArray) -> UsedParts:
+        """Return which part of it is used."""
+        most, middle = self.bound.used(position, half)
+        return UsedParts(most / self.part, middle / self.part)
+
+    def rows(
+        self,
+        positions: FloatArray,
+        tangents: FloatArray,
+        curvatures: FloatArray,
+        speed: FloatArray,
+        part: float = 1.0,
+    ) -> PathRows:
+        """Return what it asks of the timing of a path."""
+        return self.bound.rows(positions, tangents, curvatures, speed, part * self.part)
+
+    def error(self, part: float, time: float) -> AddedBoundError:
+        """Return the error of the other bound."""
+        return self.bound.error(part, time)
+
+    def times(self, part: float) -> AddedBound:
+        """Return a bound that allows this ``part`` of it."""
+        return self.bound.times(self.part * part)
+
+    def raised(self, state: SliderState) -> AddedBound:
+        """Return as large a part as is used in a ``state``, if that is more."""
+        return self.bound.times(max(self.part, min(self.bound.part_at(state), 1.0)))
 
 
 @dataclass(frozen=True)

@@ -229,7 +229,12 @@ class ForceLimits(AddedBound):
         return UsedParts(most_part, middle_part)
 
     def rows(
-        self, positions: FloatArray, tangents: FloatArray, curvatures: FloatArray, speed: FloatArray
+        self,
+        positions: FloatArray,
+        tangents: FloatArray,
+        curvatures: FloatArray,
+        speed: FloatArray,
+        part: float = 1.0,
     ) -> PathRows:
         """Return the rows of the forces over what is left beside weight and friction."""
         along = self.forces.along_path(positions.T, tangents.T, curvatures.T)
@@ -238,7 +243,7 @@ class ForceLimits(AddedBound):
         of_rest = 0.5 * along.speed * speed[:, np.newaxis]
         acceleration, squared = [], []
         for sign, limit in ((1.0, self.up), (-1.0, self.down)):
-            room = np.array(limit) - sign * (along.rest + along.direction)
+            room = part * (np.array(limit) - sign * along.rest) - sign * along.direction
             room = room - np.maximum(sign * of_rest, 0.0)
             room = np.maximum(room, _LEAST_ROOM * np.array(limit))
             acceleration.append((sign * along.acceleration / room).T)

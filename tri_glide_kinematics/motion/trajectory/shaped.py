@@ -162,13 +162,15 @@ class LimitBounds(NamedTuple):
 
     def leaving(self, planned: Planned) -> Planned:
         """Return less than was ``planned`` with, by as much as the motion exceeds its limits."""
-        use = self.use.copy()
-        for bound, part in zip(planned.limits.added, self.added):
-            # Velocities, or accelerations.
-            use[bound.order - 1] = np.fmax(use[bound.order - 1], part)
-        table = planned.limits.table / np.where(use > 1.0, use**_POWER * _MORE, 1.0)
+
+        def less(part: FloatArray) -> FloatArray:
+            return np.where(part > 1.0, part**_POWER * _MORE, 1.0)
+
+        table = planned.limits.table / less(self.use)
+        parts = 1.0 / less(self.added)
+        added = (bound.times(part) for bound, part in zip(planned.limits.added, parts.tolist()))
         cut = planned.cut / (self.cut * _LESS_CUT) if self.cut > 1.0 else planned.cut
-        return Planned(planned.limits.with_table(table), cut)
+        return Planned(planned.limits.with_table(table).with_added(*added), cut)
 
 
 class ShapedTrajectory(Trajectory):
