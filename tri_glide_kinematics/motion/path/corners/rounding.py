@@ -387,20 +387,22 @@ def _over_neighbours(
         add: takes how far roundings reach beyond other joints, 0 if they do not, shape (n,) [m],
             which joints these roundings are of, and which joints they reach over.
     """
-    for offset in range(1, len(ways)):
-        some_reach = False
-        for forwards in (True, False):
-            for first in range(0, len(ways) - offset, ROWS):
-                last = min(first + ROWS, len(ways) - offset)
-                pair = slice(first, last), slice(first + offset, last + offset)
-                of, over = pair if forwards else pair[::-1]
-                reaches = np.maximum(half_widths[of] - (ways[pair[1]] - ways[pair[0]]), 0.0)
+    # Block by block, as all that a block needs stays in the cache of the processor.
+    for first in range(0, len(ways) - 1, ROWS):
+        for offset in range(1, len(ways) - first):
+            last = min(first + ROWS, len(ways) - offset)
+            before, behind = slice(first, last), slice(first + offset, last + offset)
+            gaps = ways[behind] - ways[before]
+            some_reach = False
+            for of, over in ((before, behind), (behind, before)):
+                reaches = half_widths[of] - gaps
+                np.maximum(reaches, 0.0, out=reaches)
                 if reaches.any():
                     some_reach = True
                     add(reaches, of, over)
                 yield
-        if not some_reach:
-            break
+            if not some_reach:
+                break
 
 
 def _at_least(widths: FloatArray, least: FloatArray) -> Interruptible[FloatArray]:
