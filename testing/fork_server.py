@@ -21,6 +21,8 @@ from threading import active_count
 from traceback import print_exc
 from typing import Any, NamedTuple, NoReturn
 
+from tri_glide_kinematics.ros.starting import NUMPY_SETTINGS
+
 MODULES = (
     "rclpy.executors",
     "tri_glide_kinematics.nodes.calibration_node",
@@ -52,8 +54,8 @@ class Job(NamedTuple):
 
 def load() -> None:
     """Import all that nodes need, and the libraries of those messages that every node uses."""
-    # As the executables do: a thread of OpenBLAS would not survive a fork.
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    # As the executables do, but always: a thread of OpenBLAS would not survive a fork.
+    os.environ.update(NUMPY_SETTINGS)
     for module in (*MODULES, *([PANEL] if find_spec("viser") else [])):
         import_module(module)
     from rcl_interfaces.msg import Log, ParameterEvent

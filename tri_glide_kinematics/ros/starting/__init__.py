@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.ros.starting.processes import ending as ending
     from tri_glide_kinematics.ros.starting.processes import executable as executable
+    from tri_glide_kinematics.ros.starting.run import NUMPY_SETTINGS as NUMPY_SETTINGS
     from tri_glide_kinematics.ros.starting.run import EndSignals as EndSignals
     from tri_glide_kinematics.ros.starting.run import FatalError as FatalError
     from tri_glide_kinematics.ros.starting.run import shut_down as shut_down

@@ -59,6 +59,15 @@ FROM_PIP = {"numpy": "numpy", "ruckig": "ruckig", "viser": "viser==1.1.1"}
 INSTEAD = {"ruckig": "build the package tri_glide_ruckig of the same repository, or "}
 
 
+# What numpy reads when it is first imported.
+NUMPY_SETTINGS = {
+    # Matrices are small here. A second thread of OpenBLAS only takes time: 40 ms at the start.
+    "OPENBLAS_NUM_THREADS": "1",
+    # The first use of a huge page may take 5 ms: more than two cycles.
+    "NUMPY_MADVISE_HUGEPAGE": "0",
+}
+
+
 class FatalError(Exception):
     """An error in a node's own cycle: it cannot go on.
 
@@ -74,10 +83,8 @@ def run(module: str, class_name: str) -> int:
     """
     # Until they are handled below, both signals just end the process.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    # Matrices are small here. A second thread of OpenBLAS only takes time: 40 ms at the start.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # numpy asks for huge pages, of which the first use of one may take 5 ms: more than two cycles.
-    os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")
+    for name, value in NUMPY_SETTINGS.items():
+        os.environ.setdefault(name, value)
     # While a node starts, nothing becomes garbage.
     gc.disable()
     try:
