@@ -16,6 +16,7 @@ from tri_glide_kinematics.motion.path import distinct
 from tri_glide_kinematics.motion.trajectory import (
     HeightDerivatives,
     PathHeights,
+    PathPlaces,
     PathRows,
     SliderLimits,
 )
@@ -173,10 +174,9 @@ def added_rows(
     """
     place, slope, bend = ways
     position, tangent, half = heights.place_series(place, np.zeros(len(place))).values[:3]
-    rows = [
-        bound.rows(position, tangent * slope, 2.0 * half * slope * slope + tangent * bend, speed)
-        for bound in limits.added
-    ]
+    curvature = 2.0 * half * slope * slope + tangent * bend
+    places = PathPlaces(position, tangent * slope, curvature, speed)
+    rows = [bound.rows(places) for bound in limits.added]
     return PathRows(*(np.concatenate(each) for each in zip(*rows)))
 
 

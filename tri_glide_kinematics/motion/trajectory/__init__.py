@@ -7,6 +7,7 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.added_bounds import AddedBound as AddedBound
     from tri_glide_kinematics.motion.trajectory.added_bounds import AddedUse as AddedUse
+    from tri_glide_kinematics.motion.trajectory.added_bounds import PathPlaces as PathPlaces
     from tri_glide_kinematics.motion.trajectory.added_bounds import PathRows as PathRows
     from tri_glide_kinematics.motion.trajectory.added_bounds import (
         PlatformSpeedLimit as PlatformSpeedLimit,

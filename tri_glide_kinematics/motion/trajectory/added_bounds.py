@@ -24,6 +24,7 @@ from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING, Sli
 from tri_glide_kinematics.motion.trajectory.series import (
     Series,
     divided,
+    polynomial,
     position_of,
     product,
     quartered,
@@ -61,6 +62,22 @@ class UsedParts(NamedTuple):
 
     most: FloatArray
     middle: FloatArray
+
+
+class PathPlaces(NamedTuple):
+    """n places on a path.
+
+    Attributes:
+        positions: Shape (3, n) [m].
+        tangents: their derivatives by the parameter u of the path. Shape (3, n).
+        curvatures: the second derivatives. Shape (3, n).
+        speed: that u may have there, about. Shape (n,).
+    """
+
+    positions: FloatArray
+    tangents: FloatArray
+    curvatures: FloatArray
+    speed: FloatArray
 
 
 class PathRows(NamedTuple):
@@ -114,24 +131,14 @@ class AddedBound(ABC):
             half: of the lengths of the cells. Shape (n,) [s].
         """
 
-    def rows(
-        self,
-        positions: FloatArray,
-        tangents: FloatArray,
-        curvatures: FloatArray,
-        speed: FloatArray,
-        part: float = 1.0,
-    ) -> PathRows:
+    def rows(self, places: PathPlaces, part: float = 1.0) -> PathRows:
         """Return what it asks of the timing of a path; nothing, where that is known otherwise.
 
         Args:
-            positions: on the path. Shape (3, n) [m].
-            tangents: their derivatives by its parameter u. Shape (3, n).
-            curvatures: the second derivatives. Shape (3, n).
-            speed: that u may have there, about. Shape (n,).
+            places: on the path.
             part: of it that is allowed.
         """
-        return PathRows.none(positions.shape[1])
+        return PathRows.none(len(places.speed))
 
     @abstractmethod
     def error(self, part: float, time: float) -> AddedBoundError:
@@ -139,11 +146,9 @@ class AddedBound(ABC):
 
     def part_at(self, state: SliderState) -> float:
         """Return which part of it is used in one ``state``; infinite if that is not known."""
-        heights = np.zeros((6, 3, 1))
-        heights[:3, :, 0] = state.heights, state.velocities, state.accelerations
-        heights[2] *= 0.5
         at_once = np.zeros(1)
-        series = Series(heights, np.abs(heights))
+        heights, rates, accelerations = (np.array(each)[:, np.newaxis] for each in state)
+        series = polynomial(np.array((heights, rates, 0.5 * accelerations)), at_once)
         position = position_of(self.machine, series, at_once)
         return float(np.nan_to_num(self.used(position, at_once).middle[0], nan=inf))
 
@@ -152,7 +157,10 @@ class AddedBound(ABC):
         return self if part == 1.0 else PartOfBound(self, part)
 
     def raised(self, state: SliderState) -> AddedBound:
-        """Return it, or of a part as much as is used in a ``state``."""
+        """Return a bound that a motion from ``state`` on can keep: a part of one is raised to that.
+
+        What is no part is returned as it is.
+        """
         return self
 
 
@@ -192,16 +200,9 @@ class PartOfBound(AddedBound):
         most, middle = self.bound.used(position, half)
         return UsedParts(most / self.part, middle / self.part)
 
-    def rows(
-        self,
-        positions: FloatArray,
-        tangents: FloatArray,
-        curvatures: FloatArray,
-        speed: FloatArray,
-        part: float = 1.0,
-    ) -> PathRows:
+    def rows(self, places: PathPlaces, part: float = 1.0) -> PathRows:
         """Return what it asks of the timing of a path."""
-        return self.bound.rows(positions, tangents, curvatures, speed, part * self.part)
+        return self.bound.rows(places, part * self.part)
 
     def error(self, part: float, time: float) -> AddedBoundError:
         """Return the error of the other bound."""

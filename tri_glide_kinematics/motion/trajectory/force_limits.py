@@ -26,6 +26,7 @@ from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.trajectory.added_bounds import (
     AddedBound,
+    PathPlaces,
     PathRows,
     UsedParts,
     largest_value,
@@ -228,15 +229,9 @@ class ForceLimits(AddedBound):
             middle_part = np.fmax(middle_part, np.nan_to_num(there, nan=inf).max(axis=0))
         return UsedParts(most_part, middle_part)
 
-    def rows(
-        self,
-        positions: FloatArray,
-        tangents: FloatArray,
-        curvatures: FloatArray,
-        speed: FloatArray,
-        part: float = 1.0,
-    ) -> PathRows:
+    def rows(self, places: PathPlaces, part: float = 1.0) -> PathRows:
         """Return the rows of the forces over what is left beside weight and friction."""
+        positions, tangents, curvatures, speed = places
         along = self.forces.along_path(positions.T, tangents.T, curvatures.T)
         # Viscous friction is concave over the squared speed: so its tangent is no less.
         of_squared = 0.5 * along.speed / speed[:, np.newaxis]

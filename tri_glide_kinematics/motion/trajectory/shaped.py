@@ -163,12 +163,12 @@ class LimitBounds(NamedTuple):
     def leaving(self, planned: Planned) -> Planned:
         """Return less than was ``planned`` with, by as much as the motion exceeds its limits."""
 
-        def less(part: FloatArray) -> FloatArray:
+        def excess(part: FloatArray) -> FloatArray:
             return np.where(part > 1.0, part**_POWER * _MORE, 1.0)
 
-        table = planned.limits.table / less(self.use)
-        parts = 1.0 / less(self.added)
-        added = (bound.times(part) for bound, part in zip(planned.limits.added, parts.tolist()))
+        table = planned.limits.table / excess(self.use)
+        parts = (1.0 / excess(self.added)).tolist()
+        added = (bound.times(part) for bound, part in zip(planned.limits.added, parts))
         cut = planned.cut / (self.cut * _LESS_CUT) if self.cut > 1.0 else planned.cut
         return Planned(planned.limits.with_table(table).with_added(*added), cut)
 
