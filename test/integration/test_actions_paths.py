@@ -203,7 +203,7 @@ def test_newer_commands_supersede_it(bench):
     bench.ends(newest, CANCELED, GoalCode.CANCELED, "cancelled")
 
 
-# On a computer with more to do the next part is planned too late: then the platform rests before it.
+# On a computer with more to do the next part is planned too late: the platform rests before it.
 @pytest.mark.alone
 def test_a_path_is_appended_without_a_stop_and_both_goals_end_at_its_end(bench):
     goal = under_way(bench)
