@@ -200,6 +200,8 @@ def test_a_stop_refuses_poses_until_it_is_over(rig):
     assert rig.controller.stop() == "ramping to a stop already: stop was asked for"
     rig.cycle_until(IDLE)
     assert rig.controller.stop() == "nothing moves: idle"
+    # Whoever makes one motion after another has to know of each.
+    assert rig.controller.status.stops == 4
 
 
 def test_disabled_after_a_ramp_and_enabled_where_it_is_measured(rig):

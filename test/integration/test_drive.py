@@ -115,6 +115,18 @@ def test_the_example_is_driven_to_its_end(running_machine, drive):
     assert place == pytest.approx((0.0, 0.0, 0.25), abs=1e-6)
 
 
+def test_a_stop_of_ik_node_ends_a_program_that_waits_between_two_motions(running_machine, drive):
+    machine, client = running_machine, running_machine.client
+    command = drive("G0 X0 Y0 Z40\nG4 P60\nX10\nM2\n")
+    client.wait_for(lambda: "wait for 60 s" in command.output, "the dwell")
+    assert client.stop().message == "nothing moves: idle"
+    assert command.end() == 1, command.output
+    assert [row[2] for row in command.rows()] == ["succeeded", "stopped", "not", "not"]
+    assert "ik_node was told to stop" in command.output
+    machine.catch_up()
+    assert KINEMATICS.forward(machine.heights()) == pytest.approx((0, 0, 0.29), abs=1e-6)
+
+
 def test_ctrl_c_lets_the_platform_rest_on_its_path(running_machine, drive):
     machine, client = running_machine, running_machine.client
     machine.move((0.0, 0.0, 0.25))
@@ -469,9 +481,14 @@ def test_a_paused_path_that_is_left_for_a_target_goes_on_where_it_was(running_ma
 def test_the_platform_rests_before_the_spindle_is_off(running_machine, ending):
     machine, client = running_machine, running_machine.client
     outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
-    text = "M3 S9 M8\nM64 P4\nG1 X60 F12000\nM2\n"
+    text = "M3 S9 M8\nM64 P4\nG1 X60 F1200\nM2\n"
     run = run_of(client, text)
-    moving = lambda: run.look() or KINEMATICS.forward(machine.heights())[0] > 0.01  # noqa: E731
+
+    def moving():
+        """Tell whether the platform moves, and the line is known."""
+        run.look()
+        return KINEMATICS.forward(machine.heights())[0] > 0.01 and "now line 3" in run.doing
+
     client.wait_for(moving, "some way")
     client.stop() if ending == "stop" else client.enable(False)
     client.wait_for(lambda: run.look() or run.state is RunState.ENDED, "the end")

@@ -147,6 +147,7 @@ class MotionController:
             self._engine.shaper_pending,
             self._motion.is_teaching,
             self._engine.limits.platform_speed,
+            self._operation.stops,
         )
 
     @property

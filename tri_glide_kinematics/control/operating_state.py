@@ -125,6 +125,7 @@ class ControllerStatus:
         shaper_waits: whether a new shaper waits for the next rest to be in force.
         is_teaching: whether the teach mode is switched on.
         platform_speed_limit: in force for the platform; inf for none [m/s].
+        stops: how often a stop was asked for.
     """
 
     state: OperatingState
@@ -143,6 +144,7 @@ class ControllerStatus:
     shaper_waits: bool = False
     is_teaching: bool = False
     platform_speed_limit: float = math.inf
+    stops: int = 0
 
 
 class MotionProgress(NamedTuple):

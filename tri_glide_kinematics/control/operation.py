@@ -119,6 +119,7 @@ class Operation:
         leads: whether there is a setpoint in each cycle.
         commanded: heights of the latest setpoint. Shape (3,) [m]; None while there is none.
         failure: what is broken in here; None as long as nothing is.
+        stops: how often a stop was asked for, where nothing moved too.
     """
 
     def __init__(
@@ -143,6 +144,7 @@ class Operation:
         self.leads = False
         self.commanded: Vector3 | None = None
         self.failure: BrokenError | None = None
+        self.stops = 0
         self._engine = engine
         self._queue = queue
         self._states = states
@@ -165,6 +167,7 @@ class Operation:
 
         Poses are refused until the sliders are at rest; streams until they have paused.
         """
+        self.stops += 1
         self._streams.need_release()
         dropped = self._queue.drop_target(GoalCode.STOPPED, STOP_ASKED.text)
         self._newest_target.end_driven(GoalCode.STOPPED, STOP_ASKED.text)

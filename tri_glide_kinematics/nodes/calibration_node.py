@@ -245,7 +245,7 @@ class CalibrationNode(Node):
         return response
 
     def _stop(self, _: Any, response: Any) -> Any:
-        """End what moves the platform: between two moves, a stop of ik_node would stop nothing."""
+        """End what moves the platform."""
         is_active = self._probes.is_active or self._swings.is_active
         self._probes.end(STOP_ASKED)
         self._swings.end(STOP_ASKED)

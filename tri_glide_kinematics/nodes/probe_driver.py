@@ -249,6 +249,7 @@ class ProbeDriver:
             self._probe.other_command("another node sends a target pose", time.monotonic())
 
     def _on_machine(self, message: MachineState) -> None:
-        self._machine = MachineView(state_of(message), cause_of(message), message.reason)
+        state, cause = state_of(message), cause_of(message)
+        self._machine = MachineView(state, cause, message.reason, message.stops)
         if self._probe is not None:
             self._probe.machine(self._machine, time.monotonic())

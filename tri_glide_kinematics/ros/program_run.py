@@ -150,6 +150,8 @@ class ProgramRun:
         self._count = len(program.steps)
         self._is_told_to_go_on = False
         self._stopped_why: str | None = None
+        # How often ik_node had been told to stop when the run began.
+        self._stops: int | None = None
         self._goal: SentGoal | None = None
         self._place: Vector3 | None = None
         # Segment of the path that is paused, and where.
@@ -170,6 +172,7 @@ class ProgramRun:
 
     def look(self) -> None:
         """Do what is to be done now, without waiting for anything."""
+        self._look_for_stop()
         next(self._course, None)
         self._keep()
 
@@ -185,6 +188,16 @@ class ProgramRun:
         self.state = RunState.STOPPING
         if self._goal is not None:
             self._goal.cancel()
+
+    def _look_for_stop(self) -> None:
+        """End the run with a stop of ``ik_node``, between two motions too."""
+        machine = self._link.machine
+        if machine is None:
+            return
+        if self._stops is None:
+            self._stops = machine.stops
+        elif machine.stops != self._stops:
+            self.stop("ik_node was told to stop")
 
     # The course of a run: each ``yield`` is the end of one look.
 

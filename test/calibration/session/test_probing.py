@@ -31,8 +31,8 @@ PERIOD = 0.005
 SETTINGS = ProbeSettings(speed=0.002, depth=0.008, contact_timeout=0.5)
 
 
-def told(state, cause=Cause.COMMAND):
-    return MachineView(state, cause, "as told")
+def told(state, cause=Cause.COMMAND, stops=0):
+    return MachineView(state, cause, "as told", stops)
 
 
 class Platform:
@@ -151,6 +151,18 @@ def test_who_else_leads_the_machine_is_left_to_it(state, text):
     assert platform.probe.failure == text
     assert platform.probe.step(platform.now) is None
     assert len(platform.commands) == count
+
+
+@pytest.mark.parametrize("state", [STOPPING, IDLE])
+def test_a_stop_between_the_way_down_and_the_way_back_ends_it(state):
+    platform = Platform(plate=0.046)
+    while platform.probe.phase is ProbePhase.DOWN:
+        platform.step()
+    assert platform.probe.phase is ProbePhase.STOPPING
+    platform.probe.machine(told(state, stops=1), platform.now)
+    assert platform.probe.phase is ProbePhase.ENDED
+    assert platform.probe.failure == "ik_node was told to stop"
+    assert platform.probe.step(platform.now) is None
 
 
 def test_another_command_ends_it_in_any_phase():

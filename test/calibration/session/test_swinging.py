@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -206,6 +207,18 @@ def test_a_goal_that_ends_elsewhere_ends_the_search():
     assert search.phase is SwingPhase.ENDED
     assert search.failure == "the move to (0.02, 0, 0.3) m did not end there: stop was asked for"
     assert len(rig.driven) == 1
+
+
+@pytest.mark.parametrize("phase", [SwingPhase.LISTENING, SwingPhase.MOVING, SwingPhase.RECORDING])
+def test_a_stop_of_ik_node_ends_the_search_where_nothing_moves_too(phase):
+    rig = Rig()
+    rig.machine = replace(RESTING, stops=3)
+    rig.cycle()
+    rig.to(phase)
+    count = len(rig.driven)
+    rig.machine = replace(RESTING, stops=4)
+    assert rig.cycle().failure == "ik_node was told to stop"
+    assert len(rig.driven) == count
 
 
 def test_another_motion_spoils_a_recording():

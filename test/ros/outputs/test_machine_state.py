@@ -90,6 +90,7 @@ def test_all_that_is_known_is_told():
         shaper_waits=True,
         is_teaching=True,
         platform_speed_limit=0.25,
+        stops=7,
     )
     progress = MotionProgress((0.4, 0.5, 0.6), 0.07, 3, 0.8, 9.0)
     message = told(status, refused, "two senders", progress)
@@ -109,6 +110,7 @@ def test_all_that_is_known_is_told():
     assert message.speed_scale == 0.5 and message.shaper_waits
     assert message.path_speed_scale == 1.5
     assert message.teach_mode and message.platform_speed_limit == 0.25
+    assert message.stops == 7
     assert (message.position.x, message.position.y, message.position.z) == (0.4, 0.5, 0.6)
     assert (message.speed, message.segment) == (0.07, 3)
     assert (message.way_remaining, message.time_remaining) == (0.8, 9.0)

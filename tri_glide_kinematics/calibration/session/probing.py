@@ -40,6 +40,8 @@ LARGEST_FALL = 3e-4
 # Below this distance from the lowest place, a contact may chatter as it opens [m].
 CHATTER = 5e-4
 
+TOLD_TO_STOP = "ik_node was told to stop"
+
 
 class ProbePhase(Enum):
     """The phase of a probe."""
@@ -59,11 +61,13 @@ class MachineView:
         state: None before it has told one, or if it is none that is known here.
         cause: of the state; None likewise.
         text: the reason, for people.
+        stops: how often it was told to stop.
     """
 
     state: OperatingState | None = None
     cause: Cause | None = None
     text: str = ""
+    stops: int = 0
 
     def __str__(self) -> str:
         """Return state and reason in words."""
@@ -124,6 +128,8 @@ class Probe:
         self._height = self._highest = start[2]
         self._is_open = False
         self._machine = MachineView()
+        # How often ik_node had been told to stop when the probe began.
+        self._stops: int | None = None
 
     def contact(self, is_touched: bool, stamp: float, now: float) -> None:
         """Take in what the switch says, and when by the clock of the machine [s]."""
@@ -174,6 +180,10 @@ class Probe:
     def machine(self, view: MachineView, now: float) -> None:
         """Take in what ik_node tells of itself."""
         self._machine = view
+        if self._stops is None:
+            self._stops = view.stops
+        if view.stops != self._stops and self.phase is not ProbePhase.ENDED:
+            self._give_way(TOLD_TO_STOP, now)
         # That a twist came late is no reason to give up: the next one is on its way.
         is_late = view.cause is Cause.TWISTS_SILENT
         is_stopped = view.state in (IDLE, STOPPING) and not is_late

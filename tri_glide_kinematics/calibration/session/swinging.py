@@ -10,7 +10,7 @@ from enum import Enum
 import numpy as np
 
 from tri_glide_kinematics.calibration.ringdown import Quantity, Recording
-from tri_glide_kinematics.calibration.session.probing import MachineView
+from tri_glide_kinematics.calibration.session.probing import TOLD_TO_STOP, MachineView
 from tri_glide_kinematics.checks import finite, finite_vector, positive
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.vectors import Vector3
@@ -178,6 +178,8 @@ class SwingSearch:
         self._changed = self._stepped = self._heard = self._told = now
         self._has_setpoints = False
         self._count = 0
+        # How often ik_node had been told to stop when the search began.
+        self._stops: int | None = None
         self._stamp = -math.inf
         self._begin = math.inf
         self._is_recorded_whole = self._is_goal_ended = False
@@ -258,7 +260,11 @@ class SwingSearch:
         if self.phase is SwingPhase.ENDED:
             return None
         passed = now - self._changed
-        if gap > LONGEST_SILENCE:
+        if self._stops is None:
+            self._stops = machine.stops
+        if machine.stops != self._stops:
+            self.end(TOLD_TO_STOP)
+        elif gap > LONGEST_SILENCE:
             self.end(f"this node was held up for {number_text(gap, 3)} s")
         elif self.phase is SwingPhase.LISTENING:
             return self._listen(machine, passed, now)

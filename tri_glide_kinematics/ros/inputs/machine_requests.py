@@ -70,6 +70,8 @@ class MachineServices:
         response.message = self._controller.stop()
         response.success = True
         self._reports.tell()
+        # Where nothing moved there is no new state, but one stop more.
+        self._reports.publish(self._controller.status)
         return response
 
     def _on_pause(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

@@ -76,6 +76,7 @@ def machine_state(
         refusal=int(refused.refusal),
         refusal_text=refused.last,
         remark=remark,
+        stops=status.stops,
     )
     message.header.frame_id = frame
     set_stamp(message.header.stamp, clock)
