@@ -243,8 +243,8 @@ def test_a_slider_that_is_stuck_short_of_the_target_makes_it_not_reached(own_ben
 def test_a_node_that_ends_says_so(own_bench, number):
     bench = own_bench
     goals = [bench.under_way()]
-    # This one may not have asked for its result yet.
-    goals.append(bench.goals.move_to(NEAR).wait_until_accepted())
+    # This one may not have asked for its result yet, and is far from its end.
+    goals.append(bench.goals.move_to((-0.08, 0.03, 0.35)).wait_until_accepted())
     bench.ends(goals[0], ABORTED, GoalCode.SUPERSEDED, "superseded")
     bench.machine.ik.process.send_signal(number)
     bench.ends(goals[1], ABORTED, GoalCode.SHUTDOWN, "the node ends")

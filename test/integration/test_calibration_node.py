@@ -186,8 +186,9 @@ class TestOneMachine:
 
     def test_moving_sliders_are_not_noted(self, started):
         calibration, machine, client = started, started.machine, started.client
-        client.set_parameters("ik_node", {"speed_scale": 0.05})
-        machine.get_going((0.1, 0.0, 0.3), 0.02)
+        # A busy computer may ask late.
+        client.set_parameters("ik_node", {"speed_scale": 0.01})
+        machine.get_going((0.1, 0.0, 0.3), 0.005)
         answer = calibration.call(RecordTouch, "record_touch")
         client.set_parameters("ik_node", {"speed_scale": 1.0})
         assert not answer.success
