@@ -49,6 +49,15 @@ def test_help_loads_nothing_that_is_large():
         assert any(line.split(maxsplit=1) == [name, command.meaning] for line in told), name
 
 
+def test_commands_load_numpy_after_they_have_said_how_many_threads_it_may_have():
+    """All but drive, which works out no matrices."""
+    modules = [command.module for name, command in COMMANDS.items() if name != "drive"]
+    names = ", ".join(f"tri_glide_kinematics.{module}" for module in modules)
+    code = f"import sys, {names}; print('numpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_each_command_tells_how_it_is_called(run, name):
     code, told, _ = run(f"{name} --help")

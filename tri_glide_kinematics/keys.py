@@ -6,12 +6,14 @@ import math
 import reprlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import yaml
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.vectors import Vector3
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.vectors import Vector3
 
 # Units of lengths, in [m].
 UNITS = {"m": 1.0, "mm": 0.001}

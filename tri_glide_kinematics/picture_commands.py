@@ -71,6 +71,14 @@ def command_parser(description: str, file_help: str) -> argparse.ArgumentParser:
     return parser
 
 
+def use_one_thread() -> None:
+    """Let the linear algebra library, when numpy is imported, begin no threads.
+
+    Matrices are small here: the threads would only wait for each other.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
 def exit_code(name: str, output: Path, work: Callable[[], None]) -> int:
     """Do the ``work`` of a command, and return its exit code.
 
@@ -85,6 +93,7 @@ def exit_code(name: str, output: Path, work: Callable[[], None]) -> int:
     Returns:
         0 if it is done, 1 after an error, 130 after Ctrl-C.
     """
+    use_one_thread()
     handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         work()

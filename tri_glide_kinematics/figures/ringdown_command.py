@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -53,8 +52,6 @@ def _find(options: argparse.Namespace, measure: Measure | None) -> None:
     """
     if measure is not None and options.machine:
         options.files = measure(options.heights)
-    # Threads of the linear algebra library would only wait for each other.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from tri_glide_kinematics.calibration.ringdown import (
         CombinedModes,
         NoModeError,

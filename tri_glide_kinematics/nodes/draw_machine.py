@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -47,8 +46,6 @@ def _draw(options: argparse.Namespace) -> None:
         KinematicsError: if the file has no machine, or one without a workspace.
         OSError: if a file cannot be written.
     """
-    # Threads of the linear algebra library would only wait for each other.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from tri_glide_kinematics.errors import KinematicsError
     from tri_glide_kinematics.figures import machine_figure
     from tri_glide_kinematics.files import write_file

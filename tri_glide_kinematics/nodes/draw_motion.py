@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -87,8 +86,6 @@ def _draw(options: argparse.Namespace) -> None:
         KinematicsError: if the file has no motion, or one that the machine cannot do.
         OSError: if the picture cannot be written.
     """
-    # Threads of the linear algebra library would only wait for each other.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import numpy as np
 
     from tri_glide_kinematics.errors import KinematicsError

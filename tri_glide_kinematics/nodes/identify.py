@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -57,7 +56,6 @@ def _excite(options: argparse.Namespace) -> None:
         KinematicsError: if there are none.
         OSError: if the file cannot be written.
     """
-    _be_single()
     from tri_glide_kinematics.calibration import exciting_moves
     from tri_glide_kinematics.files import replace_file
     from tri_glide_kinematics.motion import MotionKind
@@ -103,7 +101,6 @@ def _identify(options: argparse.Namespace) -> None:
     Raises:
         KinematicsError: if the recording does not tell them.
     """
-    _be_single()
     from tri_glide_kinematics.dynamics import COUNTERWEIGHTS
     from tri_glide_kinematics.recordings import (
         load_recording,
@@ -131,11 +128,6 @@ def _identify(options: argparse.Namespace) -> None:
         options.write.parent.mkdir(parents=True, exist_ok=True)
         save_masses(options.write, found.masses(values["gravity"]))
         print(f"parameter file for ik_node: {options.write}")
-
-
-def _be_single() -> None:
-    """Let the linear algebra library have one thread: more would only wait for each other."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def _known(text: str) -> tuple[str, float]:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from tri_glide_kinematics.nodes.draw_motion import add_machine_arguments
-from tri_glide_kinematics.picture_commands import find_file
+from tri_glide_kinematics.picture_commands import find_file, use_one_thread
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -23,6 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if all is kept, 1 if something is not, 2 if that cannot be found out.
     """
     options = make_parser().parse_args(arguments)
+    use_one_thread()
     handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         return _judge(options)
@@ -31,8 +31,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _judge(options: argparse.Namespace) -> int:
-    # Threads of the linear algebra library would only wait for each other.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from tri_glide_kinematics.errors import KinematicsError
     from tri_glide_kinematics.motion.trajectory import QUANTITIES
     from tri_glide_kinematics.recordings import judge, load_recording

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -75,8 +74,6 @@ def _size(options: argparse.Namespace) -> bool:
         KinematicsError: if the wish has a wrong number, or the duty cycle cannot be driven.
         OSError: if the file cannot be written.
     """
-    # Threads of the linear algebra library would only wait for each other.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from tri_glide_kinematics.files import replace_file
     from tri_glide_kinematics.ros.parameters import IK_NODE, file_values
     from tri_glide_kinematics.sizing import (
