@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.operating_state import MOVING as MOVING
     from tri_glide_kinematics.control.operating_state import PAUSED as PAUSED
     from tri_glide_kinematics.control.operating_state import STOPPING as STOPPING
+    from tri_glide_kinematics.control.operating_state import TOLD_TO_STOP as TOLD_TO_STOP
     from tri_glide_kinematics.control.operating_state import TRACKING as TRACKING
     from tri_glide_kinematics.control.operating_state import WAITING as WAITING
     from tri_glide_kinematics.control.operating_state import Cause as Cause

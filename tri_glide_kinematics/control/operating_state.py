@@ -147,6 +147,10 @@ class ControllerStatus:
     stops: int = 0
 
 
+# Why whoever makes one motion after another ends where ``stops`` has grown.
+TOLD_TO_STOP = "ik_node was told to stop"
+
+
 class MotionProgress(NamedTuple):
     """Where the setpoints are, and what is left of the motion; NaN where nothing is known.
 

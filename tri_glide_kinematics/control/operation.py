@@ -119,7 +119,7 @@ class Operation:
         leads: whether there is a setpoint in each cycle.
         commanded: heights of the latest setpoint. Shape (3,) [m]; None while there is none.
         failure: what is broken in here; None as long as nothing is.
-        stops: how often a stop was asked for, where nothing moved too.
+        stops: how often a stop was asked for, also while nothing moved.
     """
 
     def __init__(

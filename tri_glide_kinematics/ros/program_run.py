@@ -18,6 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from tri_glide_interfaces.action import FollowPath
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.msg import Output as OutputMessage
+from tri_glide_kinematics.control import TOLD_TO_STOP
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.programs import (
     NOT_DRIVEN,
@@ -197,7 +198,7 @@ class ProgramRun:
         if self._stops is None:
             self._stops = machine.stops
         elif machine.stops != self._stops:
-            self.stop("ik_node was told to stop")
+            self.stop(TOLD_TO_STOP)
 
     # The course of a run: each ``yield`` is the end of one look.
 

@@ -6,7 +6,14 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from tri_glide_kinematics.control import IDLE, JOGGING, STOPPING, Cause, OperatingState
+from tri_glide_kinematics.control import (
+    IDLE,
+    JOGGING,
+    STOPPING,
+    TOLD_TO_STOP,
+    Cause,
+    OperatingState,
+)
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
@@ -39,8 +46,6 @@ SLOWING = 0.2
 LARGEST_FALL = 3e-4
 # Below this distance from the lowest place, a contact may chatter as it opens [m].
 CHATTER = 5e-4
-
-TOLD_TO_STOP = "ik_node was told to stop"
 
 
 class ProbePhase(Enum):
@@ -182,8 +187,6 @@ class Probe:
         self._machine = view
         if self._stops is None:
             self._stops = view.stops
-        if view.stops != self._stops and self.phase is not ProbePhase.ENDED:
-            self._give_way(TOLD_TO_STOP, now)
         # That a twist came late is no reason to give up: the next one is on its way.
         is_late = view.cause is Cause.TWISTS_SILENT
         is_stopped = view.state in (IDLE, STOPPING) and not is_late
@@ -194,6 +197,9 @@ class Probe:
         # In these states it does what we have asked for.
         if self.phase is not ProbePhase.ENDED and view.state not in (IDLE, JOGGING, STOPPING):
             self._give_way(str(view), now)
+        # Where nothing moved, the state tells nothing of it.
+        if self.phase is not ProbePhase.ENDED and view.stops != self._stops:
+            self._give_way(TOLD_TO_STOP, now)
 
     def other_command(self, what: str, now: float) -> None:
         """Take in that somebody else leads the machine; ``what`` tells how, in words."""

@@ -10,8 +10,9 @@ from enum import Enum
 import numpy as np
 
 from tri_glide_kinematics.calibration.ringdown import Quantity, Recording
-from tri_glide_kinematics.calibration.session.probing import TOLD_TO_STOP, MachineView
+from tri_glide_kinematics.calibration.session.probing import MachineView
 from tri_glide_kinematics.checks import finite, finite_vector, positive
+from tri_glide_kinematics.control import TOLD_TO_STOP
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
