@@ -26,7 +26,7 @@ from tri_glide_interfaces.srv import (
 )
 from tri_glide_kinematics.calibration.fit import load_measurements
 from tri_glide_kinematics.calibration.session import BACK_TOLERANCE
-from tri_glide_kinematics.control import Cause
+from tri_glide_kinematics.control import WAS_STOPPED, Cause
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
@@ -42,6 +42,7 @@ class Calibration:
 
     def __init__(self, machine, client, nodes):
         self.machine, self.client, self._nodes = machine, client, nodes
+        self._asking = {}
 
     def start(self, folder, parameters=None, simulator=None):
         self.folder = folder
@@ -61,11 +62,13 @@ class Calibration:
         return self.client.call(kind, f"calibration_node/{service}", kind.Request(**fields))
 
     def ask(self, kind, service, **fields):
-        """Call without waiting for the answer."""
+        """Call without waiting for the answer; requests to one service are read in this order."""
         self.call(ListMeasurements, "list")
-        client = self.client.node.create_client(kind, f"calibration_node/{service}")
-        self.client.wait_for(client.service_is_ready, "the service")
-        return client.call_async(kind.Request(**fields))
+        if service not in self._asking:
+            client = self.client.node.create_client(kind, f"calibration_node/{service}")
+            self.client.wait_for(client.service_is_ready, "the service")
+            self._asking[service] = client
+        return self._asking[service].call_async(kind.Request(**fields))
 
     def probe(self, **fields):
         """Probe once and return the answer: a call that asks again would come to another probe."""
@@ -244,6 +247,22 @@ def test_what_keeps_a_probe_from_its_plate(calibration, machine, client, tmp_pat
     client.wait_for(asked.done, "the end of the probe")
     assert re.search("it was stopped: .*stop was asked for", asked.result().message)
     assert calibration.lines == []
+
+    # A stop while a probe waits for the platform to rest.
+    for stop in (client.stop, lambda: calibration.call(Trigger, "stop")):
+        machine.move((*ABOVE[:2], PLATE + 0.009))
+        client.set_parameters("ik_node", {"speed_scale": 0.02})
+        machine.get_going((*ABOVE[:2], PLATE + 0.08), 0.01)
+        asked = calibration.ask(ProbePlate, "probe")
+        refused = calibration.ask(ProbePlate, "probe", speed=-1.0)
+        client.wait_for(refused.done, "the answer to the later request")
+        assert not asked.done()
+        if stop().message == "nothing is under way":
+            client.stop()
+        client.wait_for(asked.done, "the end of the probe")
+        assert not asked.result().success
+        assert asked.result().message in (WAS_STOPPED, "stop was asked for")
+        client.set_parameters("ik_node", {"speed_scale": 1.0})
     machine.wait_for_state("idle")
     asked = calibration.ask(ProbePlate, "probe")
     machine.wait_for_state("jogging")

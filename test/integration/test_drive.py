@@ -15,6 +15,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from testing.commands import KINEMATICS
 from tri_glide_interfaces.msg import Output
+from tri_glide_kinematics.control import WAS_STOPPED
 from tri_glide_kinematics.programs import (
     DriveFile,
     ProgramSettings,
@@ -115,16 +116,40 @@ def test_the_example_is_driven_to_its_end(running_machine, drive):
     assert place == pytest.approx((0.0, 0.0, 0.25), abs=1e-6)
 
 
-def test_a_stop_of_ik_node_ends_a_program_that_waits_between_two_motions(running_machine, drive):
+@pytest.mark.parametrize("how", ["stop", "disable"])
+def test_a_stop_of_ik_node_ends_a_program_that_waits_between_two_motions(
+    running_machine, drive, how
+):
     machine, client = running_machine, running_machine.client
     command = drive("G0 X0 Y0 Z40\nG4 P60\nX10\nM2\n")
     client.wait_for(lambda: "wait for 60 s" in command.output, "the dwell")
-    assert client.stop().message == "nothing moves: idle"
+    if how == "stop":
+        assert client.stop().message == "nothing moves: idle"
+    else:
+        # As a person does who reaches into the machine.
+        assert client.enable(False).message == "disabled"
+        assert client.enable(True).message == "enabled"
     assert command.end() == 1, command.output
     assert [row[2] for row in command.rows()] == ["succeeded", "stopped", "not", "not"]
-    assert "ik_node was told to stop" in command.output
+    assert WAS_STOPPED in command.output, command.output
     machine.catch_up()
-    assert KINEMATICS.forward(machine.heights()) == pytest.approx((0, 0, 0.29), abs=1e-6)
+    assert KINEMATICS.forward(machine.heights()) == pytest.approx((0, 0, 0.29), abs=1e-5)
+
+
+def test_a_stop_while_a_program_is_checked_lets_nothing_move(running_machine, drive):
+    machine, client = running_machine, running_machine.client
+    before = machine.heights()
+    zigzag = "".join(f"G1 X{10 * (-1) ** k} Y{0.05 * k:.2f} F3000\n" for k in range(100))
+    command = drive(f"G0 X0 Y0 Z40\n{zigzag}M2\n")
+    client.wait_for(lambda: client.node.count_publishers("outputs") > 1, "the command")
+    count = len(machine.states)
+    # Nobody sees from outside when the check begins: one of these comes while it lasts.
+    client.wait_for(lambda: client.stop() and command.process.poll() is not None, "the end")
+    assert command.end() == 1, command.output
+    assert machine.states_since(count) == []
+    machine.catch_up()
+    assert machine.heights() == pytest.approx(before, abs=1e-9)
+    assert WAS_STOPPED in command.output, command.output
 
 
 def test_ctrl_c_lets_the_platform_rest_on_its_path(running_machine, drive):

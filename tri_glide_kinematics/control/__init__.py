@@ -47,9 +47,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.operating_state import MOVING as MOVING
     from tri_glide_kinematics.control.operating_state import PAUSED as PAUSED
     from tri_glide_kinematics.control.operating_state import STOPPING as STOPPING
-    from tri_glide_kinematics.control.operating_state import TOLD_TO_STOP as TOLD_TO_STOP
     from tri_glide_kinematics.control.operating_state import TRACKING as TRACKING
     from tri_glide_kinematics.control.operating_state import WAITING as WAITING
+    from tri_glide_kinematics.control.operating_state import WAS_STOPPED as WAS_STOPPED
     from tri_glide_kinematics.control.operating_state import Cause as Cause
     from tri_glide_kinematics.control.operating_state import (
         CommandRefusedError as CommandRefusedError,

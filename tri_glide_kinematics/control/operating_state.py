@@ -125,7 +125,7 @@ class ControllerStatus:
         shaper_waits: whether a new shaper waits for the next rest to be in force.
         is_teaching: whether the teach mode is switched on.
         platform_speed_limit: in force for the platform; inf for none [m/s].
-        stops: how often a stop was asked for.
+        stops: how often a stop was asked for, the lead was taken away, or a fault came.
     """
 
     state: OperatingState
@@ -147,8 +147,8 @@ class ControllerStatus:
     stops: int = 0
 
 
-# Why whoever makes one motion after another ends where ``stops`` has grown.
-TOLD_TO_STOP = "ik_node was told to stop"
+# What has happened where ``stops`` has changed.
+WAS_STOPPED = "ik_node was stopped, disabled, in a fault or started anew"
 
 
 class MotionProgress(NamedTuple):

@@ -119,7 +119,8 @@ class Operation:
         leads: whether there is a setpoint in each cycle.
         commanded: heights of the latest setpoint. Shape (3,) [m]; None while there is none.
         failure: what is broken in here; None as long as nothing is.
-        stops: how often a stop was asked for, also while nothing moved.
+        stops: how often a stop was asked for, the lead was taken away, or a fault came; also while
+            nothing moved.
     """
 
     def __init__(
@@ -257,6 +258,7 @@ class Operation:
     def fault(self, reason: Reason) -> None:
         """Ramp to a stop, as the machine does not do what it was told; again it changes nothing."""
         if self._states.state is not FAULT:
+            self.stops += 1
             self._streams.need_release()
             self._queue.drop_target(GoalCode.FAULT, reason.text)
             self._end_all(GoalCode.FAULT, reason.text)
@@ -276,6 +278,7 @@ class Operation:
             What is said of it.
         """
         if self.failure is None:
+            self.stops += 1
             self.failure = BrokenError(cause)
             with suppress(Exception):
                 self._engine.stop()
@@ -312,6 +315,7 @@ class Operation:
         self._states.change(IDLE, reason)
 
     def _disable(self, reason: Reason, code: GoalCode) -> str:
+        self.stops += 1
         self._end_all(code, reason.text)
         if self._states.state in IN_MOTION:
             self.brake(reason, then=DISABLED)

@@ -50,7 +50,7 @@ from tri_glide_kinematics.calibration.session import (
     save_parameters,
 )
 from tri_glide_kinematics.checks import non_negative
-from tri_glide_kinematics.control import TrueMachine
+from tri_glide_kinematics.control import WAS_STOPPED, TrueMachine
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import file_in
 from tri_glide_kinematics.motion.shaping import ShaperKind
@@ -124,6 +124,7 @@ class CalibrationNode(Node):
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._swings = SwingDriver(self, lambda: self._probes.machine, self._unusable.add)
         self._searches = 0
+        self._stops_asked = 0
         self._search_ended = -math.inf
         self._is_ending = False
         self.create_timer(1.0, self._unusable.end_of_second)
@@ -205,6 +206,23 @@ class CalibrationNode(Node):
         if self._is_ending:
             raise SwingingError("calibration_node ends")
 
+    def _stops(self) -> tuple[int, int | None]:
+        """Return what changes when this node or ik_node is told to stop."""
+        return self._stops_asked, self._probes.machine.stops
+
+    def _check_not_stopped(self, before: tuple[int, int | None]) -> None:
+        """Check that the platform may still be moved for a request that has waited.
+
+        Args:
+            before: the stops when the request came.
+
+        Raises:
+            KinematicsError: if it is led for somebody else, or a stop has come.
+        """
+        self._check_free()
+        if self._stops() != before:
+            raise ProbingError(STOP_ASKED if self._stops_asked > before[0] else WAS_STOPPED)
+
     async def _record_touch(self, request: Any, response: Any) -> None:
         deviation = requested(request, "standard_deviation", "touch_deviation")
         heights = await self._resting.heights()
@@ -226,10 +244,11 @@ class CalibrationNode(Node):
         response.message = self._session.lines()[-1] if response.number else "first end noted"
 
     async def _probe(self, request: Any, response: Any) -> None:
+        stops = self._stops()
         deviation = requested(request, "standard_deviation", "touch_deviation")
         settings = probe_settings_of(self._values, request)
         heights = await self._resting.heights()
-        self._check_free()
+        self._check_not_stopped(stops)
         result = await self._probes.begin(settings, heights)
         if result.heights is None:
             raise ProbingError(result.text)
@@ -246,6 +265,7 @@ class CalibrationNode(Node):
 
     def _stop(self, _: Any, response: Any) -> Any:
         """End what moves the platform."""
+        self._stops_asked += 1
         is_active = self._probes.is_active or self._swings.is_active
         self._probes.end(STOP_ASKED)
         self._swings.end(STOP_ASKED)
@@ -307,6 +327,7 @@ class CalibrationNode(Node):
         )
         from tri_glide_kinematics.calibration.session import STOPS, swing_moves
 
+        stops = self._stops()
         settings = swing_settings_of(request)
         kind = shaper_kind_of(request.shaper)
         named = request.parameter_file
@@ -323,7 +344,7 @@ class CalibrationNode(Node):
         workspace = Workspace(machine_of(values), workspace_limits_of(values))
         believed = TrueMachine(workspace.machine, values["height_offsets"])
         start = believed.position(await self._resting.heights())
-        self._check_free()
+        self._check_not_stopped(stops)
         moves = swing_moves(workspace, start, settings)
         is_by_heights = request.source == FindModes.Request.MEASURED_HEIGHTS
         names = self._values["joint_names"] if is_by_heights else None

@@ -70,6 +70,9 @@ ENDINGS_TEXT = ", ".join(PROGRAM_ENDINGS)
 # How long one listens before one looks up [s].
 NAP = 0.02
 
+# After a program was checked, what came meanwhile is taken in for this long [s].
+CATCHING_UP = 0.1
+
 # How often the line of progress is written [s].
 PROGRESS_PERIOD = 0.1
 
@@ -183,6 +186,12 @@ class _Terminal:
             self.listen()
         return bool(link.machine.teach_mode)
 
+    def catch_up(self) -> None:
+        """Take in what has come meanwhile."""
+        end = time.monotonic() + CATCHING_UP
+        while time.monotonic() < end:
+            self.listen()
+
     def drive(self, run: ProgramRun, came: Sequence[int]) -> None:
         """Look after a ``run`` to its end; ``came`` has the signals that have come.
 
@@ -254,8 +263,8 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
             kept = options.progress or default_kept_file(node.get_namespace())
             line = line_to_go_on_from(kept, work) if options.go_on else _begin(options)
             work = from_line(work, line)
-            values = terminal.parameters()
-            _tell_check(work, values, line, is_teaching=terminal.is_teaching(link))
+            values, is_teaching = terminal.parameters(), terminal.is_teaching(link)
+        # From here on a stop ends it, also while it is checked.
         run = ProgramRun(
             link,
             work,
@@ -263,6 +272,9 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
             kept=kept,
             say=terminal.say,
         )
+        if isinstance(work, Program):
+            _tell_check(work, values, line, is_teaching=is_teaching)
+            terminal.catch_up()
         # They are counted: the second one ends the command, not the process.
         signals = EndSignals()
         signals.call(lambda: None)

@@ -131,7 +131,8 @@ class SwingDriver:
         quantity = Quantity.POSITION if self._is_by_heights else Quantity.ACCELERATION
         names = tuple(slider_names or "xyz")
         now = time.monotonic()
-        self._search = SwingSearch(moves, settings.duration, (topic, quantity, names), now)
+        sensor, stops = (topic, quantity, names), self._machine().stops
+        self._search = SwingSearch(moves, settings.duration, sensor, now, stops)
         self._goal = self._deadline = None
         self._done = Future()
         self._listen()

@@ -18,7 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from tri_glide_interfaces.action import FollowPath
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.msg import Output as OutputMessage
-from tri_glide_kinematics.control import TOLD_TO_STOP
+from tri_glide_kinematics.control import WAS_STOPPED
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.programs import (
     NOT_DRIVEN,
@@ -151,8 +151,8 @@ class ProgramRun:
         self._count = len(program.steps)
         self._is_told_to_go_on = False
         self._stopped_why: str | None = None
-        # How often ik_node had been told to stop when the run began.
-        self._stops: int | None = None
+        # When they change the run ends.
+        self._stops = None if link.machine is None else link.machine.stops
         self._goal: SentGoal | None = None
         self._place: Vector3 | None = None
         # Segment of the path that is paused, and where.
@@ -191,14 +191,14 @@ class ProgramRun:
             self._goal.cancel()
 
     def _look_for_stop(self) -> None:
-        """End the run with a stop of ``ik_node``, between two motions too."""
+        """End the run where ``ik_node`` was stopped, between two motions too."""
         machine = self._link.machine
-        if machine is None:
+        if machine is None or self._stopped_why is not None:
             return
         if self._stops is None:
             self._stops = machine.stops
-        elif machine.stops != self._stops:
-            self.stop(TOLD_TO_STOP)
+        elif machine.stops != self._stops and self.state is not RunState.ENDED:
+            self.stop(WAS_STOPPED)
 
     # The course of a run: each ``yield`` is the end of one look.
 
@@ -206,6 +206,9 @@ class ProgramRun:
         """Run the program to its end, or to where it fails or is stopped."""
         yield from self._find()
         is_good = not self.reports
+        if self._stopped_why is not None:
+            # No step will say so.
+            self._say(self._stopped_why)
         while is_good and self._stopped_why is None and self._rest:
             piece = self._take()
             self._paused_at = None

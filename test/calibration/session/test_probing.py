@@ -23,6 +23,7 @@ from tri_glide_kinematics.control import (
     PAUSED,
     STOPPING,
     TRACKING,
+    WAS_STOPPED,
     Cause,
 )
 
@@ -161,7 +162,7 @@ def test_a_stop_between_the_way_down_and_the_way_back_ends_it(state):
     assert platform.probe.phase is ProbePhase.STOPPING
     platform.probe.machine(told(state, stops=1), platform.now)
     assert platform.probe.phase is ProbePhase.ENDED
-    assert platform.probe.failure == "ik_node was told to stop"
+    assert platform.probe.failure == WAS_STOPPED
     assert platform.probe.step(platform.now) is None
 
 

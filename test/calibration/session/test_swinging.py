@@ -16,7 +16,7 @@ from tri_glide_kinematics.calibration.session import (
     SwingSettings,
     swing_moves,
 )
-from tri_glide_kinematics.control import FAULT, IDLE, Cause
+from tri_glide_kinematics.control import FAULT, IDLE, WAS_STOPPED, Cause
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
@@ -25,7 +25,7 @@ WORKSPACE = Workspace(
     TriGlide(DEFAULT_GEOMETRY), WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
 )
 PLACE = (0.0, 0.0, 0.3)
-RESTING = MachineView(IDLE, Cause.TARGET_REACHED, "the target is reached")
+RESTING = MachineView(IDLE, Cause.TARGET_REACHED, "the target is reached", 3)
 SENSOR = ("/imu", Quantity.ACCELERATION, ("x", "y", "z"))
 PERIOD = 0.002
 # Stamps are by another clock than that of the computer.
@@ -40,7 +40,7 @@ class Rig:
     def __init__(self, settings=SHORT):
         self.now = 100.0
         moves = swing_moves(WORKSPACE, PLACE, settings)
-        self.search = SwingSearch(moves, settings.duration, SENSOR, self.now)
+        self.search = SwingSearch(moves, settings.duration, SENSOR, self.now, RESTING.stops)
         self.heights, self.velocities = WORKSPACE.machine.inverse(PLACE), STILL
         self.machine = RESTING
         self.driven = []
@@ -212,12 +212,10 @@ def test_a_goal_that_ends_elsewhere_ends_the_search():
 @pytest.mark.parametrize("phase", [SwingPhase.LISTENING, SwingPhase.MOVING, SwingPhase.RECORDING])
 def test_a_stop_of_ik_node_ends_the_search_where_nothing_moves_too(phase):
     rig = Rig()
-    rig.machine = replace(RESTING, stops=3)
-    rig.cycle()
     rig.to(phase)
     count = len(rig.driven)
     rig.machine = replace(RESTING, stops=4)
-    assert rig.cycle().failure == "ik_node was told to stop"
+    assert rig.cycle().failure == WAS_STOPPED
     assert len(rig.driven) == count
 
 

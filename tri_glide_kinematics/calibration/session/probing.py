@@ -10,7 +10,7 @@ from tri_glide_kinematics.control import (
     IDLE,
     JOGGING,
     STOPPING,
-    TOLD_TO_STOP,
+    WAS_STOPPED,
     Cause,
     OperatingState,
 )
@@ -66,13 +66,14 @@ class MachineView:
         state: None before it has told one, or if it is none that is known here.
         cause: of the state; None likewise.
         text: the reason, for people.
-        stops: how often it was told to stop.
+        stops: changes when it is stopped, disabled, in a fault or started anew; None before it has
+            told them.
     """
 
     state: OperatingState | None = None
     cause: Cause | None = None
     text: str = ""
-    stops: int = 0
+    stops: int | None = None
 
     def __str__(self) -> str:
         """Return state and reason in words."""
@@ -133,7 +134,7 @@ class Probe:
         self._height = self._highest = start[2]
         self._is_open = False
         self._machine = MachineView()
-        # How often ik_node had been told to stop when the probe began.
+        # The stops of ik_node when the probe began.
         self._stops: int | None = None
 
     def contact(self, is_touched: bool, stamp: float, now: float) -> None:
@@ -185,8 +186,6 @@ class Probe:
     def machine(self, view: MachineView, now: float) -> None:
         """Take in what ik_node tells of itself."""
         self._machine = view
-        if self._stops is None:
-            self._stops = view.stops
         # That a twist came late is no reason to give up: the next one is on its way.
         is_late = view.cause is Cause.TWISTS_SILENT
         is_stopped = view.state in (IDLE, STOPPING) and not is_late
@@ -194,12 +193,14 @@ class Probe:
         if is_sent and self._has_jogged and is_stopped:
             self._give_way(f"it was stopped: {view.text}", now)
         self._has_jogged |= view.state is JOGGING
+        if self._stops is None:
+            self._stops = view.stops
         # In these states it does what we have asked for.
         if self.phase is not ProbePhase.ENDED and view.state not in (IDLE, JOGGING, STOPPING):
             self._give_way(str(view), now)
-        # Where nothing moved, the state tells nothing of it.
+        # Where nothing moved, the state tells nothing of a stop.
         if self.phase is not ProbePhase.ENDED and view.stops != self._stops:
-            self._give_way(TOLD_TO_STOP, now)
+            self._give_way(WAS_STOPPED, now)
 
     def other_command(self, what: str, now: float) -> None:
         """Take in that somebody else leads the machine; ``what`` tells how, in words."""

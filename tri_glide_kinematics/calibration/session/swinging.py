@@ -12,7 +12,7 @@ import numpy as np
 from tri_glide_kinematics.calibration.ringdown import Quantity, Recording
 from tri_glide_kinematics.calibration.session.probing import MachineView
 from tri_glide_kinematics.checks import finite, finite_vector, positive
-from tri_glide_kinematics.control import TOLD_TO_STOP
+from tri_glide_kinematics.control import WAS_STOPPED
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
@@ -161,6 +161,7 @@ class SwingSearch:
         duration: float,
         sensor: tuple[str, Quantity, tuple[str, ...]],
         now: float,
+        stops: int | None,
     ) -> None:
         """Begin at rest.
 
@@ -169,6 +170,7 @@ class SwingSearch:
             duration: of each recording [s].
             sensor: topic, quantity, and names of the axes.
             now: time of a steady clock, as in all that follows [s].
+            stops: that ik_node tells; when they change the search ends.
         """
         self.phase = SwingPhase.LISTENING
         self.recordings: list[Recording] = []
@@ -179,8 +181,7 @@ class SwingSearch:
         self._changed = self._stepped = self._heard = self._told = now
         self._has_setpoints = False
         self._count = 0
-        # How often ik_node had been told to stop when the search began.
-        self._stops: int | None = None
+        self._stops = stops
         self._stamp = -math.inf
         self._begin = math.inf
         self._is_recorded_whole = self._is_goal_ended = False
@@ -261,10 +262,8 @@ class SwingSearch:
         if self.phase is SwingPhase.ENDED:
             return None
         passed = now - self._changed
-        if self._stops is None:
-            self._stops = machine.stops
         if machine.stops != self._stops:
-            self.end(TOLD_TO_STOP)
+            self.end(WAS_STOPPED)
         elif gap > LONGEST_SILENCE:
             self.end(f"this node was held up for {number_text(gap, 3)} s")
         elif self.phase is SwingPhase.LISTENING:

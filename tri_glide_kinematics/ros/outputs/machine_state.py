@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import secrets
 from collections import deque
 from collections.abc import Callable
 from struct import Struct
@@ -132,6 +133,8 @@ class StateReports:
         self._changes: deque[ControllerStatus] = deque()
         # Each place that logs has one severity, as rclpy refuses another one: this one is its own.
         self._states = ReasonLog(lambda text: self._logger.info(text), lines_per_second=5)
+        # Where the count of stops begins: a node that is started anew has another number.
+        self._first_stop = secrets.randbits(31)
         self._told: tuple[ControllerStatus, bytes, int, str] | None = None
         self._health: Health | None = None
         self._logged: ControllerStatus | None = None
@@ -166,6 +169,7 @@ class StateReports:
         message = machine_state(
             status, progress, self._refused, self.remark, self._frame, self._clock
         )
+        message.stops += self._first_stop
         self._machine_states.publish(message)
         health = status_of(status, self._refused, self.remark)
         if health != self._health:
