@@ -281,6 +281,6 @@ class Keys:
 
 
 def shortened(value: object) -> str:
-    """Return a value as it would be written, or the begin of that."""
+    """Return a value as it would be written, or the start of that."""
     text = value if isinstance(value, str) and len(value) > LONGEST_TEXT else _SHORT.repr(value)
     return text if len(text) <= LONGEST_TEXT else f"{text[:LONGEST_TEXT]}..."

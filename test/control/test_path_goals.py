@@ -273,7 +273,7 @@ def test_a_path_that_is_planned_waits_on_while_the_goal_before_it_is_cancelled(r
     assert ended(rig, goal).code is GoalCode.SUCCEEDED
 
 
-# One output at the begin of each segment of the square.
+# One output at the start of each segment of the square.
 AT_EACH = PathOutputs((0, 1, 2, 3), ("a", "b", "c", "d"), 4)
 
 

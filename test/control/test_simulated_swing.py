@@ -30,7 +30,7 @@ def ramp(axis, speed, time):
 
 
 def after_ramp(frequency, damping, speed, time):
-    """Return swing and rate after the begin of a ramp, in closed form."""
+    """Return swing and rate after the start of a ramp, in closed form."""
     omega = math.tau * frequency
     damped = omega * math.sqrt(1.0 - damping**2)
     fading = math.exp(-damping * omega * time)

@@ -306,7 +306,7 @@ def test_enter_lets_the_program_go_on(running_machine, drive):
     finally:
         os.close(ours)
         os.close(theirs)
-    assert command.output.count("to the begin of the path") == 3
+    assert command.output.count("to the start of the path") == 3
     machine.catch_up()
     assert KINEMATICS.forward(machine.heights()) == pytest.approx((0, 0, 0.29), abs=1e-6)
 

@@ -106,7 +106,7 @@ def test_many_pieces_are_thinned_out_and_corners_stay() -> None:
     assert 100_000 in kept
     assert len(kept) <= MOST_DRAWN + 3
     drawn = np.column_stack([np.interp(way, way[kept], points[kept, axis]) for axis in range(3)])
-    # Farther away only in the short steps back to the begin of a row.
+    # Farther away only in the short steps back to the start of a row.
     apart = np.linalg.norm(drawn - points, axis=1)
     assert np.quantile(apart, 0.99) < 1e-3
 

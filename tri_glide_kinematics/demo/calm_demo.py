@@ -81,7 +81,7 @@ class Swing:
     Attributes:
         motion: in a word.
         shaper: that was set.
-        times: from the begin of the motion, or from the stop on. Shape (n,) [s].
+        times: from the start of the motion, or from the stop on. Shape (n,) [s].
         distances: of the platform from where it comes to rest. Shape (n,) [m].
         arrival: when the setpoints came to rest [s].
     """

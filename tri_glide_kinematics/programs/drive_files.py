@@ -209,7 +209,7 @@ MILLIMETRES = 1000.0
 KINDS = {MoveStep: "move", PathStep: "path", WaitStep: "wait"}
 KINDS |= {PathRun: "path", Dwell: "wait", Output: "output", ProgramStop: "stop"}
 
-# Back to the begin of the line, and nothing of what stood there.
+# Back to the start of the line, and nothing of what stood there.
 ANEW = "\r\033[K"
 
 

@@ -67,12 +67,12 @@ class PathRun:
     outputs: tuple[Output, ...]
 
     def before(self, segment: int) -> PathRun:
-        """Return what leads to the begin of a ``segment``, at least one."""
+        """Return what leads to the start of a ``segment``, at least one."""
         outputs = tuple(each for each in self.outputs if each.joint < segment)
         return self._part(0, segment, self.start, outputs)
 
     def behind(self, segment: int) -> tuple[ProgramStep, ...]:
-        """Return what is done from the begin of a ``segment`` on, one at least.
+        """Return what is done from the start of a ``segment`` on, one at least.
 
         An output that changes right there changes before the platform moves.
         """
@@ -90,7 +90,7 @@ class PathRun:
         """Return what is done from a ``place`` [m] on a ``segment`` on; nothing at the very end.
 
         It begins at the place of the segment as programmed that is nearest. The outputs at the
-        begin of the segment have changed already.
+        start of the segment have changed already.
         """
         start = self.segments.start_of(segment, self.start)
         flat = self.segments.part(segment, len(self.lines))

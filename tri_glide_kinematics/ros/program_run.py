@@ -320,7 +320,7 @@ class ProgramRun:
         paths = (each for each in (piece, *self._rest) if isinstance(each, PathRun))
         path = next(paths, None)
         if path is not None:
-            self._begin(f"{name}: to the begin of the path")
+            self._begin(f"{name}: to the start of the path")
             way = self._link.goals.move_to(path.start, self._frame, kind="linear")
             yield from self._pursue(piece, way)
             if not self.reports[-1].is_good:

@@ -497,7 +497,7 @@ class Track(Command):
 
 
 class PathOutputs(NamedTuple):
-    """What is told while a path is driven, each at the begin of a segment.
+    """What is told while a path is driven, each at the start of a segment.
 
     Attributes:
         segments: their indices, none smaller than the one before.

@@ -464,7 +464,7 @@ class _MotionAhead:
             begin: of the plan, in the whole motion [s].
 
         Returns:
-            The time from the begin of the plan on [s], and no plan if there is nothing to leave
+            The time from the start of the plan on [s], and no plan if there is nothing to leave
             out, or if none is found behind it.
         """
         time = plan.continue_at

@@ -259,7 +259,7 @@ _ABOVE_ROUNDING = 1.0 + 1e-7
 # How often cells are divided or their limits tightened where the bounds find them exceeded.
 _ROUNDS = 9
 
-# Number of cells at the begin of a window that are those of the held motion.
+# Number of cells at the start of a window that are those of the held motion.
 _SAME_CELLS = 40
 
 

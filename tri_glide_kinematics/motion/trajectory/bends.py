@@ -103,7 +103,7 @@ class Bends:
         self._steps = steps = np.diff(self.breaks)
         at_begin, at_end = driven.sharpness_on(spans)
         self._is_bent = np.maximum(at_begin, at_end) > 0.0
-        # F over the way from the begin of each span; beyond the last one the path is straight.
+        # F over the way from the start of each span; beyond the last one the path is straight.
         turned = np.append(0.0, np.cumsum(0.5 * steps * (at_begin + at_end)))
         corners = np.cumsum(driven.corners_at(self.breaks[:-1]))
         turned += np.append(corners, corners[-1])
