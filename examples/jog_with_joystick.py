@@ -35,6 +35,14 @@ class Jog(Node):
         self.create_timer(PERIOD, self._publish)
 
     def _on_joy(self, joy: Joy) -> None:
+        buttons, axes = len(joy.buttons), len(joy.axes)
+        if buttons <= self._button or axes <= max(AXES):
+            self.get_logger().error(
+                f"the joystick has {buttons} buttons and {axes} axes: at least {self._button + 1} "
+                f"and {max(AXES) + 1} are needed; the parameter button names another one",
+                throttle_duration_sec=1.0,
+            )
+            return
         held = bool(joy.buttons[self._button])
         self._velocity = tuple(held * self._speed * joy.axes[axis] for axis in AXES)
         self._received = self.get_clock().now()

@@ -133,7 +133,8 @@ class Fuzzer:
         self._publishers: list[Any] = []
         self.inputs: list[Input] = []
         for node in nodes:
-            client.wait_for(partial(self._services, node), f"the services of {node}")
+            # The graph comes to be known piece by piece.
+            client.wait_for(partial(self._offers_all, node), f"the services of {node}")
             for name, (kind, *_) in self._topics(node):
                 if name not in [f"{client.namespace}/{each}" for each in but]:
                     self._add_topic(name, kind)
@@ -183,6 +184,11 @@ class Fuzzer:
         with suppress(Exception):
             return list(self._node.get_service_names_and_types_by_node(node, self._namespace))
         return []
+
+    def _offers_all(self, node: str) -> bool:
+        """Return whether a node is known with the services that each node has."""
+        names = {name.rpartition("/")[2] for name, _ in self._services(node)}
+        return {"set_parameters", "list_parameters", "get_parameters"} <= names
 
     def _clients(self, node: str) -> list[tuple[str, list[str]]]:
         return list(self._node.get_client_names_and_types_by_node(node, self._namespace))

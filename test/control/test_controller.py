@@ -20,6 +20,7 @@ from tri_glide_kinematics.control import (
     FAULT,
     IDLE,
     JOGGING,
+    LEAST_PAUSE,
     MOVING,
     STOPPING,
     TRACKING,
@@ -183,7 +184,7 @@ def test_a_stop_holds_against_twists_until_they_pause(rig):
             rig.jog()
         rig.cycle(10)
     assert rig.controller.state is IDLE
-    rig.cycle(55)
+    rig.cycle(1 + round(LEAST_PAUSE / PERIOD))
     rig.jog()
     assert rig.controller.state is JOGGING
 

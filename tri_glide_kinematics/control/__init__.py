@@ -2,9 +2,6 @@
 
 A ``controller`` is made of the ``operation`` of a machine, a ``commanded_motion`` and a
 ``command_queue``.
-For other rooms: ``controller`` and ``operating_state``; ``supervision`` and ``newest_target`` for
-its bounds; ``health`` and ``loop_statistics`` for what a node says about itself;
-``simulated_sliders``.
 For other rooms: ``controller``, ``status`` and ``operating_state``; ``supervision`` and
 ``newest_target`` for its bounds; ``health``, ``controller_health`` and ``loop_statistics`` for what
 a node says about itself; ``simulated_sliders`` and ``simulated_swing``.
@@ -78,6 +75,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.simulated_swing import PlatformState as PlatformState
     from tri_glide_kinematics.control.simulated_swing import SimulatedSwing as SimulatedSwing
     from tri_glide_kinematics.control.simulated_swing import SwingModel as SwingModel
+    from tri_glide_kinematics.control.streams import LEAST_PAUSE as LEAST_PAUSE
     from tri_glide_kinematics.control.streams import SLOWEST_STREAM as SLOWEST_STREAM
     from tri_glide_kinematics.control.streams import Streams as Streams
     from tri_glide_kinematics.control.streams import twist_stream as twist_stream

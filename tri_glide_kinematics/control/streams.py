@@ -13,6 +13,10 @@ from tri_glide_kinematics.wording import number_text
 # Commands that come less often than this are those of a person, not a stream [s].
 SLOWEST_STREAM = 1.0
 
+# A stream that was stopped has let go when nothing came for this long, or for its timeout if that
+# is longer: a network that is held up shall not set a stopped machine off [s].
+LEAST_PAUSE = 0.5
+
 
 class Stream:
     """Knows when its commands came in, and whether their sender has let go after a stop.
@@ -56,9 +60,13 @@ class Stream:
         """
         seen_pause = min(now, self.looked_at) - self._received
         pause, self._received = now - self._received, now
-        if released or seen_pause > self.timeout:
+        if released or seen_pause > self._least_pause:
             self._release_needed = False
         return pause
+
+    @property
+    def _least_pause(self) -> float:
+        return max(self.timeout, LEAST_PAUSE)
 
     def need_release(self) -> None:
         """Listen to no command before the sender has let go."""
@@ -73,7 +81,7 @@ class Stream:
         if self._release_needed:
             raise CommandRefusedError(
                 f"{self._motion} was stopped: it needs {self._release} of "
-                f"{self.timeout:g} s before it goes on",
+                f"{self._least_pause:g} s before it goes on",
                 Refusal.NOT_RELEASED,
             )
 

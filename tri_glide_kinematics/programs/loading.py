@@ -39,7 +39,7 @@ def load_program(
     try:
         data = Path(file).read_bytes()
     except OSError as error:
-        raise ProgramError(file, 0, 0, "", f"cannot be read: {error}") from error
+        raise ProgramError(file, 0, 0, "", f"cannot be read: {error.strerror or error}") from error
     return read_program(data, settings, file)
 
 

@@ -302,7 +302,8 @@ class ProgramRun:
             goal = self._link.goals.move_to(piece.position, self._frame, piece.speed)
             yield from self._pursue(piece, goal)
         elif isinstance(piece, (PathStep, PathRun)):
-            self._begin(f"{name}: path of {len(piece.segments)} segments")
+            count = len(piece.segments)
+            self._begin(f"{name}: path of {count} segment{'s' * (count > 1)}")
             outputs = piece.outputs if isinstance(piece, PathRun) else ()
             goal = self._link.goals.follow(piece.segments, self._frame, outputs)
             yield from self._pursue(piece, goal)

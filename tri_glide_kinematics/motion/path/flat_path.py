@@ -321,7 +321,8 @@ def _checked(name: str, values: ArrayLike, count: int, largest: float, unit: str
     """Return a number for each of ``count`` segments, one for all of them, or none."""
     given = finite_array(name, values, (None,))
     if len(given) not in (0, 1, count):
-        raise WrongShapeError(name, given.shape, f"({count},), (1,) or (0,)")
+        shapes = "(1,) or (0,)" if count == 1 else f"({count},), (1,) or (0,)"
+        raise WrongShapeError(name, given.shape, shapes)
     bad = ~((given >= 0.0) & (given <= largest))
     if bad.any():
         index = int(bad.argmax())
