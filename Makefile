@@ -6,6 +6,9 @@ SHELL := /bin/bash
 
 IN_ENV := source ./env.sh &&
 
+# Tests that start nodes, at the same time: a computer with other work to do needs 1.
+NODE_TESTS ?= 2
+
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -26,7 +29,7 @@ panel: env ## a simulated tri-glide, and the page in the browser that shows and 
 
 test: test-no-nodes ## all tests: mathematics and motion on all cores, nodes as real processes, then what is timed
 	@scripts/find_browser.sh >/dev/null || echo "test: no browser is installed: the panel's tests in a browser are left out"
-	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && python -m pytest -n 2 --dist worksteal -m "nodes and not alone" && exec python -m pytest -m alone
+	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && python -m pytest -n $(NODE_TESTS) --dist worksteal -m "nodes and not alone" && exec python -m pytest -m alone
 
 test-no-nodes: env ## all tests that start no nodes
 	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n auto -m "not nodes and not alone"

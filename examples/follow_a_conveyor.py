@@ -64,6 +64,11 @@ def main() -> int:
         print("the part is at the end; ik_node stops when target_timeout is over")
     except (KeyboardInterrupt, ExternalShutdownException):
         return 1
+    except Exception:
+        # Ctrl-C ends ROS at once, also while a timer publishes.
+        if rclpy.ok():
+            raise
+        return 1
     finally:
         rclpy.try_shutdown()
     return 0

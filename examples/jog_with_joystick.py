@@ -66,6 +66,10 @@ def main() -> None:
         rclpy.spin(Jog())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except Exception:
+        # Ctrl-C ends ROS at once, also while a timer publishes.
+        if rclpy.ok():
+            raise
 
 
 if __name__ == "__main__":

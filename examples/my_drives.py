@@ -83,6 +83,10 @@ def main() -> int:
         rclpy.spin(MyDrives())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except Exception:
+        # Ctrl-C ends ROS at once, also while a timer publishes.
+        if rclpy.ok():
+            raise
     finally:
         rclpy.try_shutdown()
     return 0

@@ -116,8 +116,9 @@ def _line(leg: Leg, use: LimitUse, stream: CommandStream, limits: SliderLimits) 
     return line
 
 
-# A busy computer may let the simulated machine wait for longer than a real one ever falls silent.
-PATIENCE = ("-p", "measured_timeout:=2.0")
+# A busy computer may let the simulated machine wait for longer than a real one ever falls silent,
+# and follow from farther behind.
+PATIENCE = ("-p", "measured_timeout:=2.0", "-p", "tracking_error_limit:=0.3")
 
 
 @contextmanager
