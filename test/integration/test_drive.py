@@ -136,6 +136,34 @@ def test_a_stop_of_ik_node_ends_a_program_that_waits_between_two_motions(
     assert KINEMATICS.forward(machine.heights()) == pytest.approx((0, 0, 0.29), abs=1e-5)
 
 
+@pytest.mark.parametrize("how", ["fault", "new start"])
+def test_a_fault_or_a_new_start_of_ik_node_ends_a_program_that_waits(
+    machine, client, tmp_path, how
+):
+    machine.start()
+    file = tmp_path / "part.gcode"
+    file.write_text("G0 X0 Y0 Z40\nG4 P60\nX10\nM2\n")
+    command = Command(file, machine.namespace)
+    try:
+        client.wait_for(lambda: "wait for 60 s" in command.output, "the dwell")
+        count = len(machine.states)
+        if how == "fault":
+            machine.simulator.signal(signal.SIGKILL)
+            machine.wait_for_state("fault")
+            machine.start_simulator()
+            client.wait_for(lambda: client.enable().success, "the machine to be enabled again")
+        else:
+            machine.ik.signal(signal.SIGKILL)
+            machine.start_ik()
+        client.wait_for(lambda: command.process.poll() is not None, "the end")
+        assert command.end() == 1, command.output
+    finally:
+        command.close()
+    assert [row[2] for row in command.rows()] == ["succeeded", "stopped", "not", "not"]
+    assert WAS_STOPPED in command.output, command.output
+    assert "moving" not in machine.states_since(count)
+
+
 def test_a_stop_while_a_program_is_checked_lets_nothing_move(running_machine, drive):
     machine, client = running_machine, running_machine.client
     before = machine.heights()
