@@ -23,7 +23,7 @@ from testing.client import Client
 from testing.forks import ForkedNodes
 from testing.panel import STOP, STRIP, Panel, button, difference, field, pad, tab
 from testing.processes import launched
-from tri_glide_kinematics.control import Cause
+from tri_glide_kinematics.control import LEAST_PAUSE, Cause
 from tri_glide_kinematics.panel.page import PING_PERIOD, SILENT_PERIODS
 from tri_glide_kinematics.programs import PathStep, load_drive
 
@@ -218,7 +218,8 @@ def test_a_key_that_is_held_through_a_stop_or_without_the_focus_jogs_no_more(
         assert panel.twists_until_rest() <= ON_THEIR_WAY
         for _ in range(5):
             key(keys, "keyDown", "PageUp", repeats=True)
-        panel.client.spin_for(0.3)
+        # So long it needs to be released before it jogs again.
+        panel.client.spin_for(LEAST_PAUSE + 0.1)
         assert panel.is_at_rest
         key(keys, "keyUp", "PageUp")
 
