@@ -38,6 +38,9 @@ OPTIONS = (
     "--disable-component-update",
     "--disable-sync",
     "--mute-audio",
+    # A browser that was frozen, or gets no time of a busy computer, is not to be taken for broken.
+    "--disable-gpu-watchdog",
+    "--disable-hang-monitor",
     "--remote-debugging-port=0",
 )
 TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
