@@ -21,7 +21,7 @@ LATE = 1.5  # periods
 # A busy computer gets so many rounds.
 ROUNDS = 6
 # So many late cycles more than without commands are allowed; the fault of old had one in five.
-MORE_LATE = 0.08
+MORE_LATE = 0.15
 RATE = 500.0  # 1/s
 
 
