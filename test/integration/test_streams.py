@@ -19,9 +19,9 @@ HEIGHT = 0.25  # m
 ROUND = 400  # setpoints
 LATE = 1.5  # periods
 # A busy computer gets so many rounds.
-ROUNDS = 6
+ROUNDS = 12
 # So many late cycles more than without commands are allowed; the fault of old had one in five.
-MORE_LATE = 0.15
+MORE_LATE = 0.08
 RATE = 500.0  # 1/s
 
 
