@@ -113,7 +113,7 @@ def load_yaml(file: str | Path, error_class: Callable[[Any, str, str], Kinematic
             loader.dispose()
     except (OSError, UnicodeDecodeError) as error:
         # The text of an OSError would name the file once more.
-        reason = error.strerror if isinstance(error, OSError) else error
+        reason = (error.strerror or error) if isinstance(error, OSError) else error
         raise error_class(file, "", f"cannot be read: {reason}") from error
     except DuplicateKeyError as error:
         raise error_class(file, error.place, str(error)) from error
