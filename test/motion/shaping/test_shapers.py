@@ -54,7 +54,8 @@ def test_impulses_are_positive_ascend_and_sum_to_one(kind: ShaperKind, mode: Mod
     assert min(shaper.amplitudes) > 0.0
     assert math.fsum(shaper.amplitudes) == pytest.approx(1.0, abs=1e-14)
     assert 0.0 < shaper.delay < shaper.duration
-    assert 0.0 < shaper.variance <= shaper.duration**2 / 4.0
+    # Of two equal impulses it is the bound itself, as exact as the amplitudes are.
+    assert 0.0 < shaper.variance <= shaper.duration**2 / 4.0 * (1.0 + 1e-12)
 
 
 @given(MODES)
