@@ -20,10 +20,10 @@ FOREIGN_FRAME = "hostile"
 PAUSE = 200_000_000  # ns
 
 
-def stream_of(machine: Machine, first: int = 0) -> CommandStream:
-    """Return the commands of a machine from number ``first`` on."""
+def stream_of(machine: Machine, first: int = 0, period: float = PERIOD) -> CommandStream:
+    """Return the commands of a machine, one each ``period`` [s], from number ``first`` on."""
     heights = [machine.heights(message) for message in machine.commands[first:]]
-    return CommandStream.from_heights(heights, PERIOD)
+    return CommandStream.from_heights(heights, period)
 
 
 def assert_within_limits(machine: Machine, first: int = 0, *, speed_scale: float = 1.0) -> None:

@@ -11,11 +11,11 @@ from diagnostic_msgs.msg import DiagnosticArray
 from shared_machine import shared_machine
 
 from testing.client import Client
-from testing.commands import KINEMATICS, LIMITS, assert_within_limits, check
+from testing.commands import KINEMATICS, LIMITS, assert_within_limits, check, stream_of
 from testing.driven_programs import WORKSPACE
 from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.errors import Refusal
-from tri_glide_kinematics.motion import CommandStream, plan_move
+from tri_glide_kinematics.motion import plan_move
 
 INTERVAL = 0.01  # s between two commands
 HEIGHT = 0.25  # m
@@ -52,7 +52,7 @@ def circle(now, radius=0.03, turns=0.5):
 
 
 def rate_of_this_computer():
-    """Return at which rate such a computer is asked for setpoints, ``RATE`` at most [1/s]."""
+    """Return the rate of setpoints that fits the speed of this computer, ``RATE`` at most [1/s]."""
     took = []
     for _ in range(51):
         begin = time.process_time()
@@ -105,8 +105,7 @@ class TestStreams:
                 break
         assert state in machine.states_since(0)
         assert min(busy) <= min(idle) + MORE_LATE, (rate, busy, idle)
-        heights = [machine.heights(message) for message in machine.commands]
-        check(CommandStream.from_heights(heights, 1.0 / rate), LIMITS)
+        check(stream_of(machine, period=1.0 / rate), LIMITS)
 
 
 def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(running_machine):

@@ -74,7 +74,7 @@ class ProgramError(FileError):
         place = ", ".join(f"{name} {number}" for name, number in counted if number)
         told = word if len(word) <= LONGEST_WORD else f"{word[:LONGEST_WORD]}..."
         if not told.isprintable():
-            # A terminal would obey it: as Python writes it.
+            # A terminal obeys some characters; they are written as in Python instead.
             told = repr(told)[1:-1]
         super().__init__(file, place, f"{told}: {reason}" if word else reason)
         self.line = line

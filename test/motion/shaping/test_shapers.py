@@ -54,7 +54,7 @@ def test_impulses_are_positive_ascend_and_sum_to_one(kind: ShaperKind, mode: Mod
     assert min(shaper.amplitudes) > 0.0
     assert math.fsum(shaper.amplitudes) == pytest.approx(1.0, abs=1e-14)
     assert 0.0 < shaper.delay < shaper.duration
-    # Of two equal impulses it is the bound itself, as exact as the amplitudes are.
+    # Two equal impulses reach the bound, but for rounding.
     assert 0.0 < shaper.variance <= shaper.duration**2 / 4.0 * (1.0 + 1e-12)
 
 
