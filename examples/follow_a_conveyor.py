@@ -9,6 +9,7 @@ A stand-in for the camera sees the part 30 times a second, and tells so 20 ms la
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 
 import rclpy
 from nav_msgs.msg import Odometry
@@ -70,7 +71,9 @@ def main() -> int:
             raise
         return 1
     finally:
-        rclpy.try_shutdown()
+        # Ctrl-C may end ROS at this very moment (rclpy issue 1352).
+        with suppress(RuntimeError):
+            rclpy.try_shutdown()
     return 0
 
 

@@ -9,6 +9,7 @@ The square begins where the platform is. ik_node has to run, with a machine or t
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 
 import rclpy
 from rclpy.action import ActionClient
@@ -79,7 +80,9 @@ def main() -> int:
     except (KeyboardInterrupt, ExternalShutdownException):
         return 1
     finally:
-        rclpy.try_shutdown()
+        # Ctrl-C may end ROS at this very moment (rclpy issue 1352).
+        with suppress(RuntimeError):
+            rclpy.try_shutdown()
     print(node.result.text)
     return 0 if node.result.code == FollowPath.Result.SUCCEEDED else 1
 

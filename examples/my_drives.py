@@ -10,6 +10,7 @@ in their place, in ``Drives``.
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
@@ -88,7 +89,9 @@ def main() -> int:
         if rclpy.ok():
             raise
     finally:
-        rclpy.try_shutdown()
+        # Ctrl-C may end ROS at this very moment (rclpy issue 1352).
+        with suppress(RuntimeError):
+            rclpy.try_shutdown()
     return 0
 
 

@@ -223,7 +223,7 @@ def sections_of(path: str) -> tuple[str, ...]:
     try:
         document = yaml_tree(LOADER(Path(path).read_text(encoding="utf-8")))
     except OSError as error:
-        raise ParameterError(f"parameter file {path}: {error.strerror}") from error
+        raise ParameterError(f"parameter file {path}: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise ParameterError(f"parameter file {path} is not text: {error}") from error
     except DuplicateKeyError as error:
