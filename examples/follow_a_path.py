@@ -79,6 +79,11 @@ def main() -> int:
             rclpy.spin_once(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 1
+    except Exception:
+        # Ctrl-C ends ROS at once, also while a request is sent.
+        if rclpy.ok():
+            raise
+        return 1
     finally:
         # Ctrl-C may end ROS at this very moment (rclpy issue 1352).
         with suppress(RuntimeError):

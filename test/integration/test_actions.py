@@ -155,7 +155,8 @@ REFUSED = {
     "foreign frame": ((NEAR, "world"), "target pose has frame_id 'world'"),
     "unknown kind": ((NEAR,), "kind = 'fast' must be one of linear, slider", {"kind": "fast"}),
     "speed of sliders": ((NEAR,), "speed = 1 m/s must be 0", {"kind": "slider", "speed": 1.0}),
-    "negative speed": ((NEAR,), "speeds[0] = -1 m/s", {"speed": -1.0}),
+    "negative speed": ((NEAR,), "speed = -1 m/s must be 0, or 1e-05 to", {"speed": -1.0}),
+    "speed that is no number": ((NEAR,), "speed = nan is not a finite", {"speed": math.nan}),
 }
 
 
@@ -178,7 +179,7 @@ def test_what_cannot_be_is_refused_with_the_reason_and_disturbs_nothing(bench, n
 def test_a_speed_that_cannot_be_is_refused_where_the_platform_is_already(bench):
     bench.quickly_to(NEAR)
     goal = bench.goals.move_to(NEAR, speed=-1.0)
-    bench.ends(goal, ABORTED, GoalCode.REFUSED, "speeds[0] = -1 m/s")
+    bench.ends(goal, ABORTED, GoalCode.REFUSED, "speed = -1 m/s")
 
 
 def test_a_stop_by_the_service_ends_it(bench):

@@ -408,7 +408,8 @@ def main() -> int:
             rest = from_line(work, line)
             _tell_check(rest, values, line)
         else:
-            print(f"drive: {file} has {len(work.steps)} steps")
+            count = len(work.steps)
+            print(f"drive: {file} has {count} step{'' if count == 1 else 's'}")
         return 0
     except KinematicsError as error:
         print(f"drive: error: {error}", file=sys.stderr)

@@ -12,12 +12,15 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from tri_glide_interfaces.action import FollowPath, MoveTo
+from tri_glide_kinematics.checks import finite
 from tri_glide_kinematics.control import CommandRefusedError, MotionController
-from tri_glide_kinematics.errors import KinematicsError, Refusal
+from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine import Command, Follow, GoalCode
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import (
+    LARGEST_SPEED,
+    LEAST_SPEED,
     SHORTEST,
     FlatPath,
     PlatformPath,
@@ -242,7 +245,7 @@ class MotionActions:
         kind = self._kind_of(request)
         if request.speed == 0.0 and kind is self._kind:
             return self._controller.pursue_position(position)
-        # Whether its speed can be one does not depend on where the platform is.
+        _check_speed(request.speed)
         line = FlatPath.of((SegmentKind.LINE,), position, (0.0,), (request.speed,), 0.0)
         if self._is_at(position):
             return self._controller.pursue_position(position)
@@ -370,6 +373,18 @@ class MotionActions:
             return self._machine.forward(heights)
         except NoPoseError:
             return UNKNOWN
+
+
+def _check_speed(speed: float) -> None:
+    """Check the largest speed that a move may have [m/s]; 0 leaves it to the limits.
+
+    Raises:
+        NotFiniteError: if it is NaN or infinite.
+        OutOfBoundsError: if it is negative, too small or too large.
+    """
+    if finite("speed", speed) != 0.0 and not LEAST_SPEED <= speed <= LARGEST_SPEED:
+        bound = f"0, or {LEAST_SPEED:g} to {LARGEST_SPEED:g}"
+        raise OutOfBoundsError("speed", speed, bound, "m/s")
 
 
 def _ended(code: GoalCode, text: str) -> Command:
