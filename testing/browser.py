@@ -44,6 +44,14 @@ OPTIONS = (
     "--remote-debugging-port=0",
 )
 TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
+# The page draws a frame, then pauses for so long [ms]: drawn by the processor, frames one after the other would
+# take all of it.
+FRAME_PAUSE = 100
+FEWER_FRAMES = f"""
+const next = window.requestAnimationFrame.bind(window);
+window.requestAnimationFrame = (draw) => setTimeout(() => next(draw), {FRAME_PAUSE});
+window.cancelAnimationFrame = clearTimeout;
+"""
 # What stays where it is for so long does not move [s].
 STEADY = 0.1
 DESKTOP, PHONE = (1280, 720), (390, 844)
@@ -73,6 +81,7 @@ class Page:
         self._events: list[dict[str, Any]] = []
         for domain in ("Page", "Runtime", "Network"):
             self.call(f"{domain}.enable")
+        self.call("Page.addScriptToEvaluateOnNewDocument", source=FEWER_FRAMES)
         # Workers ask for things, too: each waits until we listen.
         self.call(
             "Target.setAutoAttach", autoAttach=True, waitForDebuggerOnStart=True, flatten=True

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from soak import many
 
 from benchmarks import bench_calm
 from benchmarks.bench_calm import KINDS, KNOWN, STOPS, driven, left, measured, stopped
@@ -48,7 +49,7 @@ def test_the_swing_is_that_of_the_differential_equation():
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", MotionKind)
 def test_shaped_moves_are_there_sooner(kind):
-    calm = measured(kind, 20)
+    calm = measured(kind, many(6))
     assert calm.sooner <= 0.4
     assert calm.sooner_beside <= 0.7
     assert calm.over_best_jerk <= 1.0
@@ -57,8 +58,8 @@ def test_shaped_moves_are_there_sooner(kind):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_little_is_left_of_each_kind_of_motion(kind):
-    found = left(kind, 20)
-    assert len(found.shaped) >= 12
+    found = left(kind, many(12))
+    assert len(found.shaped) >= many(6)
     # Without a tolerance a path with bends is not possible with a shaper.
     assert found.refused == 0 or kind == "paths"
     assert (found.parts <= [known.goal for known in KNOWN]).all()
@@ -67,8 +68,8 @@ def test_little_is_left_of_each_kind_of_motion(kind):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", STOPS)
 def test_stops_rest_as_soon_from_the_same_state(kind):
-    later = stopped(kind, 20)
-    assert len(later) >= 10
+    later = stopped(kind, many(8))
+    assert len(later) >= many(4)
     assert np.median(later[:, 0]) <= bench_calm.LATER
 
 
@@ -99,6 +100,6 @@ def test_motions_that_are_refused_are_left_out(monkeypatch):
 
 
 def test_the_table_has_all_kinds(capsys):
-    assert bench_calm.run(2)
+    assert bench_calm.run(1)
     told = capsys.readouterr().out
     assert all(kind in told for kind in (*KINDS, *STOPS))

@@ -7,13 +7,14 @@ import os
 import re
 import signal
 import subprocess
-import threading
 
 import pytest
 import yaml
 from std_srvs.srv import SetBool, Trigger
 
 from testing.commands import KINEMATICS
+from testing.forks import ForkedNodes
+from testing.processes import python_path
 from tri_glide_interfaces.msg import Output
 from tri_glide_kinematics.control import WAS_STOPPED
 from tri_glide_kinematics.programs import (
@@ -35,31 +36,29 @@ START = (0.6, 0.6, 0.6)  # m
 
 
 class Command:
-    """A running ``drive``, whose output is read as it comes."""
+    """A running ``drive``: a fork, as nodes are, or with a ``stdin`` a process of its own."""
 
-    def __init__(self, file, namespace, options=(), stdin=subprocess.DEVNULL):
-        self.output = ""
-        ros = ["--ros-args", "-r", f"__ns:={namespace}"]
-        self.process = subprocess.Popen(
-            [str(executable("drive")), str(file), *options, *ros],
-            env=os.environ,
-            stdin=stdin,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        self._reader = threading.Thread(target=self._read)
-        self._reader.start()
+    def __init__(self, file, namespace, log, options=(), stdin=None):
+        command = [str(executable("drive")), str(file), *options]
+        command += ["--ros-args", "-r", f"__ns:={namespace}"]
+        self._log = log
+        if stdin is None:
+            forks = ForkedNodes({"PYTHONPATH": python_path()})
+            self.process = forks.start_command(command, log)
+        else:
+            with log.open("ab") as output:
+                self.process = subprocess.Popen(
+                    command, stdin=stdin, stdout=output, stderr=subprocess.STDOUT
+                )
 
-    def _read(self):
-        for line in self.process.stdout:
-            self.output += line
+    @property
+    def output(self):
+        """What it has written so far."""
+        return self._log.read_text()
 
     def end(self):
         """Wait for the end, and return the exit code."""
-        code = self.process.wait(TIMEOUT)
-        self._reader.join(TIMEOUT)
-        return code
+        return self.process.wait(TIMEOUT)
 
     def rows(self):
         """Return the words of the lines of the table."""
@@ -84,7 +83,8 @@ def drive(running_machine, tmp_path):
         elif "\n" in steps:
             file = tmp_path / "part.gcode"
             file.write_text(steps)
-        commands.append(Command(file, running_machine.namespace, options, **keys))
+        log = tmp_path / f"drive_{len(commands)}.log"
+        commands.append(Command(file, running_machine.namespace, log, options, **keys))
         return commands[-1]
 
     yield started
@@ -144,7 +144,7 @@ def test_a_fault_or_a_new_start_of_ik_node_ends_a_program_that_waits(
     machine.start()
     file = tmp_path / "part.gcode"
     file.write_text("G0 X0 Y0 Z40\nG4 P60\nX10\nM2\n")
-    command = Command(file, machine.namespace)
+    command = Command(file, machine.namespace, tmp_path / "drive.log")
     try:
         client.wait_for(lambda: "wait for 60 s" in command.output, "the dwell")
         count = len(machine.states)

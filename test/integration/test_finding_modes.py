@@ -198,7 +198,7 @@ class TestOneMachine:
         assert_nothing_moves_on(started.machine)
 
     def test_somebody_else_who_leads_the_platform_ends_the_search(self, started):
-        asked = started.ask(directions=ALONG_X, duration=10.0)
+        asked = started.ask(directions=ALONG_X, duration=3.0)
         started.machine.wait_for_new_state("idle", lambda: None)
         started.machine.move((0.0, 0.02, 0.3))
         answer = started.answer(asked)

@@ -28,8 +28,6 @@ from tri_glide_kinematics.panel.page import PING_PERIOD, SILENT_PERIODS
 from tri_glide_kinematics.programs import PathStep, load_drive
 
 pytestmark = [
-    # A browser without a graphics card needs all of the computer to be heard in time.
-    pytest.mark.alone,
     pytest.mark.slow,
     pytest.mark.skipif(find_browser() is None, reason="no browser is installed"),
 ]

@@ -20,8 +20,6 @@ from testing.processes import launched
 from tri_glide_kinematics.panel.program_files import NO_FILE
 
 pytestmark = [
-    # A browser without a graphics card needs all of the computer to be heard in time.
-    pytest.mark.alone,
     pytest.mark.slow,
     pytest.mark.skipif(find_browser() is None, reason="no browser is installed"),
 ]

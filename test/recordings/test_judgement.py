@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from motion_machine import MACHINE, WORKSPACE
 from recorded_motions import DRIVES, LIMITS, jogs, moves, paths, record, stamps_of, upright
+from soak import many
 
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.errors import KinematicsError
@@ -32,7 +33,7 @@ def judged(recording, rate=1000.0, workspace=WORKSPACE, limits=LIMITS, **options
     return judge(recording, workspace, limits, 1.0 / rate, **options)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(many(2)))
 @pytest.mark.parametrize("is_shaped", [False, True])
 @pytest.mark.parametrize("drive", DRIVES, ids=lambda drive: drive.__name__)
 def test_what_the_engine_puts_out_is_accused_of_nothing(drive, is_shaped, seed):

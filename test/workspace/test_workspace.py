@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from soak import many
 from strategies import DEFAULT_LIMITS, nudged, random_geometry, random_positions
 
 from tri_glide_kinematics.errors import (
@@ -257,7 +258,7 @@ def test_paths_against_dense_samples(workspace):
     rng = np.random.default_rng(4)
     machine = workspace.machine
     counts = {True: 0, False: 0}
-    points = [machine.inverse(p) for p in inside_positions(workspace, rng, 150)]
+    points = [machine.inverse(p) for p in inside_positions(workspace, rng, many(60))]
     for start, end in pairwise(points):
         duration = rng.uniform(0.1, 2.0)
         sideways = rng.normal(size=3) * rng.choice([0.0, 0.02, 0.1])
@@ -285,7 +286,7 @@ def test_paths_against_dense_samples(workspace):
         else:
             counts[True] += 1
             assert depths.max() < 10.0 * TOLERANCE
-    assert min(counts.values()) > 10
+    assert min(counts.values()) > 3
 
 
 def test_condition_field_vouches_for_its_surroundings():
@@ -295,7 +296,7 @@ def test_condition_field_vouches_for_its_surroundings():
         machine = TriGlide(random_geometry(rng, symmetric))
         limit = 8.0
         field = ConditionField(machine.geometry, limit)
-        for position in random_positions(machine, rng, 300).tolist():
+        for position in random_positions(machine, rng, many(100)).tolist():
             around = field.around(*position[:2])
             assert (around is None) == (machine.condition_number(position) > limit * (1 + 1e-8))
             if around is None:

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import fsolve
+from soak import many
 from strategies import nudged
 
 from tri_glide_kinematics.errors import (
@@ -87,7 +88,7 @@ class TestPositions:
         rng = np.random.default_rng(7)
         velocity = np.array(1.0)
         rows = []
-        for index, lengths in enumerate(random_linkages(40_000, seed=5)):
+        for index, lengths in enumerate(random_linkages(many(40_000), seed=5)):
             linkage = LinkLengths(*lengths)
             angle = rng.uniform(-math.pi, math.pi)
             if index % 10 == 0:

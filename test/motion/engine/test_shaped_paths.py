@@ -20,6 +20,7 @@ from motion_machine import (
     driven,
     engine,
 )
+from soak import many
 
 from testing.path_samples import largest_part, random_path
 from tri_glide_kinematics.errors import KinematicsError
@@ -76,7 +77,7 @@ def sampled_paths(count: int):
 @pytest.mark.slow
 @pytest.mark.parametrize("shaper", SHAPERS)
 def test_paths_keep_limits_and_tolerances(shaper):
-    for path, pieces in sampled_paths(6):
+    for path, pieces in sampled_paths(many(3)):
         moving = at_start(path, shaper)
         moving.follow(path)
         heights = driven(moving, 60_000)
@@ -244,7 +245,7 @@ def test_whatever_comes_between_the_limits_hold(in_pieces):
     moving = engine(MotionKind.LINEAR, in_pieces=in_pieces)
     moving.set_shaper(SHAPER)
     heights, last, plans = [moving.state.heights], MotionPhase.IDLE, moving.plan_number
-    for _ in range(8000):
+    for _ in range(many(3000)):
         try:
             event = rng.random()
             if event < 0.003:
@@ -273,7 +274,7 @@ def test_whatever_comes_between_the_limits_hold(in_pieces):
             left = iter(range(20))
             moving.work(lambda left=left: next(left, None) is not None)
     assert_keeps(heights)
-    assert moving.plan_number - plans > 30
+    assert moving.plan_number - plans > many(10)
 
 
 @pytest.mark.parametrize("in_pieces", [False, True])

@@ -22,6 +22,7 @@ from motion_machine import (
     platform_velocity,
     within,
 )
+from soak import many
 from strategies import DEFAULT_LIMITS
 
 from testing.swing_behind import swing
@@ -100,13 +101,15 @@ def zigzag(time: float) -> tuple[tuple, tuple]:
     return (side * (0.12 * past - 0.03), 0.0, 0.3), (side * 0.12, 0.0, 0.0)
 
 
-def random_run(machine: TriGlide, shaper: Shaper | None, seed: int, in_pieces: bool) -> FloatArray:
+def random_run(
+    machine: TriGlide, shaper: Shaper | None, seed: int, in_pieces: bool, steps: int = 3000
+) -> FloatArray:
     """Follow a target that flies about and jumps, with anything else in between."""
     rng = random.Random(seed)
     moving = shaped(in_pieces, shaper, machine)
     heights = [moving.state.heights]
     where, velocity = np.array(CENTRE), np.zeros(3)
-    for step in range(3000):
+    for step in range(steps):
         if rng.random() < 0.004:
             velocity = np.array([rng.uniform(-0.5, 0.5) for _ in range(3)])
         if rng.random() < 0.002:
@@ -135,7 +138,7 @@ def random_run(machine: TriGlide, shaper: Shaper | None, seed: int, in_pieces: b
 @pytest.mark.parametrize("shaper", [SHAPER, TWO_MODES], ids=["one mode", "two modes"])
 @pytest.mark.parametrize("machine", [MACHINE, UNEQUAL], ids=["equal", "unequal"])
 def test_however_a_target_moves_the_limits_hold(machine, shaper, in_pieces):
-    heights = random_run(machine, shaper, 3, in_pieces)
+    heights = random_run(machine, shaper, 3, in_pieces, many(1500))
     assert within(heights)
     assert limit_use(heights).largest[1] > 0.5
 

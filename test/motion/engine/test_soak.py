@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from soak import many, seed
 
 from benchmarks.judge import COARSE, SCENARIOS, Findings, Judge
 from benchmarks.soak_motion import soak
 
-STEPS = 6_000
+STEPS = many(6_000)
 # Of coarse steps: whole plans are made in each.
-COARSE_STEPS = 1_500
+COARSE_STEPS = many(1_500)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scenario", SCENARIOS, ids=str)
 def test_no_sequence_of_commands_breaks_a_limit(scenario):
     findings = Findings()
-    soak(scenario, STEPS, seed=42, findings=findings)
+    soak(scenario, STEPS, seed=seed(42), findings=findings)
     assert findings.violations == []
     assert findings.steps == STEPS
     # The soak is worth its name: commands of each kind, mostly in motion, and limits used in full.
@@ -30,7 +31,7 @@ def test_no_sequence_of_commands_breaks_a_limit(scenario):
 @pytest.mark.parametrize("scenario", COARSE, ids=str)
 def test_no_length_of_the_steps_breaks_a_limit(scenario):
     findings = Findings()
-    soak(scenario, COARSE_STEPS, seed=42, findings=findings)
+    soak(scenario, COARSE_STEPS, seed=seed(42), findings=findings)
     assert findings.violations == []
     assert findings.still < 0.5 * COARSE_STEPS
     assert findings.peaks[:2].max() == pytest.approx(1.0, abs=0.01)

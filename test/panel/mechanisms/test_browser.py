@@ -16,8 +16,7 @@ from tri_glide_kinematics.panel.machine_scene import light_plainly
 from tri_glide_kinematics.panel.mechanisms import BLUE, GREEN, ORANGE, PALE
 
 pytestmark = [
-    # A browser without a graphics card needs all of the computer to be heard in time.
-    pytest.mark.alone,
+    pytest.mark.nodes,
     pytest.mark.slow,
     pytest.mark.skipif(find_browser() is None, reason="no browser is installed"),
 ]
