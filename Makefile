@@ -2,12 +2,15 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-jazzy test-kilted test-processors wheel test-wheel coverage release-check lint docs soak bench clean
+.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-properties test-jazzy test-kilted test-processors wheel test-wheel coverage release-check lint docs soak bench clean
 
 IN_ENV := source ./env.sh &&
 
-# Tests that start nodes, at the same time: a computer with other work to do needs 1.
-NODE_TESTS ?= 2
+# Tests that start nodes, at the same time: they wait for most of their time.
+NODE_TESTS ?= 3
+
+# Each run of pytest collects only what it runs.
+FILES_WITH = grep -rlE "$(1)" test --include="test_*.py"
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -29,10 +32,15 @@ panel: env ## a simulated tri-glide, and the page in the browser that shows and 
 
 test: test-no-nodes ## all tests: mathematics and motion on all cores, nodes as real processes, then what is timed
 	@scripts/find_browser.sh >/dev/null || echo "test: no browser is installed: the panel's tests in a browser are left out"
-	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && python -m pytest -n $(NODE_TESTS) --dist worksteal -m "nodes and not alone" && exec python -m pytest -m alone
+	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && python -m pytest -n $(NODE_TESTS) --dist worksteal -m "nodes and not alone" \
+		test/integration $$($(call FILES_WITH,mark.nodes) | grep -v ^test/integration) \
+		&& exec python -m pytest -m alone $$($(call FILES_WITH,mark.alone))
 
 test-no-nodes: env ## all tests that start no nodes
-	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n auto -m "not nodes and not alone"
+	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n auto -m "not nodes and not alone" --ignore=test/integration
+
+test-properties: env ## the laws that hold for all machines, and the public names: what other versions of libraries may break
+	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n auto -m "not nodes and not alone" $$(scripts/properties.sh)
 
 test-jazzy: ## all tests with the versions of an Ubuntu 24.04 with Jazzy, in an environment of their own
 	@scripts/test_distribution.sh jazzy test
@@ -61,13 +69,16 @@ lint: env ## ruff, mypy, and which room imports which
 docs: env ## a site of all pages with search and reference, in out/docs; its links are checked
 	@scripts/make_docs.sh
 
-soak: env ## millions of steps, thousands of paths and goals, nodes that die, attacks on the page, ten minutes of all at 1 kHz
-	@$(IN_ENV) python -m benchmarks.soak_motion --steps 5000000 \
-		&& python -m benchmarks.soak_bounds --steps 600000 \
-		&& python -m benchmarks.soak_controller --steps 1000000 \
-		&& python -m benchmarks.soak_paths --count 10000 && python -m benchmarks.soak_goals \
-		&& python -m benchmarks.soak_mechanisms --count 100 && python -m benchmarks.soak_ends \
-		&& python -m benchmarks.soak_bytes && python -m benchmarks.soak_page \
+soak: env ## millions of steps, long tests at random, nodes that die, attacks on the page; SOAK_SEED names the seed
+	@$(IN_ENV) export SOAK=10 SOAK_SEED=$${SOAK_SEED:-$$RANDOM} && echo "soak: SOAK_SEED=$$SOAK_SEED" \
+		&& python -m pytest -n auto -m "slow and not nodes and not alone" --ignore=test/integration \
+		&& python -m benchmarks.soak_motion --steps 5000000 --seed $$SOAK_SEED \
+		&& python -m benchmarks.soak_bounds --steps 600000 --seed $$SOAK_SEED \
+		&& python -m benchmarks.soak_controller --steps 1000000 --seed $$SOAK_SEED \
+		&& python -m benchmarks.soak_paths --count 10000 --seed $$SOAK_SEED \
+		&& python -m benchmarks.soak_goals --seed $$SOAK_SEED \
+		&& python -m benchmarks.soak_mechanisms --count 100 --seed $$SOAK_SEED && python -m benchmarks.soak_ends \
+		&& python -m benchmarks.soak_bytes && python -m benchmarks.soak_page --seed $$SOAK_SEED \
 		&& exec python -m benchmarks.soak_nodes
 
 bench: env ## ratios to references measured in the same run; see docs/performance.md
