@@ -98,7 +98,9 @@ class TestOneMachine:
 
     def test_the_modes_are_those_of_the_simulated_machine(self, started):
         first = len(started.machine.commands)
-        answer = started.find(recordings="swing", parameter_file="modes.yaml", shaper="zvd")
+        answer = started.find(
+            recordings="swing", parameter_file="modes.yaml", shaper="zvd", duration=1.0
+        )
         assert answer.success, answer.message
         assert answer.reason == FindModes.Response.NONE
         assert answer.swings == 9
