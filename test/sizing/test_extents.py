@@ -98,7 +98,7 @@ def test_the_condition_number_is_kept_in_all_of_a_circle_and_nowhere_around_a_wi
         geometry = TriGlideGeometry(tuple(map(tuple, anchors.tolist())), tuple(lengths.tolist()))
         center = rng.uniform(-0.05, 0.05, 2)
 
-        def largest(radius):
+        def largest(radius, geometry=geometry, center=center):
             return Cells.of(geometry, center + radius * circle).conditions().max()
 
         limit = float(rng.uniform(1.05, 2.0)) * largest(0.0)

@@ -63,7 +63,7 @@ def test_nothing_is_proved_of_a_volume_out_of_reach():
 
 
 def cone_and_paraboloid(top, slope):
-    """Bounds of a cone and of a paraboloid, which are exactly 1 at their ``top`` and less elsewhere.
+    """Bounds of a cone and of a paraboloid, which are 1 at their ``top`` and less elsewhere.
 
     Within a cell both are largest at the place that is nearest to the top.
     """
