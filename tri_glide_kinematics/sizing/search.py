@@ -146,11 +146,8 @@ def size(wish: Wish, objective: Objective = Objective.SIZE) -> Sizing:
                 break
             search.is_to_be_proved = True
         search.add_places(proved)
-    raise KinematicsError(
-        "nothing is proved: the best machine found has the condition number "
-        f"{proved.extremes.values[0]:.4g} somewhere, max_condition_number = "
-        f"{number_text(wish.max_condition_number)} is too large for that"
-    )
+    condition = f"a condition number of {proved.extremes.values[0]:.4g} somewhere, too large for it"
+    raise KinematicsError(f"nothing is proved: the best machine found has {condition}")
 
 
 def _is_beyond_proof(proved: Sizing) -> bool:

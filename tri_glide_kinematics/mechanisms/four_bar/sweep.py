@@ -304,7 +304,8 @@ class FourBarPose:
         """Take the pose from the only row of a sweep; ``rocker_pivot`` is its place in [m]."""
         # As the sweep works them out, but once and without arrays: those cost more than the motion.
         frame, crank_angle = sweep.frame, float(sweep.crank_angles[0])
-        x, y, *rates = sweep.motion[:, 0].tolist()
+        x, y, a, b, c, d = sweep.motion[:, 0].tolist()
+        rates = (a, b, c, d)
         rocker_pin = complex(x, y)
         crank_pin = cmath.rect(sweep.lengths.crank, crank_angle - frame.angle)
         coupler, rocker = rocker_pin - crank_pin, rocker_pin - sweep.lengths.ground
