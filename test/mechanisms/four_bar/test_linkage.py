@@ -621,6 +621,6 @@ def calls_of(call):
 def test_one_angle_takes_about_the_work_of_a_sweep():
     linkage = FourBar(0.02, 0.07, 0.09, 0.06)
     linkage.solve(0.5, 10.0)
-    assert calls_of(lambda: linkage.solve(0.5, 10.0)) < 2 * calls_of(
+    assert calls_of(lambda: linkage.solve(0.5, 10.0)) < 3 * calls_of(
         lambda: linkage.sweep([0.5], 10.0)
     )
