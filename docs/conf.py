@@ -105,10 +105,24 @@ def reference_page(room: str, names: list[str]) -> str:
         groups[_kind(value)].append(name)
     title = room.removeprefix(f"{PACKAGE}.")
     parts = [f"{title}\n{'=' * len(title)}\n\n.. automodule:: {room}\n"]
+    if room == PACKAGE:
+        parts += [_list_of_rooms(), "Errors that all rooms share\n" + 27 * "-" + "\n"]
     for kind, members in groups.items():
         options = "" if kind in ("function", "data") else "   :members:\n"
         parts += [f".. auto{kind}:: {room}.{name}\n{options}" for name in members]
     return "\n".join(parts)
+
+
+def _list_of_rooms() -> str:
+    """Return a list of the rooms: what each is, and which names of the package are from there."""
+    public = set(import_module(PACKAGE).__all__)
+    lines = []
+    for room, names in rooms().items():
+        if room != PACKAGE:
+            meaning = (import_module(room).__doc__ or "").split("\n\n")[0].replace("\n", " ")
+            own = ", ".join(f":py:obj:`~{room}.{name}`" for name in names if name in public)
+            lines.append(f"- :doc:`{room}`: {meaning}" + (f" {own}" if own else ""))
+    return "\n".join(lines) + "\n"
 
 
 def _kind(value: object) -> str:

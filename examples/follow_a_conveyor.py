@@ -8,8 +8,12 @@ A stand-in for the camera sees the part 30 times a second, and tells so 20 ms la
 
 from __future__ import annotations
 
+import signal
 import sys
 from contextlib import suppress
+
+# Until ROS handles it, Ctrl-C just ends the process.
+signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 import rclpy
 from nav_msgs.msg import Odometry

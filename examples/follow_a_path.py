@@ -8,8 +8,12 @@ The square begins where the platform is. ik_node has to run, with a machine or t
 
 from __future__ import annotations
 
+import signal
 import sys
 from contextlib import suppress
+
+# Until ROS handles it, Ctrl-C just ends the process.
+signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 import rclpy
 from rclpy.action import ActionClient

@@ -8,6 +8,11 @@ Left stick: x and y; right stick, up and down: z. Button 5 has to be held. When 
 the joystick falls silent, the platform stops.
 """
 
+import signal
+
+# Until ROS handles it, Ctrl-C just ends the process.
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+
 import rclpy
 from geometry_msgs.msg import TwistStamped
 from rclpy.executors import ExternalShutdownException

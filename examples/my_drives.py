@@ -9,8 +9,12 @@ in their place, in ``Drives``.
 
 from __future__ import annotations
 
+import signal
 import sys
 from contextlib import suppress
+
+# Until ROS handles it, Ctrl-C just ends the process.
+signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 import rclpy
 from rclpy.executors import ExternalShutdownException

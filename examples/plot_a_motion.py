@@ -6,11 +6,17 @@
 Heights and velocities are those of joint_commands; accelerations are differences of velocities.
 """
 
+import signal
 import sys
+from contextlib import suppress
+
+# Until ROS handles it, Ctrl-C just ends the process.
+signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 import matplotlib
 import numpy as np
 import rclpy
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
@@ -59,17 +65,24 @@ def plot(commands: list[JointState], file: str) -> None:
     figure.savefig(file, dpi=110)
 
 
-def main() -> None:
+def main() -> int:
     """Record one motion and plot it."""
     file = [*remove_ros_args(sys.argv)[1:], "motion.png"][0]
     rclpy.init()
     recorder = Recorder()
-    while not recorder.is_complete:
-        rclpy.spin_once(recorder)
-    rclpy.shutdown()
+    try:
+        while not recorder.is_complete:
+            rclpy.spin_once(recorder)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 1
+    finally:
+        # Ctrl-C may end ROS at this very moment (rclpy issue 1352).
+        with suppress(RuntimeError):
+            rclpy.try_shutdown()
     plot(recorder.commands, file)
     print(f"{len(recorder.commands)} setpoints in {file}")
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -7,10 +7,16 @@ Position in metres. ik_node has to run, with a machine or the simulator.
 """
 
 import argparse
+import signal
 import sys
+from contextlib import suppress
+
+# Until ROS handles it, Ctrl-C just ends the process.
+signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 import rclpy
 from geometry_msgs.msg import PoseStamped
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.utilities import remove_ros_args
@@ -64,10 +70,21 @@ def main() -> int:
     position = parser.parse_args(remove_ros_args(sys.argv)[1:]).position
     rclpy.init()
     node = PoseSender(position)
-    while node.result is None:
-        rclpy.spin_once(node)
+    try:
+        while node.result is None:
+            rclpy.spin_once(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 1
+    except Exception:
+        # Ctrl-C ends ROS at once, also while the timer publishes.
+        if rclpy.ok():
+            raise
+        return 1
+    finally:
+        # Ctrl-C may end ROS at this very moment (rclpy issue 1352).
+        with suppress(RuntimeError):
+            rclpy.try_shutdown()
     print(node.result)
-    rclpy.shutdown()
     return 0 if node.reached else 1
 
 

@@ -115,6 +115,9 @@ files_of_the_build() {
 
 hash_of() { sha256sum | cut -d ' ' -f 1; }
 
+if LC_ALL=C grep -q '[^ -~]' <<<"$PWD"; then
+    fail "the path $PWD has a character outside ASCII, with which the build of ROS messages fails: move the clone"
+fi
 if ros_is_sourced; then
     mode="beside $(python3 -c 'import rclpy; print(rclpy.__file__)')"
     need colcon python3-colcon-common-extensions

@@ -58,3 +58,4 @@ def test_completion_shows_the_public_names():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     for package, shown in zip(PACKAGES, done.stdout.splitlines(), strict=True):
         assert {*import_module(package).__all__, "__doc__", "__path__"} <= set(shown.split())
+        assert not {"TYPE_CHECKING", "lazy", "when_first_used"} & set(shown.split())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable
 from enum import Enum
 from typing import TypeVar
@@ -20,6 +21,9 @@ from tri_glide_kinematics.errors import (
 
 # Numbers are no larger than this, whatever their unit, so that products of several do not overflow.
 LARGEST = 1e30
+
+# What is nearer to zero than this has lost digits. An integer that is read as a float is, too.
+SMALLEST = sys.float_info.min
 
 Member = TypeVar("Member", bound=Enum)
 
@@ -72,6 +76,23 @@ def finite(name: str, value: float, largest: float = LARGEST) -> float:
     if abs(number) > largest:
         raise OutOfBoundsError(name, number, f"at most {largest:g} in absolute value")
     return number
+
+
+def normal(name: str, value: float, unit: str = "") -> float:
+    """Return ``value``.
+
+    Raises:
+        OutOfBoundsError: if it is not zero, but nearer to it than ``SMALLEST``.
+    """
+    if 0.0 < abs(value) < SMALLEST:
+        bound = f"0 (not an integer that is read as a float) or at least {SMALLEST:.3g}"
+        raise OutOfBoundsError(name, value, bound, unit)
+    return value
+
+
+def zero_if_tiny(value: float) -> float:
+    """Return ``value``, and 0 for what is nearer to it than ``SMALLEST``; NaN stays NaN."""
+    return 0.0 if abs(value) < SMALLEST else value
 
 
 def positive(name: str, value: float, unit: str = "", largest: float = LARGEST) -> float:

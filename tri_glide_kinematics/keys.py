@@ -206,6 +206,17 @@ class Keys:
             raise self.error(f"is {number:g}, must be at least {least:g}", key)
         return number
 
+    def whole(self, key: str, least: int) -> int:
+        """Return a whole number, which is ``least`` at least.
+
+        Raises:
+            FileError: if it is none, or less.
+        """
+        number = self.number(key, least=least)
+        if number != int(number):
+            raise self.error(f"is {number:g}, must be a whole number", key)
+        return int(number)
+
     def vector(self, key: str, default: Sequence[float] | None = None) -> Vector3:
         """Return three numbers.
 

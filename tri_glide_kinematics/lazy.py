@@ -34,7 +34,9 @@ def when_first_used(
         return value
 
     def names() -> list[str]:
-        return sorted(home_of.keys() | vars(sys.modules[package]).keys())
+        # What the package itself needs is not among them.
+        own = (name for name in vars(sys.modules[package]) if name.startswith("__"))
+        return sorted({*home_of, *own})
 
     return sorted(home_of), load, names
 

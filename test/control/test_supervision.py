@@ -44,6 +44,14 @@ def test_jump_beyond_what_the_velocity_explains(supervisor):
     assert "slider_2 jumped by -0.031 m in 0.01 s, more than 0.03 m" in reason.text
 
 
+def test_a_jump_between_two_senders_names_them():
+    supervisor = Supervisor(BOUNDS, NAMES, lambda: ["/drives", "/other"])
+    supervisor.measured(REST, REST, 0.0)
+    reason = supervisor.measured((0.6, 0.5, 0.6), REST, 0.002)
+    assert reason.cause is Cause.MEASUREMENT_JUMP
+    assert reason.text.endswith(", more than 0.022 m; /drives and /other send heights")
+
+
 def test_measurements_that_waited_in_a_queue_are_no_jump(supervisor):
     assert supervisor.measured(REST, REST, 1.0, stamp=50.0) is None
     # 40 mm in 40 ms at 1 m/s are fine, even if both come in within a millisecond.

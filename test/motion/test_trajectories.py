@@ -19,6 +19,7 @@ from tri_glide_kinematics.motion import (
     plan_move,
     time_path,
 )
+from tri_glide_kinematics.wording import number_text
 
 START = MACHINE.forward(HOME)
 CORNERS = [(0.0, 0.0, 0.3), (0.03, 0.0, 0.3), (0.03, 0.03, 0.31)]
@@ -114,3 +115,9 @@ def test_what_cannot_be_driven_is_refused():
         plan_move(WORKSPACE, LIMITS, START, (0.0, math.nan, 0.3))
     with pytest.raises(errors.WrongShapeError, match="start"):
         plan_move(WORKSPACE, LIMITS, START[:2], TARGET, kind=MotionKind.LINEAR)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_plan_is_told_by_its_kind_and_its_time(kind):
+    move = plan_move(WORKSPACE, LIMITS, START, TARGET, kind=kind)
+    assert repr(move) == f"<{type(move).__name__}, {number_text(move.duration)} s>"

@@ -52,13 +52,17 @@ def test_a_program_that_was_driven_to_its_end_does_not_go_on(program, tmp_path):
         line_to_go_on_from(file, program)
 
 
+def wrong_lines(whole):
+    return [whole.replace("line: 4", f"line: {wrong}") for wrong in ("x", "0", "2.5", "-1")]
+
+
 def test_what_cannot_be_read_is_an_error(program, tmp_path):
     file = tmp_path / "kept.yaml"
     with pytest.raises(KeptError, match=r"kept.yaml: .*No such file"):
         line_to_go_on_from(file, program)
     KeptLine.of(program, 4, RunState.ENDED).write(file)
     whole = file.read_text()
-    for wrong in ("", whole.replace("ended", "gone"), whole.replace("line: 4", "line: x")):
+    for wrong in ("", whole.replace("ended", "gone"), *wrong_lines(whole)):
         file.write_text(wrong)
         with pytest.raises(KeptError, match=r"kept\.yaml"):
             load_kept(file)

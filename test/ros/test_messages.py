@@ -1,21 +1,28 @@
 from __future__ import annotations
 
 import math
+import struct
 
 import pytest
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nav_msgs.msg import Odometry
 
-from tri_glide_kinematics.errors import KinematicsError, NotFiniteError
+from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, OutOfBoundsError
 from tri_glide_kinematics.ros.messages import (
     RefusedMessageError,
+    moving_target,
     target_position,
     target_velocity,
 )
 
 NAMES = ["slider_1", "slider_2", "slider_3"]
 BASE, PLATFORM = "base", "platform"
+
+
+# The bits of 30, 0 and 280, which a client sent as integers.
+AS_FLOATS = struct.unpack("3d", struct.pack("3q", 30, 0, 280))
 
 
 def pose(position=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0), frame=BASE):
@@ -49,6 +56,7 @@ def test_target_pose(frame, orientation):
         ({"frame": PLATFORM}, RefusedMessageError, "frame_id 'platform', it must be 'base'"),
         ({"position": (0.0, math.nan, 0.0)}, NotFiniteError, "position.y = nan"),
         ({"position": (0.0, 0.0, -math.inf)}, NotFiniteError, "position.z = -inf"),
+        ({"position": AS_FLOATS}, OutOfBoundsError, "position.x = 1.48219694e-322 m must be 0 ("),
         ({"orientation": (0.0, 0.0, 0.1, 0.995)}, RefusedMessageError, "cannot rotate"),
         ({"orientation": (0.0, 0.0, 0.0, 0.0)}, RefusedMessageError, "w 0"),
         ({"orientation": (0.0, 0.0, 0.0, 2.0)}, RefusedMessageError, "w 2"),
@@ -68,6 +76,23 @@ def test_target_pose_refused(changes, error, text):
 @pytest.mark.parametrize("frame", [BASE, PLATFORM, ""])
 def test_target_twist(frame):
     assert target_velocity(twist((0.1, 0.2, 0.3), frame=frame), BASE, PLATFORM) == (0.1, 0.2, 0.3)
+
+
+def test_the_state_of_a_target_that_is_no_number_in_full_is_refused_and_its_speed_is_zero():
+    state = Odometry()
+    point, linear = state.pose.pose.position, state.twist.twist.linear
+    state.pose.pose.orientation.w = 1.0
+    linear.x, linear.y, linear.z = 0.1, 5e-324, -1e-310
+    point.x, point.y, point.z = -0.02, 0.0, 0.28
+    assert moving_target(state, BASE) == ((-0.02, 0.0, 0.28), (0.1, 0.0, 0.0))
+    point.y = -5e-324
+    with pytest.raises(OutOfBoundsError, match=r"target state position\.y = -4\.9\d*e-324 m"):
+        moving_target(state, BASE)
+
+
+def test_velocities_that_fade_out_come_to_zero():
+    message = twist((0.1, -5e-324, 1e-310), (0.0, 0.0, 5e-324))
+    assert target_velocity(message, BASE, PLATFORM) == (0.1, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(

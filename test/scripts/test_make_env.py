@@ -73,6 +73,12 @@ def test_a_missing_tool_is_named_with_its_package(clone: Path, tools: Path, miss
     assert f"{missing} is missing" in the_error(make_env(clone, tools))
 
 
+def test_a_path_with_letters_outside_ascii_is_told_at_once(clone, tools):
+    elsewhere = clone.rename(clone.with_name("Übung"))
+    assert "outside ASCII" in the_error(make_env(elsewhere, tools))
+    assert not (elsewhere / ".venv").exists()
+
+
 def test_a_wrong_python_is_named_with_its_version(clone: Path, tools: Path) -> None:
     python_that_is("3.9.18", tools)
     error = the_error(make_env(clone, tools))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from strategies import is_inside
 
-from tri_glide_kinematics.sizing import NoCylinderError, inscribed_height, inscribed_radius
+from tri_glide_kinematics.sizing import Cells, NoCylinderError, inscribed_height, inscribed_radius
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
 
@@ -82,3 +82,27 @@ def test_box_and_cylinder_bound_it_too():
             inscribed_height(place, radius)
     with pytest.raises(NoCylinderError, match="condition number"):
         inscribed_height(workspace(margin=0.0), 0.195)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 7])
+def test_the_condition_number_is_kept_in_all_of_a_circle_and_nowhere_around_a_wider_one(seed):
+    rng = np.random.default_rng(seed)
+    angles = np.linspace(0.0, 2.0 * math.pi, 4001)
+    circle = np.column_stack((np.cos(angles), np.sin(angles)))
+    for _ in range(4):
+        turned = np.radians((90.0, 210.0, 330.0)) + rng.normal(0.0, 0.1, 3)
+        across = 0.2 * rng.uniform(0.8, 1.2, 3)
+        anchors = np.column_stack((across * np.cos(turned), across * np.sin(turned)))
+        lengths = rng.uniform(0.37, 0.43, 3)
+        geometry = TriGlideGeometry(tuple(map(tuple, anchors.tolist())), tuple(lengths.tolist()))
+        center = rng.uniform(-0.05, 0.05, 2)
+
+        def largest(radius, geometry=geometry, center=center):
+            return Cells.of(geometry, center + radius * circle).conditions().max()
+
+        limit = float(rng.uniform(1.05, 2.0)) * largest(0.0)
+        limits = WorkspaceLimits((-2.0,) * 3, (2.0,) * 3, 0.001, limit)
+        radius = inscribed_radius(Workspace(TriGlide(geometry), limits), 0.0, tuple(center))
+        assert max(map(largest, (0.5 * radius, radius))) <= limit * (1.0 + 1e-9)
+        assert largest(radius + 1e-6) > limit

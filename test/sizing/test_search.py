@@ -153,6 +153,39 @@ def test_an_impossible_wish_is_told_with_the_nearest_possible_one(loosened, expe
         size(halfway)
 
 
+@pytest.mark.parametrize(
+    "far",
+    [
+        {"volume": Cylinder(0.0, 0.0, 0.001, 0.1, 0.11)},
+        {"clearance": 2.0},
+        {"max_condition_number": 1.3},
+        {"max_condition_number": 1.05},
+    ],
+)
+def test_a_machine_far_larger_than_the_volume_is_found(far):
+    wish = replace(WISH, **far)
+    sizing = size(wish)
+    assert sizing.worst <= 1.0
+    extent = wish.volume.radius
+    assert sizing.base_radius - sizing.platform_radius > 10.0 * extent
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("impossible", "demand"),
+    [
+        ({"largest_column_height": 0.1}, Demand.COLUMN_HEIGHT),
+        ({"largest_base_radius": 0.0501}, Demand.BASE_RADIUS),
+        ({"least_arm_angle": math.radians(89.0)}, Demand.ARM_ANGLE),
+        ({"max_condition_number": 1.0001}, Demand.CONDITION),
+    ],
+)
+def test_a_wish_that_nothing_comes_near_to_is_told_with_its_demand(impossible, demand):
+    with pytest.raises(ImpossibleWishError, match=demand.value) as caught:
+        size(replace(WISH, **impossible))
+    assert size(caught.value.nearest).worst <= 1.0
+
+
 def test_a_machine_that_does_not_do_what_is_wished_is_judged_too():
     short = sizing_of(WISH, 0.25, 0.29)
     assert short.worst == math.inf

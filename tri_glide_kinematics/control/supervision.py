@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from tri_glide_kinematics.control.operating_state import Cause, Reason
@@ -40,11 +40,17 @@ class Supervisor:
         tracking_error: largest distance of a slider from its command, latest measurement [m].
     """
 
-    def __init__(self, bounds: SupervisionBounds, joint_names: Sequence[str]) -> None:
-        """Watch the sliders of these names."""
+    def __init__(
+        self,
+        bounds: SupervisionBounds,
+        joint_names: Sequence[str],
+        senders: Callable[[], Sequence[str]] = tuple,
+    ) -> None:
+        """Watch the sliders of these names; ``senders`` returns who sends measured heights."""
         self.bounds = bounds
         self.tracking_error = 0.0
         self._names = tuple(joint_names)
+        self._senders = senders
         self._heights: Sequence[float] | None = None
         self._time = -math.inf
         self._stamp = 0.0
@@ -95,10 +101,13 @@ class Supervisor:
                 change = heights[slider] - last[slider]
                 allowed = self.bounds.jump + self.bounds.velocity[slider] * elapsed
                 if abs(change) > allowed:
+                    senders = self._senders()
+                    mixed = f"; {' and '.join(senders)} send heights" if len(senders) > 1 else ""
                     return Reason(
                         Cause.MEASUREMENT_JUMP,
                         f"measured height of {name} jumped by {number_text(change, 6)} m in "
-                        f"{number_text(elapsed, 3)} s, more than {number_text(allowed, 6)} m",
+                        f"{number_text(elapsed, 3)} s, more than {number_text(allowed, 6)} m"
+                        + mixed,
                     )
         if commanded is None:
             return None

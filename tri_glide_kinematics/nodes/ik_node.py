@@ -44,7 +44,7 @@ from tri_glide_kinematics.ros.messages import (
     target_position,
     target_velocity,
 )
-from tri_glide_kinematics.ros.other_publishers import OtherPublishers
+from tri_glide_kinematics.ros.other_publishers import OtherPublishers, publisher_names
 from tri_glide_kinematics.ros.outputs import (
     CommandOutputs,
     DiagnosticsPublisher,
@@ -120,10 +120,15 @@ class IkNode(Node):
         self._loop = LoopStatistics(period)
         self._reports = StateReports(self, self._refused, values["base_frame"])
         self._stream_topics: tuple[str, ...] = ()
+        self._reliable_topics: tuple[str, ...] = ()
         self._outputs = CommandOutputs(self, values)
         self._motion_states = MotionStates(self, values)
         self._path_outputs = self.create_publisher(Output, "outputs", LATEST_OUTPUTS)
-        self._supervisor = Supervisor(supervision_bounds_of(values), values["joint_names"])
+        self._supervisor = Supervisor(
+            supervision_bounds_of(values),
+            values["joint_names"],
+            lambda: publisher_names(self, self._measured.topic_name),
+        )
         machine, _ = self._machine_of(values)
         self._feed_forward = FeedForward(period, values["force_window"])
         self._feed_forward.forces = forces_of(values, machine)
@@ -166,11 +171,13 @@ class IkNode(Node):
         twists = self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY)
         states = self.create_subscription(Odometry, "target_state", self._on_state, LATEST_ONLY)
         paths = self.create_subscription(Path, "target_path", self._on_path, LATEST_PATH, raw=True)
+        self._measured = self.create_subscription(
+            JointState, "joint_states", self._on_measured, qos_profile_sensor_data, raw=True
+        )
         self._stream_topics = (twists.topic_name, states.topic_name)
+        self._reliable_topics = (poses.topic_name, paths.topic_name)
         urgent = (
-            self.create_subscription(
-                JointState, "joint_states", self._on_measured, qos_profile_sensor_data, raw=True
-            ),
+            self._measured,
             poses,
             twists,
             states,
@@ -316,11 +323,17 @@ class IkNode(Node):
     def _on_others(self, reason: Reason | None) -> None:
         self._controller.set_obstacle(reason)
         self._reports.tell()
-        self._reports.remark = "; ".join(
+        remarks = [
             f"{count} publishers of {topic}: the newest message wins"
             for topic in self._stream_topics
             if (count := self.count_publishers(topic)) > 1
-        )
+        ]
+        remarks += [
+            f"{name} is not heard: it publishes {topic} best effort, not reliably"
+            for topic in self._reliable_topics
+            for name in publisher_names(self, topic, ReliabilityPolicy.BEST_EFFORT)
+        ]
+        self._reports.remark = "; ".join(remarks)
 
     def _tell_progress(self) -> None:
         self._reports.publish(self._controller.status)

@@ -94,7 +94,7 @@ def load_kept(file: Path) -> KeptLine:
         raise keys.error(f"is {state!r}, must be the state of a run", "state")
     if not isinstance(is_whole, bool):
         raise keys.error("must be true or false", "is_whole")
-    size, line = (int(keys.number(key, least=0.0)) for key in ("size", "line"))
+    size, line = keys.whole("size", 0), keys.whole("line", 1)
     texts = keys.text("program"), keys.text("sha256")
     keys.finish()
     return KeptLine(texts[0], size, texts[1], line, RunState(state), is_whole)

@@ -7,12 +7,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import PoseStamped, Quaternion, TwistStamped
+from geometry_msgs.msg import Point, PoseStamped, Quaternion, TwistStamped
+from geometry_msgs.msg import Vector3 as GeometryVector
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 
+from tri_glide_kinematics.checks import normal, zero_if_tiny
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, Refusal
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
@@ -62,10 +64,11 @@ def target_position(message: PoseStamped, base_frame: str) -> Vector3:
         RefusedMessageError: if the frame is neither empty nor ``base_frame``, or the orientation
             is not the identity.
         NotFiniteError: if a number is NaN or infinite.
+        OutOfBoundsError: if a number is not zero, but nearer to it than a float can be in full.
     """
     check_frame("target pose", message.header.frame_id, (base_frame,))
     point = message.pose.position
-    position = _finite_vector("target pose position", point.x, point.y, point.z)
+    position = _position("target pose position", point)
     _check_no_rotation(message.pose.orientation)
     return position
 
@@ -82,9 +85,8 @@ def target_velocity(message: TwistStamped, base_frame: str, platform_frame: str)
         NotFiniteError: if a number is NaN or infinite.
     """
     check_frame("target twist", message.header.frame_id, (base_frame, platform_frame))
-    linear, angular = message.twist.linear, message.twist.angular
-    velocity = _finite_vector("target twist linear", linear.x, linear.y, linear.z)
-    rotation = _finite_vector("target twist angular", angular.x, angular.y, angular.z)
+    velocity = _velocity("target twist linear", message.twist.linear)
+    rotation = _velocity("target twist angular", message.twist.angular)
     if any(rotation):
         raise RefusedMessageError(
             f"target twist has the angular velocity {vector_text(rotation, scale=0.0)} rad/s: the "
@@ -104,12 +106,12 @@ def moving_target(message: Odometry, base_frame: str) -> tuple[Vector3, Vector3]
         RefusedMessageError: if the frame of the header is neither empty nor ``base_frame``, or the
             orientation is no unit quaternion.
         NotFiniteError: if a number is NaN or infinite.
+        OutOfBoundsError: if a position is not zero, but nearer to it than a float can be in full.
     """
     what = "target state"
     check_frame(what, message.header.frame_id, (base_frame,))
-    point, linear = message.pose.pose.position, message.twist.twist.linear
-    position = _finite_vector(f"{what} position", point.x, point.y, point.z)
-    vx, vy, vz = _finite_vector(f"{what} linear velocity", linear.x, linear.y, linear.z)
+    position = _position(f"{what} position", message.pose.pose.position)
+    vx, vy, vz = _velocity(f"{what} linear velocity", message.twist.twist.linear)
     turned = message.pose.pose.orientation
     x, y, z, w = turned.x, turned.y, turned.z, turned.w
     norm = math.hypot(x, y, z, w)
@@ -166,11 +168,24 @@ def set_stamp(stamp: Time, clock: Clock) -> None:
     stamp.sec, stamp.nanosec = divmod(clock.now().nanoseconds, 1_000_000_000)
 
 
-def _finite_vector(name: str, x: float, y: float, z: float) -> Vector3:
+def _position(name: str, point: Point) -> Vector3:
+    x, y, z = _finite_vector(name, point)
     for axis, value in zip("xyz", (x, y, z)):
+        normal(f"{name}.{axis}", value, "m")
+    return x, y, z
+
+
+def _velocity(name: str, vector: GeometryVector) -> Vector3:
+    x, y, z = map(zero_if_tiny, _finite_vector(name, vector))
+    return x, y, z
+
+
+def _finite_vector(name: str, numbers: Point | GeometryVector) -> Vector3:
+    vector = numbers.x, numbers.y, numbers.z
+    for axis, value in zip("xyz", vector):
         if not math.isfinite(value):
             raise NotFiniteError(f"{name}.{axis}", value)
-    return x, y, z
+    return vector
 
 
 def _check_no_rotation(orientation: Quaternion) -> None:

@@ -11,6 +11,7 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.qos import ReliabilityPolicy
 
 from tri_glide_kinematics.control import Cause, Reason
 
@@ -56,13 +57,7 @@ class OtherPublishers:
         It asks what is known on this computer: no message is sent or waited for.
         """
         now = time.monotonic()
-        found = {
-            topic: [
-                _full_name(info.node_namespace, info.node_name)
-                for info in self._node.get_publishers_info_by_topic(topic)
-            ]
-            for topic in self._own
-        }
+        found = {topic: publisher_names(self._node, topic) for topic in self._own}
         if any(UNNAMED in names for names in found.values()):
             self._unnamed_since = min(self._unnamed_since, now)
         else:
@@ -79,6 +74,23 @@ class OtherPublishers:
             text = f"looks for other publishers of {topics}, for {SETTLING:g} s at the start"
             return Reason(Cause.LOOKING_FOR_OTHERS, text)
         return None
+
+
+def publisher_names(
+    node: Node, topic: str, reliability: ReliabilityPolicy | None = None
+) -> list[str]:
+    """Return the full names of the nodes that publish a ``topic``, as far as ``node`` knows.
+
+    Args:
+        node: that asks.
+        topic: its full name.
+        reliability: that the publishers have; None for all of them.
+    """
+    return [
+        _full_name(info.node_namespace, info.node_name)
+        for info in node.get_publishers_info_by_topic(topic)
+        if reliability in (None, info.qos_profile.reliability)
+    ]
 
 
 def other_publishers(

@@ -13,6 +13,7 @@ import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.sizing.fields import Cells
+from tri_glide_kinematics.sizing.proof import quartered
 from tri_glide_kinematics.workspace import Bound, Face, Workspace
 
 # A radius is found to this [m].
@@ -123,12 +124,11 @@ def _condition_room(workspace: Workspace, center: tuple[float, float], radius: f
     geometry, largest = workspace.machine.geometry, workspace.bounds.condition
     axis = np.array(center)
     room = radius
-    half = radius / FIRST_CELLS
-    steps = half * np.arange(1.0 - FIRST_CELLS, FIRST_CELLS, 2.0)
+    half = np.full(2, radius / FIRST_CELLS)
+    steps = half[0] * np.arange(1.0 - FIRST_CELLS, FIRST_CELLS, 2.0)
     places = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    corners = np.array([(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)])
     for _ in range(MOST_HALVINGS):
-        around = math.sqrt(2.0) * half
+        around = float(np.hypot(*half))
         distances = np.hypot(*places.T)
         broken = Cells.of(geometry, axis + places, 0.0).conditions() > largest
         room = min(room, float(distances[broken].min(initial=room)))
@@ -138,6 +138,5 @@ def _condition_room(workspace: Workspace, center: tuple[float, float], radius: f
         places = places[may_break]
         if not len(places):
             break
-        places = (places[:, np.newaxis] + 2.0 * half * corners).reshape(-1, 2)
-        half *= 0.5
+        places, half = quartered(places, half)
     return max(room - RADIUS_TOLERANCE, 0.0) if room < radius else radius

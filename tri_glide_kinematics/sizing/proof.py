@@ -27,6 +27,9 @@ MOST_HALVINGS = 40
 # So many cells at a time are looked at; a quantity that needs more has no bound.
 MOST_CELLS = 200_000
 
+# From the center of a cell to those of its quarters, in half sides of a quarter.
+_TO_QUARTERS = np.array([(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)])
+
 # Places, shape (n, 2), and the radius of the cells about them; returns bounds, shape (k, n).
 Bounds = Callable[[FloatArray, float], FloatArray]
 
@@ -45,6 +48,17 @@ class Extremes(NamedTuple):
     places: FloatArray
 
 
+def quartered(centers: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the four quarters of each cell: their centers, shape (4 n, 2), and half sides.
+
+    Args:
+        centers: of the cells. Shape (n, 2) [m].
+        half: half of their sides. Shape (2,) [m].
+    """
+    half = 0.5 * half
+    return (centers[:, np.newaxis] + half * _TO_QUARTERS).reshape(-1, 2), half
+
+
 def largest_over(volume: Volume, quantities: Bounds, tightness: float = TIGHTNESS) -> Extremes:
     """Return the largest values of some quantities, which do not depend on the height.
 
@@ -58,7 +72,6 @@ def largest_over(volume: Volume, quantities: Bounds, tightness: float = TIGHTNES
     steps = np.arange(1.0, 2.0 * FIRST_CELLS, 2.0)
     centers = np.stack(np.meshgrid(*(lower[:, np.newaxis] + half[:, np.newaxis] * steps)), axis=-1)
     centers = centers.reshape(-1, 2)
-    corners = np.array([(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)])
     found = quantities(nearest_inside(volume, centers[:1]), 0.0)[:, 0]
     places = np.tile(nearest_inside(volume, centers[:1]), (len(found), 1))
     bounds = found.copy()
@@ -85,6 +98,5 @@ def largest_over(volume: Volume, quantities: Bounds, tightness: float = TIGHTNES
             return Extremes(np.maximum(bounds, found) * (1.0 + ROUNDING), found, places)
         if 4 * len(centers) > MOST_CELLS:
             break
-        centers = (centers[:, np.newaxis] + 2.0 * half * corners).reshape(-1, 2)
-        half = 0.5 * half
+        centers, half = quartered(centers, half)
     return Extremes(np.full(len(found), np.inf), found, places)

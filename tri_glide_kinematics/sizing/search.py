@@ -30,8 +30,9 @@ from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text
 
 # Differences of the radii that are looked at, as parts of the farthest distance of the volume from
-# the axis; angles of the arms [rad].
-DIFFERENCES = (0.05, 10.0)
+# the axis, or of what a large clearance needs; the other ranges only where nothing is found in the
+# first. Angles of the arms [rad].
+DIFFERENCES = ((0.05, 10.0), (10.0, 2000.0), (2.5e-4, 0.05))
 ANGLES = (math.radians(1.0), math.radians(88.0))
 
 # The first grid, and the finer ones around its best machines.
@@ -56,6 +57,10 @@ MOST_ROUNDINGS = 3
 
 # A nearest possible wish is loosened by this more than it has to be.
 MORE_THAN_NEEDED = 2e-3
+
+# The nearest possible wish has a machine with at most this condition number: beyond it the cells of
+# a proof get too small.
+PROVABLE = 8.0
 
 # A machine that is not possible is worse than every one that is.
 NOT_POSSIBLE = 1e12
@@ -114,14 +119,20 @@ def size(wish: Wish, objective: Objective = Objective.SIZE) -> Sizing:
     member("objective", objective, Objective)
     search = _Search(wish)
     limit = 1.0 - ROOM
+    is_possible = False
     for _ in range(ATTEMPTS):
-        least = search.best(lambda found: found.worst)
+        least = search.nearest(limit)
         if least.worst > limit:
+            if is_possible:
+                break
             proved = search.proved(least, ROUGHLY)
             if proved.worst <= least.worst * (1.0 + 2.0 * ROUGHLY):
-                raise _impossible(proved)
+                raise _impossible(wish, proved.needs)
+            if _is_beyond_proof(proved):
+                raise _impossible(wish, search.needs_of(least))
             search.add_places(proved)
             continue
+        is_possible = True
         found = search.best(
             lambda found: np.where(
                 found.worst <= limit, found.of(objective), NOT_POSSIBLE * found.worst
@@ -130,9 +141,19 @@ def size(wish: Wish, objective: Objective = Objective.SIZE) -> Sizing:
         proved = search.proved(found)
         if proved.worst <= 1.0:
             return search.rounded(proved, objective)
+        if _is_beyond_proof(proved):
+            if search.is_to_be_proved:
+                break
+            search.is_to_be_proved = True
         search.add_places(proved)
-    raise KinematicsError(
-        f"nothing is proved: the best machine found needs {proved.worst:.6f} of what is allowed"
+    condition = f"a condition number of {proved.extremes.values[0]:.4g} somewhere, too large for it"
+    raise KinematicsError(f"nothing is proved: the best machine found has {condition}")
+
+
+def _is_beyond_proof(proved: Sizing) -> bool:
+    """Tell whether a machine has finite numbers at all places tried, and no bounds."""
+    return bool(
+        np.isinf(proved.extremes.bounds).any() and np.isfinite(proved.extremes.values).all()
     )
 
 
@@ -145,12 +166,22 @@ class _Found(NamedTuple):
 
 
 class _Search:
-    """Tries machines at places of a volume."""
+    """Tries machines at places of a volume.
+
+    Attributes:
+        is_to_be_proved: whether machines that are too hard to prove are left out.
+    """
 
     def __init__(self, wish: Wish) -> None:
         self._wish = wish
         self._places = some_places(wish.volume)
-        self._extent = float(distances(wish.volume, np.zeros((1, 2)))[1][0])
+        extent = float(distances(wish.volume, np.zeros((1, 2)))[1][0])
+        # A clearance asks for about as much where it is far larger than the volume.
+        self._unit = max(extent, wish.clearance - extent)
+        self._range = DIFFERENCES[0]
+        self.is_to_be_proved = False
+        flattest = min(ANGLES[0], 0.5 * wish.least_arm_angle)
+        self._angles = flattest, max(ANGLES[1], 0.5 * (wish.least_arm_angle + 0.5 * math.pi))
 
     def add_places(self, proved: Sizing) -> None:
         """Try the worst places of a machine, too."""
@@ -175,10 +206,28 @@ class _Search:
                 return sizing
         return proved
 
+    def nearest(self, limit: float) -> _Found:
+        """Return a machine that needs at most this part of what is allowed.
+
+        If there is none: of those that can be proved, the one that needs least.
+        """
+        while True:
+            found = []
+            for self._range in DIFFERENCES:
+                found.append(self.best(lambda needed: needed.worst))
+                if found[-1].worst <= limit:
+                    return found[-1]
+            if self.is_to_be_proved:
+                return min(found, key=lambda each: each.worst)
+            self.is_to_be_proved = True
+
+    def needs_of(self, found: _Found) -> Needs:
+        """Return what a machine needs at the places that are tried."""
+        return self._needs(np.array([found.difference]), np.array([found.length]))
+
     def best(self, merit: Callable[[Needs], FloatArray]) -> _Found:
         """Return the machine with the least ``merit``."""
-        low = np.array((math.log(DIFFERENCES[0]), ANGLES[0]))
-        high = np.array((math.log(DIFFERENCES[1]), ANGLES[1]))
+        low, high = np.array((np.log(self._range), self._angles)).T
         grid, merits = self._tried(low, high, FIRST_GRID, merit)
         cell = (high - low) / (FIRST_GRID - 1)
         starts: list[FloatArray] = []
@@ -226,7 +275,7 @@ class _Search:
 
     def _machines(self, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return differences of the radii and arm lengths of points of a grid. (n,) each [m]."""
-        differences = self._extent * np.exp(grid[:, 0])
+        differences = self._unit * np.exp(grid[:, 0])
         farthest = span_of(self._wish.volume, self._wish.orientation, differences)[1]
         return differences, farthest / np.cos(grid[:, 1])
 
@@ -245,7 +294,10 @@ class _Search:
                 0.0,
             )
             parts.append(tried.reshape(3, number, count).max(axis=2))
-        return needs(self._wish, differences, lengths, np.concatenate(parts, axis=1))
+        largest = np.concatenate(parts, axis=1)
+        if self.is_to_be_proved:
+            largest[:, ~(largest[0] <= PROVABLE)] = np.inf
+        return needs(self._wish, differences, lengths, largest)
 
 
 def _around(value: float, step: float) -> list[float]:
@@ -255,11 +307,11 @@ def _around(value: float, step: float) -> list[float]:
     return [round((first + k) * step, digits) for k in range(-1, 3)]
 
 
-def _impossible(least: Sizing) -> ImpossibleWishError:
-    """Return the error about a wish, for the machine that comes nearest to it."""
+def _impossible(wish: Wish, least: Needs) -> ImpossibleWishError:
+    """Return the error about a wish, for what the machine needs that comes nearest to it."""
     stops = []
-    wish = nearest = least.wish
-    for demand, ratio in zip(DEMANDS, least.needs.ratios[:, 0].tolist()):
+    nearest = wish
+    for demand, ratio in zip(DEMANDS, least.ratios[:, 0].tolist()):
         if ratio > 1.0 - ROOM:
             nearest = nearest.loosened(demand, max(1.0, ratio) * (1.0 + MORE_THAN_NEEDED))
             wanted, possible = getattr(wish, demand.value), getattr(nearest, demand.value)

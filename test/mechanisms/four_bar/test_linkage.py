@@ -1,4 +1,5 @@
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -605,3 +606,22 @@ def test_a_branch_is_what_was_asked_for():
     for branch in Branch:
         assert TEXTBOOK.pose(1.0, branch).branch is branch
         assert TEXTBOOK.sweep([1.0]).branch(branch).branch is branch
+
+
+def calls_of(call):
+    """How many functions a call calls, those of C among them."""
+    calls = []
+    sys.setprofile(lambda frame, event, _: calls.append(event) if "call" in event else None)
+    try:
+        call()
+    finally:
+        sys.setprofile(None)
+    return len(calls)
+
+
+def test_one_angle_takes_about_the_work_of_a_sweep():
+    linkage = FourBar(0.02, 0.07, 0.09, 0.06)
+    linkage.solve(0.5, 10.0)
+    assert calls_of(lambda: linkage.solve(0.5, 10.0)) < 3 * calls_of(
+        lambda: linkage.sweep([0.5], 10.0)
+    )

@@ -169,3 +169,27 @@ def test_ten_thousand_segments_are_checked_in_small_pieces():
     points = 0.02 * np.column_stack((np.cos(angles), np.sin(angles), 12.0 + angles / 50.0))
     driven = PlatformPath.through(points, 1e-4).driven
     assert sum(1 for _ in check_place(driven, WORKSPACE)) < 100
+
+
+def test_a_circle_is_accepted_just_where_its_outermost_place_is_inside():
+    workspace = WORKSPACES["box"]
+    rng = np.random.default_rng(6)
+    answers = []
+    for _ in range(60):
+        beyond, phase = float(rng.uniform(-1e-4, 2e-4)), float(rng.uniform(0.0, 2.0 * math.pi))
+        radius = float(10.0 ** rng.uniform(-2.5, -1.1))
+        centre = np.array((0.11 + beyond - radius, 0.0, 0.25))
+        start = centre + radius * np.array((math.cos(phase), math.sin(phase), 0.0))
+        start[0] = min(start[0], 0.11)
+        if math.dist(start, centre) < radius * (1.0 - 1e-12):
+            continue
+        whole = PlatformPath.start(start).arc_about(tuple(centre), (0, 0, 1), 2.0 * math.pi)
+        try:
+            at_once(check_place(whole.driven, workspace))
+            accepted = True
+        except PathPlaceError:
+            accepted = False
+        answers.append(accepted)
+        assert accepted or beyond > 0.0
+        assert not accepted or beyond <= TOLERANCE * (1.0 + 1e-3)
+    assert 10 < sum(answers) < len(answers) - 10

@@ -17,7 +17,7 @@ from rclpy.serialization import serialize_message
 from testing.calls import most_calls_of_a_piece
 from tri_glide_interfaces.action import FollowPath
 from tri_glide_interfaces.msg import Output
-from tri_glide_kinematics.errors import KinematicsError, Refusal
+from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, Refusal
 from tri_glide_kinematics.interruptible import ROWS, at_once
 from tri_glide_kinematics.motion.path import (
     MOST_SEGMENTS,
@@ -89,6 +89,17 @@ def test_a_turned_pose_is_refused_with_its_number():
     message.poses[3].pose.orientation.z = float("nan")
     with pytest.raises(RefusedMessageError, match="pose 4 of the target path is turned"):
         read(message)
+
+
+def test_positions_that_are_no_numbers_in_full_are_refused_with_their_number():
+    message = path(5)
+    message.poses[3].pose.position.y = 5e-324
+    text = r"position\.y of pose 4 of the target path = 4\.9\d*e-324 m must be 0 "
+    with pytest.raises(OutOfBoundsError, match=text):
+        read(message)
+    goal = FollowPath.Goal(kinds=[0, 0], numbers=[0.0, 0.1, 0.2, 0.0, 1e-310, 0.2])
+    with pytest.raises(OutOfBoundsError, match=r"numbers\[4\] = 1e-310 must be 0 "):
+        flat_path(goal, BASE, 0.002)
 
 
 def test_bytes_of_the_other_order_are_read_too():

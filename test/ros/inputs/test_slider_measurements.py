@@ -196,6 +196,12 @@ def test_joints_of_others_are_not_ours():
     assert read(JointState()) is None
 
 
+def test_numbers_that_fade_out_come_to_zero():
+    message = JointState(name=NAMES, position=[5e-324, 2.0, -1e-310], velocity=[0.0, 1e-320, 1.0])
+    for _ in range(2):
+        assert read(message) == ((0.0, 2.0, 0.0), (0.0, 0.0, 1.0))
+
+
 @pytest.mark.parametrize("velocities", [[], [0.1, math.nan, 0.1]])
 def test_velocities_may_be_missing(velocities):
     message = JointState(name=NAMES, position=[1.0, 2.0, 3.0], velocity=velocities)
@@ -208,6 +214,7 @@ def test_velocities_may_be_missing(velocities):
         (JointState(name=NAMES[:2], position=[1.0, 2.0]), "lacks slider_3"),
         (JointState(name=NAMES, position=[1.0, 2.0]), "3 names, but 2 positions"),
         (JointState(name=NAMES), "3 names, but 0 positions"),
+        (JointState(position=[1.0] * 3), "3 positions, but no names"),
         (JointState(name=NAMES, position=[1.0] * 3, velocity=[1.0]), "3 names, but 1 velocities"),
     ],
 )

@@ -7,6 +7,7 @@ plane) is worked out when it is asked for. Plane vectors are complex numbers ins
 from __future__ import annotations
 
 import cmath
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.checks import finite, member
-from tri_glide_kinematics.equal_numbers import directions
+from tri_glide_kinematics.equal_numbers import directions, wrapped
 from tri_glide_kinematics.mechanisms.four_bar.analysis import Branch, LinkLengths
 from tri_glide_kinematics.vectors import FloatArray, Point
 
@@ -301,22 +302,27 @@ class FourBarPose:
     @classmethod
     def of(cls, sweep: BranchSweep, rocker_pivot: Point) -> FourBarPose:
         """Take the pose from the only row of a sweep; ``rocker_pivot`` is its place in [m]."""
-        x, y = sweep.crank_pins[0].tolist()
-        pin_x, pin_y = sweep.rocker_pins[0].tolist()
+        # As the sweep works them out, but once and without arrays: those cost more than the motion.
+        frame, crank_angle = sweep.frame, float(sweep.crank_angles[0])
+        x, y, a, b, c, d = sweep.motion[:, 0].tolist()
+        rates = (a, b, c, d)
+        rocker_pin = complex(x, y)
+        crank_pin = cmath.rect(sweep.lengths.crank, crank_angle - frame.angle)
+        coupler, rocker = rocker_pin - crank_pin, rocker_pin - sweep.lengths.ground
+        transmission_angle = abs(cmath.phase(rocker * coupler.conjugate()))
+        pivot = complex(*frame.crank_pivot)
+        first, second = (pivot + frame.rotation * pin for pin in (crank_pin, rocker_pin))
         return cls(
-            branch=sweep.branch,
-            crank_angle=float(sweep.crank_angles[0]),
-            coupler_angle=float(sweep.coupler_angles[0]),
-            rocker_angle=float(sweep.rocker_angles[0]),
-            coupler_velocity=float(sweep.coupler_velocities[0]),
-            rocker_velocity=float(sweep.rocker_velocities[0]),
-            coupler_acceleration=float(sweep.coupler_accelerations[0]),
-            rocker_acceleration=float(sweep.rocker_accelerations[0]),
-            crank_pivot=sweep.frame.crank_pivot,
-            crank_pin=(x, y),
-            rocker_pin=(pin_x, pin_y),
-            rocker_pivot=rocker_pivot,
-            transmission_angle=float(sweep.transmission_angles[0]),
-            is_singular=bool(sweep.is_singular[0]),
-            _sweep=sweep,
+            sweep.branch,
+            crank_angle,
+            wrapped(cmath.phase(frame.rotation * coupler)),
+            wrapped(cmath.phase(frame.rotation * rocker)),
+            *rates,
+            frame.crank_pivot,
+            (first.real, first.imag),
+            (second.real, second.imag),
+            rocker_pivot,
+            transmission_angle,
+            math.sin(transmission_angle) <= SINGULAR_SINE,
+            sweep,
         )

@@ -26,6 +26,7 @@ from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING, Slide
 from tri_glide_kinematics.motion.trajectory.series import ORDERS, Series, positions
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.wording import number_text
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.workspace import Traced, Workspace
@@ -126,6 +127,10 @@ class Trajectory(ABC):
     __slots__ = ()
 
     duration: float
+
+    def __repr__(self) -> str:
+        """Return its kind and how long it takes."""
+        return f"<{type(self).__name__}, {number_text(self.duration)} s>"
 
     @abstractmethod
     def at(self, time: float) -> SliderState:

@@ -11,7 +11,9 @@ from struct import Struct
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from tri_glide_kinematics.checks import SMALLEST, normal
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, Refusal, WrongShapeError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine import PathOutputs
@@ -54,6 +56,8 @@ def flat_path(request: Any, base_frame: str, tolerance: float) -> FlatPath:
         KinematicsError: if they can be no path.
     """
     check_frame("path", request.header.frame_id, (base_frame,))
+    for index in np.flatnonzero(_are_tiny(np.asarray(request.numbers)))[:1].tolist():
+        normal(f"numbers[{index}]", request.numbers[index])
     return FlatPath.of(
         request.kinds, request.numbers, request.tolerances, request.speeds, tolerance
     )
@@ -197,4 +201,12 @@ def _checked(rows: FloatArray, first: int) -> FloatArray:
             f"orientation must be (0, 0, 0, 1) within {ROTATION_TOLERANCE:g}",
             Refusal.ROTATION,
         )
+    for index, axis in np.argwhere(_are_tiny(rows[:, :3]))[:1].tolist():
+        name = f"position.{'xyz'[axis]} of pose {first + index + 1} of the target path"
+        normal(name, float(rows[index, axis]), "m")
     return rows[:, :3]
+
+
+def _are_tiny(numbers: FloatArray) -> NDArray[np.bool_]:
+    """Tell which numbers are refused by ``normal``."""
+    return np.asarray((numbers != 0.0) & (np.abs(numbers) < SMALLEST))

@@ -17,6 +17,7 @@ from typing import NamedTuple
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
+from tri_glide_kinematics.checks import zero_if_tiny
 from tri_glide_kinematics.ros.cdr import (
     KIND,
     MARKS,
@@ -186,9 +187,13 @@ def reading_of(
         None if the message is about other joints only.
 
     Raises:
-        RefusedMessageError: if a slider or a number is missing.
+        RefusedMessageError: if all names, a slider or a number is missing.
     """
     names = message.name
+    if message.position and not names:
+        raise RefusedMessageError(
+            f"joint state has {len(message.position)} positions, but no names"
+        )
     missing = [name for name in joint_names if name not in names]
     if len(missing) == len(joint_names):
         return None
@@ -217,10 +222,13 @@ def _reading(
     """Return the numbers of the joints with these ``indices``."""
     i, j, k = indices
     first, second, third = offsets
-    heights = (position[i] + first, position[j] + second, position[k] + third)
-    velocities = (velocity[i], velocity[j], velocity[k]) if velocity else None
-    if velocities is not None and any(map(math.isnan, velocities)):
-        velocities = None
+    # A filter of the sender that fades out goes through numbers that are nearly zero.
+    x, y, z = map(zero_if_tiny, (position[i], position[j], position[k]))
+    heights = (x + first, y + second, z + third)
+    velocities = None
+    if velocity and not any(map(math.isnan, found := (velocity[i], velocity[j], velocity[k]))):
+        vx, vy, vz = map(zero_if_tiny, found)
+        velocities = (vx, vy, vz)
     return StampedReading(heights, velocities, *stamp)
 
 

@@ -818,6 +818,10 @@ has the default of these tables. *Live* ones may be changed while the machine mo
 other parameters. A node does not start with a file in which a key stands twice: ROS would take
 one of them without a word.
 
+ROS declares `use_sim_time` for each node. With `true`, stamps are those of `/clock`, and 0 where
+nobody publishes it. The motion goes by the steady clock of this computer all the same, so leave it
+`false` for a machine.
+
 This page is made by `python -m tri_glide_kinematics.ros.parameters.tables > docs/parameters.md`."""
 
 
