@@ -154,8 +154,9 @@ def solve(
     for _ in range(STEPS):
         fitted = _step(here)
         size = float(np.linalg.norm(here.design @ fitted))
-        if size < REST:
-            return here
+        # Where residuals are larger than stated, so are steps that mean nothing.
+        if size < REST * max(1.0, float(np.sqrt(here.chi_squared / len(here.residuals)))):
+            return _moved(here, model, fitted)
         for halving in range(HALVINGS):
             following = _moved(here, model, fitted / 2.0**halving)
             # A machine that does not reach gives NaN, which is not below either.
