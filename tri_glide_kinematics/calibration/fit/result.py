@@ -134,6 +134,8 @@ GROSS = 3.0
 GROSS_BY_CHANCE = 1e-6
 # One of a thousand machines is farther from what was assumed, by chance (standard deviations).
 FAR_FROM_PRIORS = 4.0
+# Left out are so many, and so large a part: no matter of one or two that slipped.
+MANY, MANY_PART = 3, 0.15
 # A change of the position by less than this part of a direction's own is rounding.
 UNTOUCHED = 1e-6
 
@@ -214,7 +216,12 @@ class Calibration:
     @property
     def is_contradicted(self) -> bool:
         """Whether something that was stated is wrong, so that the result is not to be used."""
-        return self.has_gross_residuals or bool(self.far_from_priors)
+        return self.has_gross_residuals or self.has_many_outliers or bool(self.far_from_priors)
+
+    @property
+    def has_many_outliers(self) -> bool:
+        """Whether so many contradict the others that these may be the wrong ones."""
+        return len(self.outliers) >= max(MANY, MANY_PART * len(self.residuals))
 
     @property
     def has_gross_residuals(self) -> bool:
