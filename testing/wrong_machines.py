@@ -25,7 +25,7 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 NOMINAL = MachineParameters(DEFAULT_GEOMETRY)
 # How far a machine is from its drawing (standard deviations) [m].
-WRONG_BY = Priors(5e-4, 3e-4, 1e-3)
+WRONG_BY = Priors(5e-4, 3e-4, 1e-3, common_radius=0.0, common_arm_length=0.0)
 RADIUS = 0.12  # m, of the disc in which is measured
 TOUCH, DISTANCE, POSITION = 1e-5, 5e-5, 5e-5  # standard deviations [m]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from tri_glide_kinematics.calibration.firmwares import (
     RepRapFirmwareDelta,
 )
 from tri_glide_kinematics.calibration.fit import MachineParameters
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 
 FIRMWARES = (KlipperDelta, MarlinDelta, RepRapFirmwareDelta)
@@ -115,3 +117,12 @@ def test_settings_are_written_as_the_firmwares_read_them():
     marlin = str(MarlinDelta.of(NOMINAL, END_STOPS).settings)
     assert "#define DELTA_DIAGONAL_ROD 400" in marlin
     assert "#define DELTA_TOWER_ANGLE_TRIM { 0, 0, 0 }" in marlin
+
+
+@pytest.mark.parametrize("kind", FIRMWARES)
+def test_numbers_that_are_missing_are_named(kind):
+    settings = kind.of(NOMINAL, END_STOPS).settings
+    for each in fields(settings):
+        wrong = (1.0, 2.0) if isinstance(getattr(settings, each.name), tuple) else None
+        with pytest.raises(KinematicsError, match=each.name):
+            replace(settings, **{each.name: wrong})

@@ -7,6 +7,7 @@ import pytest
 
 from tri_glide_kinematics.dynamics import Arm, Masses, PayloadOffCentreError
 from tri_glide_kinematics.errors import (
+    KinematicsError,
     NotANumberError,
     NotFiniteError,
     OutOfBoundsError,
@@ -55,6 +56,8 @@ def test_an_arm_with_its_centre_elsewhere_needs_an_inertia():
         ({"viscous": (-1, 0, 0)}, OutOfBoundsError, "viscous[0] = -1 N s/m must be at least 0"),
         ({"gravity": (0, 0, "g")}, NotANumberError, "gravity[2] = 'g'"),
         ({"arms": (ARM, ARM)}, WrongShapeError, "arms has shape (2,)"),
+        ({"arms": None}, WrongShapeError, "arms has shape (0,)"),
+        ({"arms": (ARM, 0.3, ARM)}, KinematicsError, "arms[1] = 0.3 must be an Arm"),
     ],
 )
 def test_numbers_that_no_machine_has_are_refused(change, error, text):

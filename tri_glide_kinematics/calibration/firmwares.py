@@ -14,14 +14,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import permutations
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from tri_glide_kinematics.calibration.fit import MachineParameters
-from tri_glide_kinematics.checks import finite_vector
+from tri_glide_kinematics.checks import finite, finite_vector
 from tri_glide_kinematics.equal_numbers import first_smallest
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -49,6 +49,14 @@ class Converted(Generic[Settings]):
     shift: tuple[float, float]
 
 
+def _check(settings: KlipperDelta | MarlinDelta | RepRapFirmwareDelta) -> None:
+    for each in fields(settings):
+        value = getattr(settings, each.name)
+        is_vector = each.type == "Vector3"
+        checked = finite_vector(each.name, value, 3) if is_vector else finite(each.name, value)
+        object.__setattr__(settings, each.name, checked)
+
+
 @dataclass(frozen=True)
 class KlipperDelta:
     """``[printer]`` and ``[stepper_a]`` to ``[stepper_c]`` of Klipper.
@@ -64,6 +72,10 @@ class KlipperDelta:
     angles: Vector3
     arm_lengths: Vector3
     position_endstops: Vector3
+
+    def __post_init__(self) -> None:
+        """Check the numbers; each error is a ``KinematicsError``."""
+        _check(self)
 
     def machine(self, end_stops: Sequence[float] = (0.0, 0.0, 0.0)) -> MachineParameters:
         """Return the machine; its arms are A, B and C.
@@ -123,6 +135,10 @@ class MarlinDelta:
     diagonal_rod: float
     diagonal_rod_trim: Vector3
     tower_angle_trim: Vector3
+
+    def __post_init__(self) -> None:
+        """Check the numbers; each error is a ``KinematicsError``."""
+        _check(self)
 
     def machine(self, end_stops: Sequence[float] = (0.0, 0.0, 0.0)) -> MachineParameters:
         """Return the machine, as in ``KlipperDelta``."""
@@ -188,6 +204,10 @@ class RepRapFirmwareDelta:
     homed_height: float
     angle_corrections: Vector3
     endstop_adjustments: Vector3
+
+    def __post_init__(self) -> None:
+        """Check the numbers; each error is a ``KinematicsError``."""
+        _check(self)
 
     def machine(self, end_stops: Sequence[float] = (0.0, 0.0, 0.0)) -> MachineParameters:
         """Return the machine, as in ``KlipperDelta``."""

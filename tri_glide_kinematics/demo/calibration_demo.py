@@ -324,7 +324,7 @@ def table(verdict: Verdict) -> str:
 
 NOMINAL = MachineParameters(DEFAULT_GEOMETRY)
 # How far machines are from their drawing, and what is assumed of this one (standard deviations).
-USUAL_ERRORS = Priors(anchors=5e-4, arm_lengths=3e-4, height_offsets=1e-3)
+USUAL_ERRORS = Priors(5e-4, 3e-4, 1e-3, common_radius=0.0, common_arm_length=0.0)
 
 
 def wrong_machine(seed: int) -> MachineParameters:
@@ -400,6 +400,8 @@ def _assumed() -> list[str]:
         "prior_anchors": USUAL_ERRORS.anchors,
         "prior_arm_lengths": USUAL_ERRORS.arm_lengths,
         "prior_height_offsets": USUAL_ERRORS.height_offsets,
+        "prior_common_radius": USUAL_ERRORS.common_radius,
+        "prior_common_arm_length": USUAL_ERRORS.common_arm_length,
         "contact_delay": CONTACT_DELAY,
     }
     return [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from tri_glide_kinematics.checks import finite, finite_vector, non_negative, positive
@@ -125,6 +125,7 @@ class Masses:
 
         Raises:
             WrongShapeError: if a vector has not three numbers, or there are not three arms.
+            KinematicsError: if one of the arms is none.
             NotANumberError: if something is no number.
             NotFiniteError: if a number is NaN or infinite.
             OutOfBoundsError: if a mass or a friction is negative, or the mass of the platform or
@@ -141,9 +142,14 @@ class Masses:
             values = finite_vector(name, getattr(self, name), 3)
             checked = tuple(check(f"{name}[{i}]", value, unit) for i, value in enumerate(values))
             object.__setattr__(self, name, checked)
-        arms = tuple(self.arms)
+        arms = tuple(self.arms) if isinstance(self.arms, Iterable) else ()
         if len(arms) != 3:
             raise WrongShapeError("arms", (len(arms),), "(3,)")
+        for i, arm in enumerate(arms):
+            if not isinstance(arm, Arm):
+                raise KinematicsError(
+                    f"arms[{i}] = {arm!r} must be an Arm, which has more than a mass"
+                )
         object.__setattr__(self, "arms", arms)
         object.__setattr__(self, "platform", positive("platform", self.platform, "kg"))
         object.__setattr__(self, "payload", non_negative("payload", self.payload, "kg"))

@@ -63,7 +63,7 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
     if calibration.is_contradicted and not is_forced:
         reason = contradiction(calibration)
         raise SavingError(f"no parameter file without --force: {reason}")
-    save_parameters(folder / PARAMETERS, calibration.machine)
+    save_parameters(folder / PARAMETERS, calibration.machine, calibration.nominal)
     print(f"parameter file for all nodes: {folder / PARAMETERS}")
 
 

@@ -100,7 +100,9 @@ class CalibrationNode(Node):
         """
         super().__init__("calibration_node")
         self._values = values = LiveParameters(self, CALIBRATION_NODE, check_joint_names).values
-        self._nominal = MachineParameters(machine_of(values).geometry, values["height_offsets"])
+        present = MachineParameters(machine_of(values).geometry, values["height_offsets"])
+        drawn = values["drawn_machine"]
+        self._drawing = MachineParameters.from_vector(drawn) if any(drawn) else present
         # With the travel of the sliders as the drives report it.
         self._workspace = workspace_limits_of({**values, "height_offsets": (0.0, 0.0, 0.0)})
         self._reader = SliderMeasurements(values["joint_names"])
@@ -112,7 +114,7 @@ class CalibrationNode(Node):
             values["touch_deviation"], values["position_deviation"], values["distance_deviation"]
         )
         self._session = Session(plate_of(values), deviations, self._keep)
-        believed = TrueMachine(TriGlide(self._nominal.geometry), self._nominal.height_offsets)
+        believed = TrueMachine(TriGlide(present.geometry), present.height_offsets)
         self._resting = Resting(self._record)
         self._probes = ProbeDriver(
             self,
@@ -299,7 +301,7 @@ class CalibrationNode(Node):
         if file is not None:
             if calibration.is_contradicted:
                 raise SavingError(f"no parameter file: {contradiction(calibration)}")
-            save_parameters(file, calibration.machine)
+            save_parameters(file, calibration.machine, self._drawing)
         numbers = calibration.machine.vector.tolist()
         response.anchors = numbers[0:6]
         response.arm_lengths = numbers[6:9]
@@ -387,7 +389,7 @@ class CalibrationNode(Node):
 
     def _content(self) -> MeasurementFile:
         priors = priors_of(self._values)
-        return self._session.content(self._nominal, priors, self._workspace)
+        return self._session.content(self._drawing, priors, self._workspace)
 
 
 def folder_of(values: Values) -> Path:
@@ -411,11 +413,15 @@ def plate_of(values: Values) -> Plate:
 
 
 def priors_of(values: Values) -> Priors | None:
-    """Return how far a machine may be from its parameters; None if that is not known."""
+    """Return how far a machine may be from its drawing; None if that is not known."""
     if not values["use_priors"]:
         return None
     return Priors(
-        values["prior_anchors"], values["prior_arm_lengths"], values["prior_height_offsets"]
+        values["prior_anchors"],
+        values["prior_arm_lengths"],
+        values["prior_height_offsets"],
+        common_radius=values["prior_common_radius"],
+        common_arm_length=values["prior_common_arm_length"],
     )
 
 

@@ -207,3 +207,48 @@ def test_odd_recordings_have_an_answer_and_no_mode(values):
     found = find_modes(Recording(np.arange(40.0) / 100.0, values[:, None]))
     assert found.reason is not None
     assert np.isfinite(found.fit).all()
+
+
+@pytest.mark.parametrize("part", [0.5, 0.6, 0.75])
+@pytest.mark.parametrize("frequency", [9.0, 22.0, 55.0])
+def test_a_sensor_that_is_clipped_tells_no_mode(part, frequency):
+    values = swing(frequency, 0.02) + NOISE * np.random.default_rng(3).standard_normal(len(TIMES))
+    limit = part * np.abs(values).max()
+    found = find_modes(Recording(TIMES, np.clip(values, -limit, limit)[:, None]))
+    assert found.reason is NotKnown.CLIPPED and not found.modes
+    # A coarse sensor is not clipped: of a count of 20 steps each is there several times.
+    coarse = np.round(values / 5e-5) * 5e-5
+    assert find_modes(Recording(TIMES, coarse[:, None])).reason is not NotKnown.CLIPPED
+
+
+def test_a_multiple_of_the_frequency_is_no_mode():
+    """As if noise had been added behind a clipped sensor."""
+    found = find_modes(recorded(swing(15.0, 0.03) + swing(45.0, 0.04, amplitude=2e-4)))
+    [mode] = found.modes
+    assert mode.frequency == pytest.approx(15.0, abs=0.01)
+    [(third, reason)] = found.left_out
+    assert third.frequency == pytest.approx(45.0, abs=0.1) and reason is NotKnown.HARMONIC
+    # A second mode that is no multiple, or as large, is one.
+    for frequency, amplitude in ((47.0, 2e-4), (45.0, 8e-4)):
+        both = find_modes(recorded(swing(15.0, 0.03) + swing(frequency, 0.04, amplitude=amplitude)))
+        assert len(both.modes) == 2
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_spring_that_stiffens_is_no_second_mode(seed):
+    """Integrated by itself: x'' = -2 d w x' - w^2 x (1 + b x^2), in units of the first swing."""
+    rng = np.random.default_rng(seed)
+    angular, damping = math.tau * rng.uniform(8.0, 40.0), rng.uniform(0.005, 0.05)
+    stiffening, phase = rng.uniform(0.02, 0.3), rng.uniform(-math.pi, math.pi)
+    steps = 20
+    step = (TIMES[1] - TIMES[0]) / steps
+    place, speed, places = math.cos(phase), -angular * math.sin(phase), []
+    for index in range(steps * len(TIMES)):
+        if index % steps == 0:
+            places.append(place)
+        force = angular**2 * place * (1.0 + stiffening * place * place)
+        # Leapfrog: errors of the frequency are below 1e-4 of it.
+        speed -= step * (force + 2.0 * damping * angular * speed)
+        place += step * speed
+    found = find_modes(recorded(1e-3 * np.array(places)))
+    assert len(found.modes) <= 1 and not found.is_explained

@@ -51,6 +51,8 @@ from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.wording import number_text
 
 DEFAULT_PRIORS = Priors()
+# One of 16,000 good measurements leaves a residual of so many standard deviations.
+LARGE_RESIDUAL = 4.0
 
 
 def calibrate(
@@ -109,8 +111,11 @@ def calibrate(
         return solve(some, begin, knowledge, judging=True)
 
     found = robust_fit(model, fit, partial(fit, roughly=True))
-    kept = model.without(found.outliers)
-    solution = solve(kept, starting_state(kept, knowledge.mean), knowledge)
+    solution = found.solution
+    if priors is None:
+        kept = model.without(found.outliers)
+        solution = solve(kept, starting_state(kept, knowledge.mean), knowledge)
+        solution = solve(kept, solution.state, knowledge)
     residuals = _residuals(model, found, solution)
     return Calibration(
         machine=MachineParameters.from_vector(solution.state.machine),
@@ -121,9 +126,9 @@ def calibrate(
         residuals=residuals,
         plates=_plates(measurements, solution.state),
         frames=solution.state.frames,
-        chi_squared=found.solution.chi_squared,
-        degrees_of_freedom=found.solution.degrees_of_freedom,
-        warnings=_warnings(found, residuals),
+        chi_squared=solution.chi_squared,
+        degrees_of_freedom=solution.degrees_of_freedom,
+        warnings=_warnings(found, solution, residuals),
         _solution=solution,
         _knowledge=knowledge,
         _unknowns=unknowns,
@@ -165,9 +170,10 @@ def _plates(measurements: Sequence[Measurement], state: State) -> dict[str, Plat
     return plates
 
 
-def _warnings(found: RobustFit, residuals: Sequence[Residual]) -> tuple[str, ...]:
+def _warnings(
+    found: RobustFit, solution: Solution, residuals: Sequence[Residual]
+) -> tuple[str, ...]:
     """Return in words what a user should look at."""
-    solution = found.solution
     warnings = []
     for index in sorted(found.outliers):
         one = residuals[index]
@@ -179,8 +185,19 @@ def _warnings(found: RobustFit, residuals: Sequence[Residual]) -> tuple[str, ...
         if found.doubts[index]:
             others = ", ".join(residuals[i].name for i in found.doubts[index])
             text += f"; the data cannot tell it well from: {others}"
+        if len(solution.prior):
+            text += "; or the machine is farther off than the priors say"
         warnings.append(text)
     freedom, squares = solution.degrees_of_freedom, solution.chi_squared
+    noise = max(1.0, float(np.sqrt(squares / max(freedom, 1))))
+    for one in residuals:
+        off = float(np.abs(one.error).max())
+        size = off / (noise * one.measurement.standard_deviation)
+        if size > LARGE_RESIDUAL and not one.is_outlier:
+            warnings.append(
+                f"{one.name} is {number_text(1000.0 * off, 3)} mm off on this machine, "
+                f"{number_text(size, 3)} standard deviations"
+            )
     if freedom > 0:
         value, spread = number_text(squares, 3), number_text(float(np.sqrt(2.0 * freedom)), 2)
         factor = number_text(float(np.sqrt(squares / freedom)), 2)

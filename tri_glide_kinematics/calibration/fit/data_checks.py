@@ -16,7 +16,7 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Touch,
 )
 from tri_glide_kinematics.calibration.fit.model import MeasurementModel, Region, heights_of
-from tri_glide_kinematics.calibration.fit.priors import Priors
+from tri_glide_kinematics.calibration.fit.priors import PRIOR_KINDS, Priors
 from tri_glide_kinematics.calibration.fit.unknowns import (
     MACHINE,
     PARAMETER_NAMES,
@@ -177,7 +177,7 @@ def check_priors(priors: Priors, longest_arm: float) -> None:
         WrongUnitError: if one is; its text asks for the unit.
     """
     expected = f"the longest arm {number_text(longest_arm)} m"
-    for name in ("anchors", "arm_lengths", "height_offsets"):
+    for name in PRIOR_KINDS:
         value = getattr(priors, name)
         if value > longest_arm:
             what = f"standard deviation of {name} in the priors"

@@ -7,7 +7,9 @@ Heights are reported ones. Lengths are in the unit that the file names. An examp
       anchors: [[0, -200], [173.2, 100], [-173.2, 100]]
       arm_lengths: [400, 400, 400]
       height_offsets: [0, 0, 0]              # without it: zeros
-    priors: {anchors: 1, arm_lengths: 0.5, height_offsets: 2}   # or: none; without it: these
+    # or: none; without it: these
+    priors: {anchors: 1, arm_lengths: 0.5, height_offsets: 2, common_radius: 1,
+      common_arm_length: 1}
     plates:
       bed: {height: 0, tilt: [0, 0]}         # or: unknown, for one or both
     touches:
@@ -36,7 +38,7 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Plate,
     Touch,
 )
-from tri_glide_kinematics.calibration.fit.priors import Priors
+from tri_glide_kinematics.calibration.fit.priors import PRIOR_KINDS, Priors
 from tri_glide_kinematics.calibration.fit.unknowns import MachineParameters
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
@@ -120,7 +122,6 @@ def workspace_keys(
 # Of a file that is written here: no other is overwritten.
 FIRST_LINE = "# Measurements of one machine."
 UNKNOWN = "unknown"
-PRIOR_KINDS = ("anchors", "arm_lengths", "height_offsets")
 
 Made = TypeVar("Made")
 
@@ -232,10 +233,8 @@ class _Reader:
         usual = [getattr(Priors(), kind) / self._unit for kind in PRIOR_KINDS]
 
         def read() -> Priors:
-            anchors, arms, offsets = (
-                self._unit * section.number(*each) for each in zip(PRIOR_KINDS, usual)
-            )
-            return Priors(anchors, arms, offsets)
+            numbers = [self._unit * section.number(*each) for each in zip(PRIOR_KINDS, usual)]
+            return Priors(**dict(zip(PRIOR_KINDS, numbers)))  # type: ignore[arg-type]
 
         return self._made(section, read)
 

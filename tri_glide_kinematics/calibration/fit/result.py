@@ -134,6 +134,8 @@ GROSS = 3.0
 GROSS_BY_CHANCE = 1e-6
 # One of a thousand machines is farther from what was assumed, by chance (standard deviations).
 FAR_FROM_PRIORS = 4.0
+# Left out are so many, and so large a part: no matter of one or two that slipped.
+MANY, MANY_PART = 3, 0.15
 # A change of the position by less than this part of a direction's own is rounding.
 UNTOUCHED = 1e-6
 
@@ -168,8 +170,8 @@ class Calibration:
         machine: geometry and height offsets.
         nominal: where the fit began.
         priors: that were used, with their mean; None if there were none.
-        unidentified: in words, what the data do not determine. There the machine is exactly as it
-            was assumed to be.
+        unidentified: in words, what the data do not determine. There the machine is as the priors
+            say; without priors, exactly as it was assumed to be.
         covariance: of the twelve parameters, in the order of ``MachineParameters.vector``. Without
             priors, of what the data determine: the rest is in ``standard_deviations`` and
             ``position_uncertainty`` only. Shape (12, 12) [m^2].
@@ -214,7 +216,12 @@ class Calibration:
     @property
     def is_contradicted(self) -> bool:
         """Whether something that was stated is wrong, so that the result is not to be used."""
-        return self.has_gross_residuals or bool(self.far_from_priors)
+        return self.has_gross_residuals or self.has_many_outliers or bool(self.far_from_priors)
+
+    @property
+    def has_many_outliers(self) -> bool:
+        """Whether so many contradict the others that these may be the wrong ones."""
+        return len(self.outliers) >= max(MANY, MANY_PART * len(self.residuals))
 
     @property
     def has_gross_residuals(self) -> bool:
@@ -233,8 +240,9 @@ class Calibration:
             return {}
         sizes = self.prior_residuals
         found = dict(zip(PARAMETER_NAMES, np.abs(sizes).tolist()))
-        scale = np.diag(self.priors.deviations())
-        ways = along_named(self.nominal.vector, scale, sizes)
+        scale = self._knowledge.scale
+        change = np.linalg.solve(scale, self.machine.vector - self._knowledge.mean)
+        ways = along_named(self.nominal.vector, scale, change)
         name = max(ways, key=lambda each: abs(ways[each]))
         if abs(ways[name]) > max(found.values()):
             found = {name: abs(ways[name]), **found}
@@ -245,8 +253,8 @@ class Calibration:
         """Each parameter less what was assumed, by its standard deviation there. Shape (12,)."""
         if self.priors is None:
             return np.zeros(MACHINE)
-        mean = self.priors.mean or self.nominal
-        return np.asarray((self.machine.vector - mean.vector) / self.priors.deviations())
+        deviations = np.linalg.norm(self._knowledge.scale, axis=1)
+        return np.asarray((self.machine.vector - self._knowledge.mean) / deviations)
 
     @property
     def standard_deviations(self) -> FloatArray:
@@ -330,7 +338,7 @@ def _position_rows(machine: MachineParameters, positions: ArrayLike, aligned: bo
 def covariance_of(solution: Solution, knowledge: Knowledge) -> FloatArray:
     """Return the covariance of the twelve parameters, at the machine that was found.
 
-    What was not fitted is as uncertain as before: by the priors. Without them, it is left out.
+    Without priors, what was not fitted is left out.
 
     Returns:
         Shape (12, 12) [m^2].
@@ -345,14 +353,10 @@ def covariance_of(solution: Solution, knowledge: Knowledge) -> FloatArray:
 def _spread(solution: Solution, knowledge: Knowledge) -> tuple[Spectrum, FloatArray]:
     """Return directions of u with the standard deviation along each. Shape (12,)."""
     spectrum = knowledge.spectrum(solution.matrix)
-    deviations = spectrum.deviations
-    if knowledge.is_prior:
-        # What was not fitted is as uncertain as before.
-        deviations[solution.basis.shape[1] :] = 1.0
-    return spectrum, deviations
+    return spectrum, spectrum.errors(solution.residuals)
 
 
 def unidentified_of(solution: Solution, knowledge: Knowledge) -> tuple[str, ...]:
     """Return in words what the data of a solution do not determine."""
-    unknown = solution.spectrum.directions[:, solution.basis.shape[1] :]
+    unknown = solution.spectrum.directions[:, solution.spectrum.determined :]
     return in_words(solution.state.machine, knowledge.scale, unknown)

@@ -75,6 +75,22 @@ BINS = 6
 # Their power has to exceed that of white noise by so many of its standard deviations.
 EXCESS_DEVIATIONS = 4.0
 
+# A sensor is clipped if so many samples stand at an end of its values; if it is so coarse that less
+# than half of its values differ, so many times as many as at the value next to it.
+LEAST_AT_END = 3
+MOST_BEFORE_END = 4.0
+
+# Multiples of a frequency that a clipped or bent swing has.
+HARMONICS = (2, 3, 4, 5)
+HARMONIC_DEVIATIONS = 3.0
+MOST_OF_HARMONIC = 0.5
+
+# Of a swing whose frequency depends on its size: rate of decay of its second part by that of its
+# first one, how far the frequencies are apart by that rate, the least part in quadrature.
+BENT_RATES = (2.2, 3.8)
+BENT_APART = 2.0
+BENT_ACROSS = 0.75
+
 # Residuals below this part of the values are rounding errors.
 ROUNDING = 1e-9
 
@@ -97,6 +113,8 @@ class NotKnown(Enum):
     TOO_UNCERTAIN = "the standard deviation is too large: too much noise, or too little swing"
     TOO_NEAR = "two modes are so near to each other that their numbers cannot be told apart"
     TOO_SMALL = "the swing is so small beside the largest one that it needs no shaper"
+    CLIPPED = "the sensor is clipped: many samples stand at the largest value or the least one"
+    HARMONIC = "a multiple of the frequency of a larger swing: clipping, play, a stiffening spring"
     TOO_MANY = "a shaper is for two modes, and others swing more"
 
 
@@ -177,8 +195,10 @@ def find_modes(recording: Recording) -> RingDown:
     values = recording.values
     moving = np.ptp(values, axis=0) > 0.0
     count = len(recording.times)
-    if count < LEAST_SAMPLES or not moving.any():
-        few = NotKnown.TOO_FEW_SAMPLES if count < LEAST_SAMPLES else NotKnown.ONLY_NOISE
+    is_clipped = any(_is_clipped(axis) or _is_clipped(-axis) for axis in values.T[moving])
+    if count < LEAST_SAMPLES or not moving.any() or is_clipped:
+        few = NotKnown.CLIPPED if is_clipped else NotKnown.ONLY_NOISE
+        few = NotKnown.TOO_FEW_SAMPLES if count < LEAST_SAMPLES else few
         means = np.broadcast_to(values.mean(axis=0), values.shape)
         spread = tuple(values.std(axis=0).tolist())
         return RingDown(recording, (), (), few, means, means, spread, is_explained=False)
@@ -188,7 +208,7 @@ def find_modes(recording: Recording) -> RingDown:
         excess = _excess(samples, fit)
         oscillations = _oscillations(samples, fit, moving, excess)
         is_explained = bool(np.all(excess == 1.0)) and _is_noise(samples, fit)
-        if is_explained or not _is_divided(oscillations):
+        if not _is_divided(oscillations, is_explained):
             break
     margin = 1.0 if is_explained else MARGIN_OF_COLOURED_NOISE
     modes, left_out = _judged(samples, oscillations, margin)
@@ -299,9 +319,40 @@ def _power(
     return float(np.square(np.abs(waves @ left)).mean() / np.square(fade).sum())
 
 
-def _is_divided(oscillations: list[Oscillation]) -> bool:
+def _is_clipped(axis: FloatArray) -> bool:
+    """Return whether more values stand at the upper end than a coarse sensor would leave there."""
+    counts = np.unique(axis, return_counts=True)[1]
+    is_coarse = len(counts) < 0.5 * len(axis)
+    least = max(LEAST_AT_END, MOST_BEFORE_END * counts[-2] if is_coarse else 0.0)
+    return bool(counts[-1] >= least)
+
+
+def _is_divided(oscillations: list[Oscillation], is_explained: bool) -> bool:
     """Return whether several oscillations may stand for one swing that is no exact decay."""
-    return any(_are_near(one, other) for one, other in combinations(oscillations, 2))
+    return any(
+        _is_bent(one, other) or (not is_explained and _are_near(one, other, BENT_APART))
+        for one, other in combinations(oscillations, 2)
+    )
+
+
+def _is_bent(one: Oscillation, other: Oscillation) -> bool:
+    r"""Return whether two are one swing whose frequency depends on its size.
+
+    A spring that stiffens by the square of the amplitude $a = e^{-\sigma t}$ turns the phase by
+    $\kappa a^2$: $a e^{j(\omega t + \kappa a^2)} = e^{j\omega t}(a + j\kappa a^3 + ...)$. So the
+    second decays three times as fast as the first one, in quadrature to it on each axis.
+    """
+    slow, fast = sorted((one, other), key=lambda each: each.frequency * each.damping)
+    rate = slow.frequency * slow.damping
+    swings = [
+        np.array(each.amplitudes) * np.exp(1j * np.array(each.phases)) for each in (slow, fast)
+    ]
+    across = abs(np.vdot(*swings).imag)
+    return (
+        BENT_RATES[0] * rate < fast.frequency * fast.damping < BENT_RATES[1] * rate
+        and abs(fast.frequency - slow.frequency) < BENT_APART * rate
+        and across > BENT_ACROSS * slow.amplitude * fast.amplitude
+    )
 
 
 def _is_noise(samples: Samples, fit: DecayFit) -> bool:
@@ -412,6 +463,8 @@ def _reason(
         return NotKnown.TOO_SHORT
     if swings * samples.interval * LEAST_SAMPLES_PER_PERIOD > 1.0:
         return NotKnown.SAMPLED_TOO_SLOWLY
+    if any(_is_harmonic(one, each) for each in oscillations):
+        return NotKnown.HARMONIC
     if not is_certain:
         near = [each for each in oscillations if each is not one and _are_near(one, each)]
         return NotKnown.TOO_NEAR if near else NotKnown.TOO_UNCERTAIN
@@ -426,11 +479,24 @@ def _reason(
     return None
 
 
-def _are_near(one: Oscillation, other: Oscillation) -> bool:
+def _is_harmonic(one: Oscillation, base: Oscillation) -> bool:
+    """Return whether one is a multiple of a larger oscillation, within their deviations."""
+    if one.amplitude > MOST_OF_HARMONIC * base.amplitude:
+        return False
+    return any(
+        abs(one.frequency - times * base.frequency)
+        < HARMONIC_DEVIATIONS
+        * math.hypot(one.frequency_deviation, times * base.frequency_deviation)
+        and one.frequency * one.damping > base.frequency * base.damping
+        for times in HARMONICS
+    )
+
+
+def _are_near(one: Oscillation, other: Oscillation, factor: float = 1.0) -> bool:
     """Return whether the bands of two oscillations overlap; what creeps has none."""
     if max(one.damping, other.damping) > MOST_DAMPING:
         return False
-    width = one.damping * one.frequency + other.damping * other.frequency
+    width = factor * (one.damping * one.frequency + other.damping * other.frequency)
     uncertain = 2.0 * math.hypot(one.frequency_deviation, other.frequency_deviation)
     return abs(one.frequency - other.frequency) < max(width, uncertain)
 

@@ -117,6 +117,11 @@ def contradiction(calibration: Calibration) -> str:
             f"chi-squared is {number_text(calibration.chi_squared, 3)}, expected "
             f"{calibration.degrees_of_freedom}; the standard deviations are not valid"
         )
+    if calibration.has_many_outliers:
+        parts.append(
+            f"{len(calibration.outliers)} of {len(calibration.residuals)} measurements contradict the "
+            "others, which may be the wrong ones"
+        )
     far = calibration.far_from_priors
     if far:
         name = max(far, key=lambda each: far[each])

@@ -84,30 +84,38 @@ TEXT = """# Geometry of one machine, as it was calibrated. All nodes take it aft
   geometry: calibrated,
   anchors: {anchors}, # m
   arm_lengths: {arm_lengths}, # m
-  height_offsets: {height_offsets} # m
+  height_offsets: {height_offsets}{drawing} # m
 }}}}
 """
 
 
-def parameter_text(machine: MachineParameters, name: str) -> str:
-    """Return the text of the file ``name`` for a ``machine``, with lengths to a nanometre."""
+def parameter_text(
+    machine: MachineParameters, name: str, drawing: MachineParameters | None = None
+) -> str:
+    """Return the text of the file ``name`` for a ``machine``, with lengths to a nanometre.
+
+    With its ``drawing``, about which the priors of the next calibration will be, too.
+    """
     geometry = machine.geometry
     return TEXT.format(
         name=name,
+        drawing="" if drawing is None else f",\n  drawn_machine: {_as_yaml(drawing.vector)}",
         anchors=_as_yaml(number for anchor in geometry.anchors for number in anchor),
         arm_lengths=_as_yaml(geometry.arm_lengths),
         height_offsets=_as_yaml(machine.height_offsets),
     )
 
 
-def save_parameters(file: Path, machine: MachineParameters) -> None:
-    """Write the file; an older one becomes ``NAME.bak``.
+def save_parameters(
+    file: Path, machine: MachineParameters, drawing: MachineParameters | None = None
+) -> None:
+    """Write the file, as ``parameter_text``; an older one becomes ``NAME.bak``.
 
     Raises:
         SavingError: if that is not possible, or a file is there that was not written so.
     """
     try:
-        replace_file(file, parameter_text(machine, file.name))
+        replace_file(file, parameter_text(machine, file.name, drawing))
     except OSError as error:
         raise SavingError(f"{file} cannot be written: {error.strerror or error}") from error
 

@@ -728,12 +728,12 @@ CALIBRATION_NODE = (
     ),
     Parameter("distance_deviation", 5e-5, "standard deviation of a distance", "m", 1e-8, 0.1),
     Parameter(
-        "use_priors", True, "whether the next three parameters say how far the machine may be off"
+        "use_priors", True, "whether the next five parameters say how far the machine may be off"
     ),
     Parameter(
         "prior_anchors",
         1e-3,
-        "standard deviation of each coordinate of the anchors from the present ones",
+        "standard deviation of each coordinate of the anchors from the drawn ones",
         "m",
         1e-8,
         1.0,
@@ -741,6 +741,31 @@ CALIBRATION_NODE = (
     Parameter("prior_arm_lengths", 5e-4, "standard deviation of each arm length", "m", 1e-8, 1.0),
     Parameter(
         "prior_height_offsets", 2e-3, "standard deviation of each height offset", "m", 1e-8, 1.0
+    ),
+    Parameter(
+        "prior_common_radius",
+        1e-3,
+        "standard deviation of a radius that is wrong for all anchors alike",
+        "m",
+        0.0,
+        1.0,
+    ),
+    Parameter(
+        "prior_common_arm_length",
+        1e-3,
+        "standard deviation of a length that is wrong for all arms alike",
+        "m",
+        0.0,
+        1.0,
+    ),
+    Parameter(
+        "drawn_machine",
+        (0.0,) * 12,
+        "anchors, arm lengths and height offsets that the priors are about, of the drawing; zeros "
+        "for the present ones",
+        "m",
+        -10.0,
+        10.0,
     ),
     *SYSTEM,
 )
