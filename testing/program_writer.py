@@ -226,7 +226,7 @@ class _Writer:
     def _say_nothing(self) -> None:
         lines = ["(nothing; at all)", "", ";X1 Y2", "/G1 X500", "  "]
         if self._dialect in PRINTING:
-            lines += ["M117 Layer 3, (X1 of 20%", "M104 S200", "M82", "G92 E0", "M84 X Y E"]
+            lines += ["M117 Layer 3, (X1 of 20%", "M104 S200", "M82", "G92 E0", "M84 E"]
         if self._dialect is Dialect.KLIPPER:
             lines += ["EXCLUDE_OBJECT_START NAME=cube", "set_velocity_limit ACCEL=3000"]
         if self._dialect is Dialect.NIST:

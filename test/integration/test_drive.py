@@ -306,16 +306,24 @@ def test_a_program_with_a_mistake_moves_nothing(running_machine, drive, wrong, e
     assert all(each.position == machine.commands[0].position for each in machine.commands)
 
 
-def test_without_a_terminal_a_stop_ends_the_program(running_machine, drive):
-    command = drive("G0 X10 Y0 Z40\nM1\nX0\nM0\nX10\nM2\n")
+def test_without_a_terminal_a_stop_ends_the_program(running_machine, drive, tmp_path):
+    program = "G0 X10 Y0 Z40\nM1\nX0\nM0\nX10\nM0\nX20\nM2\n"
+    kept = ("--progress", str(tmp_path / "kept.yaml"))
+    command = drive(program, *kept)
     assert command.end() == 1
     assert "drive: line 4: M0 waits for Enter, and there is no terminal" in command.output
     results = [row[:3] for row in command.rows()]
     # M1 does not stop unless that is wanted.
     assert results[:2] == [["1", "path", "succeeded"], ["4", "stop", "stopped"]]
-    assert [row[2] for row in results[2:]] == ["not", "not"]
+    assert [row[2] for row in results[2:]] == ["not"] * 4
     running_machine.catch_up()
     assert KINEMATICS.forward(running_machine.heights()) == pytest.approx((0, 0, 0.29), abs=1e-6)
+    # Whoever goes on lets that stop pass, and no other one.
+    command = drive(program, *kept, "--go-on")
+    assert command.end() == 1
+    assert "drive: line 6: M0 waits for Enter, and there is no terminal" in command.output
+    command = drive(program, *kept, "--go-on")
+    assert command.end() == 0, command.output
 
 
 def test_enter_lets_the_program_go_on(running_machine, drive):
@@ -531,7 +539,7 @@ def test_a_paused_path_that_is_left_for_a_target_goes_on_where_it_was(running_ma
     assert places[-1] == pytest.approx((0.06, 0.0, 0.29), abs=1e-6)
 
 
-@pytest.mark.parametrize("ending", ["stop", "disable"])
+@pytest.mark.parametrize("ending", ["stop", "disable", "another command"])
 def test_the_platform_rests_before_the_spindle_is_off(running_machine, ending):
     machine, client = running_machine, running_machine.client
     outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
@@ -544,9 +552,15 @@ def test_the_platform_rests_before_the_spindle_is_off(running_machine, ending):
         return KINEMATICS.forward(machine.heights())[0] > 0.01 and "now line 3" in run.doing
 
     client.wait_for(moving, "some way")
-    client.stop() if ending == "stop" else client.enable(False)
+    if ending == "another command":
+        client.send_pose((-0.08, 0.0, 0.29))
+    else:
+        client.stop() if ending == "stop" else client.enable(False)
+    client.wait_for(lambda: run.look() or len(told(outputs, 4)) == 5, "the outputs")
+    if ending != "disable":
+        machine.catch_up()
+        assert not any(machine.commands[-1].velocity)
     client.wait_for(lambda: run.look() or run.state is RunState.ENDED, "the end")
-    client.wait_for(lambda: len(told(outputs, 4)) == 5, "the outputs")
     if ending == "disable":
         client.enable(True)
     assert not run.is_whole

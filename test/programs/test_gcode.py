@@ -192,6 +192,56 @@ def test_what_is_not_done_is_told_once():
     assert program.told[0].word == "EXCLUDE_OBJECT_START"
 
 
+REPRAP = Dialect.REPRAP
+
+# Words that concern the motion with some of their parameters, or always: dialect, text, reason.
+CONCERNING = {
+    "tool offset": (REPRAP, "G10 P0 X10 Z5", "with X it concerns the motion"),
+    "tool offset, with a checksum": (REPRAP, "G10 P0 Z5*73", "with Z it concerns the motion"),
+    "tool": (REPRAP, "G10 L1 P0 X10", "only L2 and L20"),
+    "work offset of a retraction": (MARLIN, "G10 L2 P1 X10", "with L it concerns the motion"),
+    "work offset of Klipper": (KLIPPER, "G10 L20 P1 X10", "with L it concerns the motion"),
+    "lift": (MARLIN, "M207 S3 Z0.4", "with Z it concerns the motion"),
+    "map": (MARLIN, "M420 S1", "no map of a bed"),
+    "probing": (MARLIN, "G29", "no map of a bed"),
+    "probing of RRF": (REPRAP, "G29 S1", "no map of a bed"),
+    "map of Klipper": (KLIPPER, "BED_MESH_PROFILE LOAD=a", "not understood"),
+    "object": (KLIPPER, "EXCLUDE_OBJECT NAME=a", "not understood"),
+    "home offset": (MARLIN, "M206 X1", "name offsets and tools in the settings"),
+    "home offset, here": (MARLIN, "M428", "name offsets and tools in the settings"),
+    "nozzle": (MARLIN, "M218 T1 X10", "name offsets and tools in the settings"),
+    "baby steps": (MARLIN, "M290 Z0.1", "name offsets and tools in the settings"),
+    "stored offsets": (MARLIN, "M501", "it would change offsets"),
+    "axes of RRF": (REPRAP, "M208 X100 S0", "the workspace is that of the machine"),
+    "state of RRF": (REPRAP, "M121", "write G90 or G91"),
+    "delta": (MARLIN, "M665 R100", "parameters of the machine"),
+    "probe": (MARLIN, "M401", "nothing is probed"),
+    "another file": (MARLIN, "M24", "no other file"),
+    "motors": (MARLIN, "G1 X1 F600\nM84\nX2", "the motors are off since line 2"),
+    "motors of axes": (KLIPPER, "M18 X Y E\nG1 X2", "the motors are off since line 1"),
+}
+
+
+@pytest.mark.parametrize("name", CONCERNING)
+def test_what_concerns_the_motion_is_not_only_told(name):
+    dialect, text, reason = CONCERNING[name]
+    with pytest.raises(ProgramError, match=reason):
+        read(f"G0 Y1\n{text}\n".removeprefix("G0 Y1\n" if "since" in reason else ""), dialect)
+
+
+def test_told_words_that_leave_the_motion_alone():
+    harmless = "M84 S60\nM84 E\nG10\nG11\nM207 S3 Z0\nM420 S0\nM420 V\nM208 S1\nG0 X1\nM84\n"
+    assert ends(harmless, MARLIN) == [[1, 0, 300]]
+    assert ends("G0 X1\nM84\nG28\nX2", MARLIN) == [[1, 0, 300], [0, 0, 300], [2, 0, 300]]
+    assert ends("G10 P0 S200 R150\nG0 X1", REPRAP) == [[1, 0, 300]]
+    assert ends("G29\nM84\nG0 X1", MARLIN, ignored=frozenset({"G29", "M84"})) == [[1, 0, 300]]
+
+
+def test_work_offsets_of_reprap_firmware_are_set():
+    assert ends("G10 L2 P1 X10 Y20\nG0 X1 Y1", REPRAP) == [[11, 21, 300]]
+    assert ends("G10 L20 P1 X10\nG0 X11", REPRAP) == [[1, 0, 300]]
+
+
 # Arcs, each from (0, 0, 300) with G21 G90 G17 and F: centre [mm], angle [degrees], rise [mm].
 ARCS = {
     "centre": ("G2 X10 Y10 I10", (10, 0), -90, 0),

@@ -256,6 +256,17 @@ def test_a_pause_at_rest_is_a_gap_unless_there_may_be_some(has_velocities):
     assert found.longest_gap < 2.5e-3
 
 
+def test_a_velocity_that_is_rounding_is_no_motion():
+    """The end of a motion is published as 1e-17 or 1e-16 m/s where its last bits do not cancel."""
+    recording = two_stretches(2.0)
+    velocities = recording.velocities + 1e-16 * (recording.velocities == 0.0)
+    rounded = judged(replace(recording, velocities=velocities), may_pause=True)
+    assert rounded.violations == ()
+    assert rounded.last_speed == 0.0
+    slow = np.where(recording.velocities == 0.0, 1e-9, recording.velocities)
+    assert judged(replace(recording, velocities=slow), may_pause=True).last_speed == 1e-9
+
+
 def test_a_pause_in_motion_is_a_gap_in_any_case():
     recording = record(moves, 1, 1e-3)
     row = moving_row(recording, 0.4)

@@ -32,6 +32,7 @@ from tri_glide_kinematics.programs import (
     POINTS_ENDING,
     PROGRAM_ENDINGS,
     DriveFile,
+    Output,
     Program,
     ProgramCheck,
     ProgressLine,
@@ -192,10 +193,11 @@ class _Terminal:
         while time.monotonic() < end:
             self.listen()
 
-    def drive(self, run: ProgramRun, came: Sequence[int]) -> None:
+    def drive(self, run: ProgramRun, came: Sequence[int], behind: object) -> None:
         """Look after a ``run`` to its end; ``came`` has the signals that have come.
 
-        The first one lets the platform come to rest; the second one is not waited for.
+        The first one lets the platform come to rest; the second one is not waited for. Without a
+        terminal it goes on ``behind`` a stop, if there is one that somebody has let it pass.
         """
         is_asked = False
         while run.state is not RunState.ENDED and len(came) < 2:
@@ -204,7 +206,7 @@ class _Terminal:
                 self.say("interrupted: the platform comes to rest")
                 run.stop("interrupted")
             if run.state is RunState.WAITING:
-                is_asked = is_asked or self._ask(run)
+                is_asked = is_asked or self._ask(run, behind)
                 if is_asked and select.select([sys.stdin], [], [], 0.0)[0]:
                     is_asked = False
                     if sys.stdin.readline():
@@ -219,9 +221,12 @@ class _Terminal:
         """Say something that stays."""
         self._progress.say(text)
 
-    def _ask(self, run: ProgramRun) -> bool:
+    def _ask(self, run: ProgramRun, behind: object) -> bool:
         """Ask for Enter; return whether there is anybody who could press it."""
         if not sys.stdin.isatty():
+            if run.waits_at is not None and run.waits_at == behind:
+                run.go_on()
+                return False
             what = run.waits_at.kind.value if run.waits_at else "a single block"
             run.stop(f"{what} waits for Enter, and there is no terminal: the program stops here")
             return False
@@ -278,7 +283,9 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
         # They are counted: the second one ends the command, not the process.
         signals = EndSignals()
         signals.call(lambda: None)
-        terminal.drive(run, signals.came)
+        # Whoever goes on where the program ended at a stop lets it pass.
+        first = next((step for step in work.steps if not isinstance(step, Output)), None)
+        terminal.drive(run, signals.came, first if options.go_on else None)
     finally:
         shut_down()
     print(f"\n{table(run.reports)}\n")

@@ -38,10 +38,13 @@ from tri_glide_kinematics.programs.program import (
     Told,
 )
 from tri_glide_kinematics.programs.settings import (
+    CONCERNING,
     MILLIMETRE,
+    MOTORS_OFF,
     NOWHERE,
     TEXTS,
     WORK_OFFSETS,
+    Dialect,
     ProgramSettings,
 )
 from tri_glide_kinematics.programs.words import NAMED, PERCENT, Block, ProgramError, WordReader
@@ -99,20 +102,33 @@ _PAUSES |= dict.fromkeys((2260, 6000, 6010), StopKind.PAUSE)
 _ENDS = (20, 300)
 
 # What would help with commands that are known and not understood.
+_MAP_HELP = "no map of a bed is known here: calibrate the machine, and name this under ignored"
 _HELP = {
     **dict.fromkeys((410, 411, 420, 421), "let the CAM program compensate for the cutter itself"),
     **dict.fromkeys(range(810, 900, 10), "let the CAM program write drilling cycles as lines"),
     **dict.fromkeys((730, 760), "let the CAM program write cycles as lines"),
     **dict.fromkeys((50, 51, 52, 53), "let the CAM program write splines as lines or arcs"),
     **dict.fromkeys((930, 950), "let the CAM program write F as a length per minute (G94)"),
-    **dict.fromkeys((382, 383, 384, 385, 300), "nothing is probed while a program runs"),
+    **dict.fromkeys((382, 383, 384, 385, 300, 310), "nothing is probed while a program runs"),
     **dict.fromkeys((281, 301), "name the place in the settings"),
     **dict.fromkeys((431, 432), "name the tools in the settings, and use G43"),
     **dict.fromkeys((70, 80), "this machine is no lathe"),
+    290: _MAP_HELP,
     611: "use G61: the path stops wherever it is not smooth",
     960: "use G97",
     270: "write the place as a line",
     520: "use G92 or G54 to G59.3",
+}
+_OFFSET_HELP = "name offsets and tools in the settings, or use G92"
+_HELP_OF_M = {
+    **dict.fromkeys((2060, 4280, 2180, 2900, 8510), _OFFSET_HELP),
+    **dict.fromkeys((920, 6650, 6660), "the geometry is that of the parameters of the machine"),
+    **dict.fromkeys((230, 240, 260, 320), "a program drives no other file"),
+    **dict.fromkeys((1200, 1210), "stored states are not restored: write G90 or G91, and F"),
+    **dict.fromkeys((4010, 4020, 5850), "nothing is probed while a program runs"),
+    **dict.fromkeys((5010, 5020), "it would change offsets: write those of the program itself"),
+    2080: "the workspace is that of the machine: take it away, or name it under ignored",
+    4200: _MAP_HELP,
 }
 _IGNORED_HELP = "if it does not concern the motion, name it in the settings under ignored"
 
@@ -159,10 +175,14 @@ class _Interpreter:
         self._settings = settings
         self._customs = settings.customs
         self._size, self._digest = len(data), hashlib.sha256(data).hexdigest()
-        texts = TEXTS | self._customs.told | settings.ignored
+        read = (MOTORS_OFF | CONCERNING.keys()) - settings.ignored
+        texts = (TEXTS | self._customs.told | settings.ignored) - read
         skips, extrudes = settings.block_delete, self._customs.extrudes
         self._reader = WordReader(file, data, texts, skips, extrudes)
         self._line = 0
+        # Where the motors are switched off, and how many segments a path can have.
+        self._motors_off = 0
+        self._most = MOST_SEGMENTS
         self._is_after_percent = False
         self._ended = False
         self._told: dict[str, Told] = {}
@@ -348,7 +368,10 @@ class _Interpreter:
 
     def _make_room(self) -> None:
         """Begin another path if this one can have no more segments."""
-        if self._count == MOST_SEGMENTS:
+        if self._count >= self._most:
+            if self._motors_off:
+                reason = f"the motors are off since line {self._motors_off}: write G28 before it"
+                self._fail(-1, reason)
             self._tell("stop", f"the platform stops there: a path has {MOST_SEGMENTS} segments")
             self._finish_run()
 
@@ -438,8 +461,25 @@ class _Interpreter:
                 continue
             if len(names) > 1:
                 self._fail(index, "write it on a line of its own: it does not concern the motion")
+            if name not in self._settings.ignored and self._concerns(name, line, index):
+                return False
             self._tell(name, "it does not concern the motion")
             return True
+        return False
+
+    def _concerns(self, name: str, line: _Line, index: int) -> bool:
+        """Return whether a told command sets a work offset; with some words it is an error."""
+        if name == "G10" and line.index("L") >= 0 and self._settings.dialect is Dialect.REPRAP:
+            return True
+        for letter in CONCERNING.get(name, ""):
+            if line.index(letter) >= 0 and (line.take(letter) or name == "G10"):
+                reason = _MAP_HELP if name == "M420" else _OFFSET_HELP
+                self._fail(index, f"with {letter} it concerns the motion: {reason}")
+        if name in MOTORS_OFF:
+            axes = any(line.index(letter) >= 0 for letter in AXES)
+            if axes or (line.index("S") < 0 and line.index("E") < 0):
+                self._finish_run()
+                self._motors_off, self._most = self._line, 0
         return False
 
     def _take_told(self, line: _Line) -> None:
@@ -629,6 +669,7 @@ class _Interpreter:
         home = self._settings.home
         if home is None:
             self._fail(index, "no such place is known: name it in the settings as home")
+        self._motors_off, self._most = 0, MOST_SEGMENTS
         named = [axis for axis in range(3) if line.index(AXES[axis]) >= 0]
         if self._customs.homes_whole:
             for letter in "XYZWOL":
@@ -815,7 +856,7 @@ class _Line:
         found: dict[str, int] = {}
         for code, index in commands.items():
             if code not in groups:
-                help_text = _HELP.get(code, _IGNORED_HELP) if letter == "G" else _IGNORED_HELP
+                help_text = (_HELP if letter == "G" else _HELP_OF_M).get(code, _IGNORED_HELP)
                 self._fail(index, f"this command is not understood: {help_text}")
             other = found.setdefault(groups[code], code)
             if other != code:

@@ -73,19 +73,22 @@ def _parts(command: str, most: int) -> frozenset[str]:
 
 # Temperatures, filament, motors on and off, files, messages; limits that the machine has itself.
 _PRINTING = (
-    _codes("M", 17, 18, range(20, 25), 26, 27, 31, 73, range(75, 79), range(80, 86), 104, 105)
+    _codes("M", 17, 18, range(20, 23), 27, 31, 73, range(75, 79), range(80, 86), 104, 105)
     | _codes("M", *(108, 109, 110, 111, 113, 114, 115, 116, 117, 118, 119, 120, 121, 140, 141))
     | _codes("M", *(143, 144, 150, 155, 190, 191, 200, 201, 203, 204, 205, 207, 208, 209, 211))
-    | _codes("M", *(221, 300, 301, 302, 303, 304, range(400, 408), 412, 413, 420, 486, 500, 501))
-    | _codes("M", *(502, 503, 504, 555, range(566, 569), 572, 593, 702, 703, 862, 900, 906, 907))
+    | _codes("M", *(221, 300, 301, 302, 303, 304, 400, range(403, 408), 412, 413, 486, 500, 503))
+    | _codes("M", *(504, 555, range(566, 569), 572, 593, 702, 703, 862, 900, 906, 907))
     | _codes("M", *(910, 911, 912, 913, 914, 915))
     | _parts("M862", 6)
-    | _codes("G", 10, 11, 29)
+    | _codes("G", 10, 11)
 )
+# In RepRapFirmware these restore a state (as of G90 and F), and bound the axes.
+_NOT_OF_REPRAP = _codes("M", 120, 121, 208)
+
 _EXTENDED = (
-    *("EXCLUDE_OBJECT", "SET_VELOCITY_LIMIT", "SET_PRESSURE_ADVANCE", "SET_RETRACTION"),
+    *("EXCLUDE_OBJECT_", "SET_VELOCITY_LIMIT", "SET_PRESSURE_ADVANCE", "SET_RETRACTION"),
     *("SET_HEATER_TEMPERATURE", "TEMPERATURE_WAIT", "TURN_OFF_HEATERS", "SET_FAN_SPEED"),
-    *("SET_PRINT_STATS_INFO", "TIMELAPSE_", "BED_MESH_", "RESPOND", "SET_DISPLAY_TEXT"),
+    *("SET_PRINT_STATS_INFO", "TIMELAPSE_", "BED_MESH_CLEAR", "RESPOND", "SET_DISPLAY_TEXT"),
 )
 
 CUSTOMS: Mapping[Dialect, Customs] = MappingProxyType(
@@ -94,10 +97,12 @@ CUSTOMS: Mapping[Dialect, Customs] = MappingProxyType(
             *(1.0, MINUTE, 0.0, False, False, False, 1, False, False, frozenset())
         ),
         Dialect.MARLIN: Customs(
-            *(MILLIMETRE, MINUTE, 25.0 * MILLIMETRE, True, True, False, 0, True, True, _PRINTING)
+            *(MILLIMETRE, MINUTE, 25.0 * MILLIMETRE, True, True, False, 0, True, True),
+            _PRINTING | _codes("M", 420),
         ),
         Dialect.REPRAP: Customs(
-            *(MILLIMETRE, MINUTE, 50.0 * MILLIMETRE, True, True, True, None, False, True, _PRINTING)
+            *(MILLIMETRE, MINUTE, 50.0 * MILLIMETRE, True, True, True, None, False, True),
+            _PRINTING - _NOT_OF_REPRAP,
         ),
         Dialect.KLIPPER: Customs(
             *(
@@ -121,6 +126,13 @@ CUSTOMS: Mapping[Dialect, Customs] = MappingProxyType(
         ),
     }
 )
+
+# Told commands that concern the motion with some words: with these letters (G10), or with one of
+# them that is not 0: a lift of Z with each retraction, the map of a bed.
+CONCERNING = MappingProxyType({"G10": "LXYZ", "M207": "Z", "M420": "S"})
+
+# They switch the motors off, but for an S, which is a time, or E, an extruder.
+MOTORS_OFF = _codes("M", 18, 81, 84)
 
 # Commands whose line is a text, even if they are not understood.
 TEXTS = _codes("M", 16, 23, 28, 32, 36, 98, 117, 118, 486)

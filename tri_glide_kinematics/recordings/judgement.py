@@ -122,7 +122,7 @@ class Judgement:
         added: speed of the platform and force as parts of their limits, where there are such.
         longest_gap: longest time between two stamps in a stretch [s].
         last_speed: of the fastest slider at the last setpoint, as published, or else by the
-            heights; 0 if the recording ends at rest [m/s].
+            heights; 0 if the recording ends at rest, but for rounding [m/s].
         violations: each kind once.
     """
 
@@ -272,9 +272,10 @@ class _Judging:
     def _resting(self) -> Rows:
         """Return in which rows nothing moves."""
         if self._velocities is not None:
-            return np.asarray((self._velocities == 0.0).all(axis=1))
+            return np.asarray((np.abs(self._velocities) <= self._slowest).all(axis=1))
         # Beside a pause, one of the two neighbours tells.
-        same = (np.diff(self._heights, axis=0) == 0.0).all(axis=1)
+        steps = np.abs(np.diff(self._heights, axis=0))
+        same = (steps <= self._slowest * self._period).all(axis=1)
         return np.append(False, same) | np.append(same, False)
 
     def _check_velocities(
@@ -464,6 +465,12 @@ class _Judging:
         self._note(Kind.FORCE, most > 1.0 + FORCE_TOLERANCE * period**2, most, 1.0, text)
 
     @property
+    def _slowest(self) -> float:
+        """The speed that is no more than the rounding of a height in a period [m/s]."""
+        largest = np.abs(self._heights).max(initial=0.0)
+        return float(ROUNDING_STEPS * np.spacing(largest)) / self._period
+
+    @property
     def _rounding(self) -> float:
         """By how much a height may be wrong [m]."""
         largest = np.abs(self._heights).max(initial=0.0)
@@ -504,6 +511,7 @@ class _Judging:
         elif len(times) > 1 and not self._begins[-1]:
             last = np.diff(self._heights[-2:], axis=0) / self._period
         speed = float(np.abs(last).max(initial=0.0))
+        speed = speed if speed > self._slowest else 0.0
         return Judgement(
             self._rows,
             duration,

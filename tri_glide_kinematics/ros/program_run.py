@@ -69,8 +69,8 @@ SWITCHED_OFF = ("spindle", "flood", "mist")
 # In these states the machine rests when its speed is 0, and nobody else has it move.
 RESTING = (MachineState.IDLE, MachineState.FAULT, MachineState.DISABLED, MachineState.WAITING)
 
-# Whoever ends a goal like this moves the platform, or nobody tells whether it moves.
-NOT_OURS = (GoalCode.SUPERSEDED, GoalCode.SHUTDOWN)
+# Whoever ends a goal like this tells no more whether the platform moves.
+NOT_OURS = (GoalCode.SHUTDOWN,)
 
 
 class ProgramLink:
@@ -479,7 +479,7 @@ class ProgramRun:
 
     @property
     def _rests(self) -> bool:
-        """Whether the platform rests, or somebody else moves it, as far as is known."""
+        """Whether the platform rests, as far as is known."""
         machine = self._link.machine
         if machine is None or self._is_out_of_hand:
             return True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from tri_glide_kinematics.motion.path import (
 )
 from tri_glide_kinematics.motion.path_timing.grid import MOST_PIECES
 from tri_glide_kinematics.motion.path_timing.speed_estimate import (
+    SAMPLES,
     SHORTEST_CELL,
     estimated,
     samples,
@@ -49,26 +51,33 @@ from tri_glide_kinematics.motion.trajectory import (
     planned_shaped,
     total_duration,
 )
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace
 
 # Where a hard braking begins at the speed that the path asks for, its few pieces bound the speed no
 # better than to this part.
 _ABOVE_SPEED = 0.01
 
-# What moves at this part of the speed that the path asks for, or faster, moves as asked.
-_AS_ASKED = 0.99
-
-# So many breaks of the path are looked at together for what is driven steadily; and it has to be so
-# many times as long as a window, as one is planned behind it.
+# So many breaks of the path are looked at together in an estimate, and such a part of what is seen
+# is kept: at its end the estimate is at rest. Of a long path it keeps about so many places.
 _BREAKS_AHEAD = 30_000
-_STEADY_WINDOWS = 2.0
+_KEPT_AHEAD = 0.9
+_PLACES_KEPT = 200_000
 
-# So many windows of a path are planned in any case; then only so many one after the other, and what
-# takes so many times as long is left out. It goes on at such a part of the speed there.
-_ALWAYS_PLANNED = 100
-_PLANNED_TOGETHER = 6
-_LEFT_OUT = 20.0
-_PARTS_OF_SPEED = (0.95, 0.7)
+# Of a path that is longer than so many windows samples are planned, each of one window, until the
+# standard error of the duration is at most such a part of it; but at least and at most so many.
+_MOST_WINDOWS = 12
+_STANDARD_ERROR = 0.005
+_LEAST_SAMPLES = 8
+_MOST_SAMPLES = 48
+
+# Multiples of this part, without the wholes, are spread evenly, however many there are of them.
+_SPREAD = 0.5 * 5.0**0.5 - 0.5
+
+# A sample begins at such a part of the estimated speed. It counts between these parts of its time:
+# at first it gets as fast as it would be there, and at last it comes to rest.
+_PART_OF_SPEED = 0.5
+_COUNTED = (0.125, 0.5)
 
 # A braking leads so much farther, one after another, than one that only the slopes limit.
 _BRAKING_WAYS = (1.15, 1.6, 2.5, 4.0)
@@ -344,25 +353,24 @@ class PathPlanner:
     def duration(self, heights: PathHeights, limits: SliderLimits) -> Interruptible[float]:
         """Return how long the motion ``to_the_end`` takes, within a hundredth [s].
 
-        Where the platform moves steadily at the speed that the path asks for, no motion is planned.
-        Behind the first minutes of a long path, a part of some seconds is planned now and then; by
-        so much as it takes more than was estimated, the estimate of what follows is corrected.
+        A long path is not planned as a whole: it is estimated (``speed_estimate.py``), and the
+        estimate is corrected by what samples of it take as planned.
 
         Raises:
             PathTimingError: if no motion is found.
         """
         yield from heights.driven.measured()
         heights = yield from self.with_speeds(heights, 0.0, 1.0, limits, None)
-        ahead = _MotionAhead(heights, limits)
-        total = 0.0
         plan = yield from self.from_rest(heights, 0.0, limits)
+        if not plan.ends_path:
+            window = min(plan.continue_at, plan.duration)
+            ahead = yield from _MotionAhead.estimated(heights, limits)
+            if ahead.times[-1] > _MOST_WINDOWS * window:
+                return (yield from ahead.duration(window))
+        total = 0.0
         while not plan.ends_path:
-            passed, following = yield from ahead.passed_by(plan, total)
-            if following is None:
-                part, following = yield from self._part_and_next(plan, Planned(limits), None)
-                passed = part.duration
-            total += passed
-            plan = following
+            part, plan = yield from self._part_and_next(plan, Planned(limits), None)
+            total += part.duration
         return total + plan.duration
 
     def _part_and_next(
@@ -439,127 +447,101 @@ def _shaped_corners(shaper: Shaper, limits: SliderLimits) -> ShapedCorners:
     return ShapedCorners(ROUNDED_PART, rate, slowest, shaper.duration + 2.0 * slow)
 
 
-class _MotionAhead:
-    """What of the motion along a path need not be planned to know how long it takes."""
+class _MotionAhead(NamedTuple):
+    """An estimate of the motion along a whole path.
 
-    def __init__(self, heights: PathHeights, limits: SliderLimits) -> None:
-        self._heights = heights
-        self._limits = limits
-        self._places = np.zeros(1)
-        self._times = np.zeros(1)
-        self._speeds = np.zeros(1)
-        self._ends = np.zeros(1, dtype=bool)
-        self._windows = 0
-        # Windows planned one after the other; when, and when by the estimate, the first began.
-        self._together = 0
-        self._since = (0.0, 0.0)
+    Attributes:
+        heights: of the sliders along the path.
+        limits: of the sliders.
+        places: ascending. Shape (n,) [m].
+        times: when the platform is there. Shape (n,) [s].
+        speeds: there. Shape (n,) [m/s].
+    """
 
-    def passed_by(
-        self, plan: PathPlan, begin: float
-    ) -> Interruptible[tuple[float, PathPlan | None]]:
-        """Return how long the platform is on what need not be planned, and the plan from there on.
+    heights: PathHeights
+    limits: SliderLimits
+    places: FloatArray
+    times: FloatArray
+    speeds: FloatArray
+
+    @classmethod
+    def estimated(cls, heights: PathHeights, limits: SliderLimits) -> Interruptible[_MotionAhead]:
+        """Estimate it, from stop to stop."""
+        breaks, length = heights.breaks, heights.driven.length
+        every = 1 + (len(breaks) + SAMPLES * len(heights.driven.stops)) // _PLACES_KEPT
+        parts = [np.zeros((3, 1))]
+        while parts[-1][0, -1] < length:
+            place, time, speed = parts[-1][:, -1].tolist()
+            stop = _next_stop(heights, place)
+            first = int(np.searchsorted(breaks, place, "right"))
+            end = min(float(breaks[min(first + _BREAKS_AHEAD, len(breaks) - 1)]), stop)
+            places = samples(place, end, breaks[first : int(np.searchsorted(breaks, end))])
+            places = distinct(places, 0.5 * (places[1:] + places[:-1]))
+            yield
+            seen = heights.derivatives(places)
+            yield
+            found = estimated(heights, places, seen, speed, limits, SHORTEST_CELL)
+            last = len(places) - 1 if end == stop else int(_KEPT_AHEAD * len(places))
+            kept = np.append(np.arange(0, last, every), last)
+            times = time + found.each * found.cells
+            parts.append(np.array((places, times, found.speeds))[:, kept])
+            yield
+        return cls(heights, limits, *np.concatenate(parts, axis=1))
+
+    def duration(self, window: float) -> Interruptible[float]:
+        """Return how long the motion takes, as estimated and then corrected by samples [s].
 
         Args:
-            plan: of where it is.
-            begin: of the plan, in the whole motion [s].
+            window: about how long a window is [s].
+
+        Raises:
+            PathTimingError: if no sample is found.
+        """
+        whole = float(self.times[-1])
+        pairs = []
+        for number in range(1, _MOST_SAMPLES + 1):
+            pair = yield from self._sample(whole * (number * _SPREAD % 1.0), window)
+            if pair is None:
+                continue
+            pairs.append(pair)
+            planned, told = np.transpose(pairs)
+            ratio = float(planned.sum() / told.sum())
+            error = len(pairs) ** 0.5 * float(np.std(planned - ratio * told) / planned.sum())
+            if len(pairs) >= _LEAST_SAMPLES and error <= _STANDARD_ERROR:
+                break
+        if not pairs:
+            raise self.heights.timing_error(0.0, "no motion keeps the limits")
+        return ratio * whole
+
+    def _sample(self, time: float, window: float) -> Interruptible[tuple[float, float] | None]:
+        """Return how long a part of a window takes, as planned and as estimated [s].
+
+        Args:
+            time: when it begins, as estimated; if a stop follows soon, it begins there [s].
+            window: how soon that is [s].
 
         Returns:
-            The time from the start of the plan on [s], and no plan if there is nothing to leave
-            out, or if none is found behind it.
+            None if no motion is found that begins there.
         """
-        time = plan.continue_at
-        if not time < plan.duration:
-            self._together = 0
-            return 0.0, None
-        start = plan.on_curve(time)
-        # The motion before a place depends on what comes in a window behind it.
-        window = float(plan.scaling.ways[-1]) - start.place
-        if start.place + window > self._places[-1]:
-            yield from self._look_ahead(start)
-        first = int(np.searchsorted(self._places, start.place))
-        end = first + int(self._ends[first:].argmax())
-        place = float(self._places[end]) - window
-        passed, following = yield from self._estimated(start, begin + time, window)
-        if following is None and place - start.place > _STEADY_WINDOWS * window:
-            passed, following = yield from self._steady(start, place)
-        return time + passed, following
-
-    def _steady(
-        self, start: PathStart, place: float
-    ) -> Interruptible[tuple[float, PathPlan | None]]:
-        """Leave out what is driven steadily up to a ``place`` [m]."""
-        places = np.array((start.place, place))
-        asked, rates = self._heights.speed_limits(places), self._heights.derivatives(places).rates
-        part = start.speed * float(rates[0] / asked[0])
-        if not part > _AS_ASKED:
-            return 0.0, None
-        way = float(np.diff(self._heights.driven.ways(places))[0])
-        speed = part * float(asked[1] / rates[1])
-        return way / (part * float(asked[0])), (yield from self._plan_from(place, speed))
-
-    def _estimated(
-        self, start: PathStart, now: float, window: float
-    ) -> Interruptible[tuple[float, PathPlan | None]]:
-        """Leave out what takes many times as long as the windows that were planned before it.
-
-        Args:
-            start: where the platform is.
-            now: when [s].
-            window: how far is looked ahead [m].
-        """
-        here = float(np.interp(start.place, self._places, self._times))
-        self._windows += 1
-        if not self._together:
-            self._since = now, here
-        self._together += 1
-        if self._windows < _ALWAYS_PLANNED or self._together < _PLANNED_TOGETHER:
-            return 0.0, None
-        self._together = 0
-        taken, told = now - self._since[0], here - self._since[1]
-        last = np.searchsorted(self._places, self._places[-1] - _STEADY_WINDOWS * window) - 1
-        until = min(here + _LEFT_OUT * told, float(self._times[max(last, 0)]))
-        # It goes on where it is fast: there it can be at nearly that speed.
-        first, last = np.searchsorted(self._times, (here + 0.9 * (until - here), until))
-        if not last > first or until - here < told:
-            return 0.0, None
-        index = int(first + self._speeds[first:last].argmax())
-        passed = (float(self._times[index]) - here) * taken / told
-        for part in _PARTS_OF_SPEED:
-            speed = part * float(self._speeds[index])
-            following = yield from self._plan_from(float(self._places[index]), speed)
-            if following is not None:
-                return passed, following
-        return 0.0, None
-
-    def _plan_from(self, place: float, speed: float) -> Interruptible[PathPlan | None]:
-        """Return the plan from a ``place`` [m] on with a ``speed`` [m/s], None if none is found."""
-        planning = plan_window(self._heights, PathStart(place, speed, 0.0), self._limits)
+        here, there = np.interp((time, time + window), self.times, self.places).tolist()
+        stop = _next_stop(self.heights, here)
+        start = PathStart(stop, 0.0, 0.0)
+        if stop > there or stop == self.places[-1]:
+            speed = float(np.interp(time, self.times, self.speeds))
+            start = PathStart(here, _PART_OF_SPEED * speed, 0.0)
+        planning = plan_window(self.heights, start, self.limits)
         try:
             with SOUND:
-                return PathPlan(self._heights, (yield from planning))
+                plan = PathPlan(self.heights, (yield from planning))
         except MotionError:
             return None
-
-    def _look_ahead(self, start: PathStart) -> Interruptible[None]:
-        """Estimate the motion along the next part of the path."""
-        self._together = 0
-        breaks = self._heights.breaks
-        first = int(np.searchsorted(breaks, start.place, "right"))
-        end = float(breaks[min(first + _BREAKS_AHEAD, len(breaks) - 1)])
-        end = min(end, _next_stop(self._heights, start.place))
-        places = samples(start.place, end, breaks[first : int(np.searchsorted(breaks, end))])
-        places = distinct(places, 0.5 * (places[1:] + places[:-1]))
-        yield
-        seen = self._heights.derivatives(places)
-        yield
-        estimate = estimated(self._heights, places, seen, start.speed, self._limits, SHORTEST_CELL)
-        asked = self._heights.speed_limits(places)
-        self._places, self._speeds = places, estimate.speeds
-        self._times = estimate.cells * estimate.each
-        self._ends = ~estimate.is_asked
-        self._ends[1:] |= asked[1:] != asked[:-1]
-        self._ends[-1] = True
-        yield
+        since, until = (part * plan.duration for part in _COUNTED)
+        if not start.speed > 0.0:
+            since = 0.0
+        if not plan.continue_at < plan.duration:
+            until = plan.duration
+        ways = plan.place(since), plan.place(until)
+        return until - since, float(np.diff(np.interp(ways, self.places, self.times))[0])
 
 
 def time_path(
