@@ -132,15 +132,16 @@ class _Terminal:
     """Drives one file: says what is done, and hears Enter and Ctrl-C."""
 
     def __init__(self, node: Node) -> None:
+        from tri_glide_kinematics.ros.loop import OtherTurns
+
         self._node = node
+        self._turns = OtherTurns(node)
         self._progress = ProgressLine()
         self._said = -math.inf
 
     def listen(self) -> None:
         """Take in what comes back."""
-        import rclpy
-
-        rclpy.spin_once(self._node, timeout_sec=NAP)
+        self._turns.spin_once(NAP)
 
     def parameters(self) -> Values:
         """Return the parameters of the machine.

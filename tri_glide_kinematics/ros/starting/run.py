@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rclpy.node import Node
 
+    from tri_glide_kinematics.ros.loop import Cycle
+
 
 class EndSignals:
     """Handles SIGINT and SIGTERM for a process, from its making on.
@@ -139,7 +141,7 @@ def run(module: str, class_name: str) -> int:
     else:
         instance.get_logger().info(transport.text)
     try:
-        _spin(instance, signals)
+        _spin(instance, instance.cycle, signals)
     except FatalError as error:
         instance.get_logger().fatal(str(error))
         return 1
@@ -156,13 +158,14 @@ def shut_down() -> None:
         try_shutdown()
 
 
-def _spin(node: Node, signals: EndSignals) -> None:
+def _spin(node: Node, cycle: Cycle, signals: EndSignals) -> None:
     """Work until a signal comes.
 
     rclpy's own services raise on some contents (a parameter of an unknown type, for instance).
     That is the sender's mistake and must not stop a machine, so it is logged and survived.
     """
-    from tri_glide_kinematics.ros.loop import ErrorLog
+    from tri_glide_kinematics.ros.loop import CycleLoop, ErrorLog
+    from tri_glide_kinematics.ros.starting.realtime import ask_of_system
 
     errors = ErrorLog(node)
 
@@ -171,51 +174,23 @@ def _spin(node: Node, signals: EndSignals) -> None:
             raise error
         errors.add(error)
 
-    spin, close = _spinner_of(node, signals, survive)
+    # Numbers that nobody sends need no priority.
+    if node.has_parameter("realtime_priority"):
+        ask_of_system(node)
+    loop = CycleLoop(node, cycle, survive)
+    # It is never asleep for long, and may still send something at its end.
+    signals.call(loop.stop)
     # What was made so far stays. The collector of garbage need not look at it again and again,
     # which takes longer than a fast cycle.
     gc.freeze()
     gc.enable()
     try:
-        spin()
+        loop.spin()
     finally:
         gc.unfreeze()
         # Left to the end of the interpreter, what it holds may be gone before it, which Python 3.10
         # reports with a traceback.
-        close()
-
-
-def _spinner_of(
-    node: Node, signals: EndSignals, survive: Callable[[Exception], None]
-) -> tuple[Callable[[], None], Callable[[], object]]:
-    """Return what spins a node, in its own cycle if it has one, and what has to be called then."""
-    cycle = getattr(node, "cycle", None)
-    if cycle is not None:
-        from tri_glide_kinematics.ros.loop import CycleLoop
-        from tri_glide_kinematics.ros.starting.realtime import ask_of_system
-
-        ask_of_system(node)
-        loop = CycleLoop(node, cycle, survive)
-        # It is never asleep for long, and may still send something at its end.
-        signals.call(loop.stop)
-        return loop.spin, loop.close
-    from rclpy.executors import SingleThreadedExecutor
-    from rclpy.signals import install_signal_handlers
-
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    # Beside what is done so far, rclpy's handlers wake the executor.
-    signals.call(lambda: None)
-    install_signal_handlers()
-
-    def spin() -> None:
-        while node.context.ok() and not signals.came:
-            try:
-                executor.spin_once()
-            except Exception as error:
-                survive(error)
-
-    return spin, executor.shutdown
+        loop.close()
 
 
 def _missing(module: str) -> str:
