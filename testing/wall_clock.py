@@ -1,4 +1,4 @@
-"""A wall clock that can be set, for processes that are started with it: CI may not set the real one.
+"""A wall clock that can be set, for processes started with it: CI may not set the real one.
 
 ``wall_clock.c`` is loaded before the C library. A wait of the middleware has a deadline by this
 clock, as one has where the C++ library knows no waiting by the steady clock.

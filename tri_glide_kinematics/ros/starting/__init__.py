@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.starting.run import NUMPY_SETTINGS as NUMPY_SETTINGS
     from tri_glide_kinematics.ros.starting.run import EndSignals as EndSignals
     from tri_glide_kinematics.ros.starting.run import FatalError as FatalError
+    from tri_glide_kinematics.ros.starting.run import raise_at_signals as raise_at_signals
     from tri_glide_kinematics.ros.starting.run import shut_down as shut_down
     from tri_glide_kinematics.ros.starting.transport import CELL as CELL
     from tri_glide_kinematics.ros.starting.transport import COMPUTER as COMPUTER

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import subprocess
@@ -16,6 +17,7 @@ from ament_index_python.packages import get_package_prefix, get_package_share_di
 from tri_glide_kinematics.files import PARAMETERS
 
 PACKAGE = "tri_glide_kinematics"
+SET_SIGNAL_OF_PARENTS_END = 1  # of prctl
 STOP_TIMEOUT = 5.0  # s, until a process that ignores SIGINT is killed
 
 
@@ -102,6 +104,10 @@ class NodeProcesses:
                 stdout=output,
                 stderr=subprocess.STDOUT if log else None,
                 start_new_session=True,
+                # However we end, it does not go on alone.
+                preexec_fn=lambda: ctypes.CDLL(None).prctl(
+                    SET_SIGNAL_OF_PARENTS_END, signal.SIGTERM
+                ),
             )
         self._processes.append(process)
         return process

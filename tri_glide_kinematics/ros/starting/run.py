@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import gc
 import os
+import select
 import signal
 import sys
 from collections.abc import Callable
@@ -21,8 +22,36 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.loop import Cycle
 
 
+def at_hang_up(act: Callable[[], object]) -> None:
+    """Do something at the first SIGHUP, unless the process ignores it from its start (``nohup``).
+
+    A closed terminal may send it more than once, which is no impatience.
+    """
+
+    def handle(*_: object) -> None:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        # To write where nobody reads any more would fail.
+        outputs = select.poll()
+        for descriptor in (1, 2):
+            outputs.register(descriptor, 0)
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for broken in outputs.poll(0):
+            os.dup2(nowhere, broken[0])
+        act()
+
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, handle)
+
+
+def raise_at_signals() -> None:
+    """Let each signal that ends this process raise an exception: it ends its own ones first."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    at_hang_up(lambda: os.kill(os.getpid(), signal.SIGTERM))
+
+
 class EndSignals:
-    """Handles SIGINT and SIGTERM for a process, from its making on.
+    """Handles SIGINT, SIGTERM and SIGHUP for a process, from its making on.
 
     Handlers of rclpy that are replaced while a node gets ready lose a signal that comes then. This
     one stays; those of rclpy are not installed at all, or later, and then call this one, too. While
@@ -38,6 +67,12 @@ class EndSignals:
         self._stop: Callable[[], None] | None = None
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._handle)
+        at_hang_up(lambda: self._handle(signal.SIGHUP, None))
+
+    def ignore(self) -> None:
+        """Let none of them disturb the end of the process."""
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_IGN)
 
     def call(self, stop: Callable[[], None]) -> None:
         """Let each of them call ``stop``, at once if one has come."""
@@ -78,12 +113,12 @@ class FatalError(Exception):
 
 
 def run(module: str, class_name: str) -> int:
-    """Run a node until SIGINT or SIGTERM.
+    """Run a node until SIGINT, SIGTERM or SIGHUP.
 
     The node has the last part of the name of its ``module`` for a name, and is made without
     arguments. The exit code is 0 after a signal, 1 if the node could not start or go on.
     """
-    # Until they are handled below, both signals just end the process.
+    # Until they are handled below, all signals just end the process.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     for name, value in NUMPY_SETTINGS.items():
         os.environ.setdefault(name, value)
@@ -146,6 +181,7 @@ def run(module: str, class_name: str) -> int:
         instance.get_logger().fatal(str(error))
         return 1
     finally:
+        signals.ignore()
         shut_down()
     return 0
 
