@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.ros.starting.processes import LaunchError as LaunchError
     from tri_glide_kinematics.ros.starting.processes import NodeProcesses as NodeProcesses
     from tri_glide_kinematics.ros.starting.processes import Process as Process
+    from tri_glide_kinematics.ros.starting.processes import check_launch as check_launch
     from tri_glide_kinematics.ros.starting.processes import (
         default_parameter_file as default_parameter_file,
     )
