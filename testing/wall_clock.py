@@ -25,7 +25,7 @@ class WallClock:
         """Put what is needed into a ``folder``."""
         library, self._file = folder / "wall_clock.so", folder / "ahead"
         source = Path(__file__).with_suffix(".c")
-        command = ["cc", "-shared", "-fPIC", "-o", library, source, "-ldl"]
+        command = ["cc", "-shared", "-fPIC", "-o", str(library), str(source), "-ldl"]
         subprocess.run(command, check=True)
         self.set_ahead(0.0)
         self.prefix = ("env", f"LD_PRELOAD={library}", f"WALL_CLOCK_AHEAD={self._file}")
