@@ -6,7 +6,7 @@ ros2 launch tri_glide_kinematics tri_glide.launch.py calibrated:=/my/calibrated.
 ros2 launch tri_glide_kinematics tri_glide.launch.py rviz:=true
 """
 
-from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
 from launch.conditions import IfCondition
 from launch.substitutions import (
     Command,
@@ -19,7 +19,8 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
 
-from launch import LaunchDescription
+from launch import LaunchContext, LaunchDescription
+from tri_glide_kinematics.ros.starting import check_launch
 
 PACKAGE = "tri_glide_kinematics"
 
@@ -81,7 +82,18 @@ def generate_launch_description() -> LaunchDescription:
         _rviz(),
     ]
     transport = SetEnvironmentVariable("TRI_GLIDE_TRANSPORT", LaunchConfiguration("transport"))
-    return LaunchDescription([*arguments, transport, *nodes])
+    return LaunchDescription([*arguments, OpaqueFunction(function=_check), transport, *nodes])
+
+
+def _check(context: LaunchContext) -> None:
+    """Stop the launch, before anything starts, where something is named that is not there."""
+    files = (
+        LaunchConfiguration("parameters").perform(context),
+        LaunchConfiguration("calibrated").perform(context),
+    )
+    shows = LaunchConfiguration("rviz").perform(context) == "true"
+    describes = shows or LaunchConfiguration("description").perform(context) == "true"
+    check_launch(files, ["robot_state_publisher"] * describes + ["rviz2"] * shows)
 
 
 def _node(executable: str, condition: IfCondition | None = None) -> Node:

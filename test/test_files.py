@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 from full_disk import full_disk
 
@@ -79,3 +81,18 @@ def test_files_in_a_folder(tmp_path):
     for name in ("circle/x", 300 * "a"):
         with pytest.raises((OutsideFolderError, OSError)):
             write_file(file_in(folder, name), "")
+
+
+@pytest.mark.parametrize("kind", ["pipe", "device", "folder"])
+def test_what_is_no_regular_file_is_never_replaced(tmp_path, kind):
+    file = tmp_path / "there"
+    if kind == "pipe":
+        os.mkfifo(file)
+    elif kind == "device":
+        file.symlink_to(os.devnull)
+    else:
+        file.mkdir()
+    before = file.stat()
+    with pytest.raises(OSError, match="no regular file"):
+        write_file(file, "text")
+    assert (file.stat().st_mode, file.stat().st_ino) == (before.st_mode, before.st_ino)

@@ -53,20 +53,25 @@ class Machine:
         )
         return self.simulator
 
-    def start_ik(self, parameters: dict[str, Any] | None = None) -> RunningNode:
+    def start_ik(
+        self, parameters: dict[str, Any] | None = None, prefix: Sequence[str] = ()
+    ) -> RunningNode:
         """Start ik_node, more patient than by default."""
         parameters = {**PATIENCE, **(parameters or {})}
-        self.ik = self._launcher.start("ik_node", parameters, namespace=self.namespace)
+        self.ik = self._launcher.start(
+            "ik_node", parameters, namespace=self.namespace, prefix=prefix
+        )
         return self.ik
 
     def start(
         self,
         parameters: dict[str, Any] | None = None,
         simulator_parameters: dict[str, Any] | None = None,
+        prefix: Sequence[str] = (),
     ) -> Machine:
         """Start both and wait until setpoints come."""
-        self.start_simulator(simulator_parameters)
-        self.start_ik(parameters)
+        self.start_simulator(simulator_parameters, prefix)
+        self.start_ik(parameters, prefix)
         self.wait_until_connected()
         return self
 

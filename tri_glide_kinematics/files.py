@@ -10,6 +10,7 @@ from pathlib import Path
 from tri_glide_kinematics.errors import KinematicsError
 
 BACKUP = ".bak"
+NO_REGULAR_FILE = "it is there, and no regular file"
 
 # Files in config/ that are taken where none is named.
 PARAMETERS = "tri_glide.yaml"
@@ -71,7 +72,8 @@ def write_file(file: str | Path, content: str | bytes) -> None:
     """Write a file, all of it or nothing; when this returns, it is on the disk.
 
     Raises:
-        OSError: if it cannot be written; what was there before still is.
+        OSError: if it cannot be written, or what is there is no regular file but a device, for
+            instance; what was there before still is.
     """
     _put(Path(file).resolve(), content, keeps_old=False)
 
@@ -96,6 +98,8 @@ def replace_file(file: str | Path, text: str) -> None:
 
 
 def _put(file: Path, content: str | bytes, *, keeps_old: bool) -> None:
+    if file.exists() and not file.is_file():
+        raise OSError(errno.EINVAL, NO_REGULAR_FILE)
     new = file.with_name(f"{file.name}.{os.getpid()}.new")
     try:
         with new.open("wb") as stream:
@@ -133,7 +137,7 @@ def _keep(file: Path) -> None:
 
 def _checked_content(file: Path, first: str) -> bytes:
     if not file.is_file():
-        raise OSError(errno.EINVAL, "it is there, and no regular file")
+        raise OSError(errno.EINVAL, NO_REGULAR_FILE)
     content = file.read_bytes()
     if not content.startswith(first.encode()):
         raise FileExistsError(

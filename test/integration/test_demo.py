@@ -43,6 +43,18 @@ def test_it_reaches_every_target_and_draws_them(demo: subprocess.Popen, tmp_path
     assert not processes_in(namespace_of(demo))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGQUIT, signal.SIGKILL])
+def test_no_process_outlives_it_however_it_ends(demo: subprocess.Popen, number: int) -> None:
+    while "pose A" not in demo.stdout.readline():
+        assert demo.poll() is None
+    os.kill(demo.pid, number)
+    demo.stdout.close()
+    code = 128 + signal.SIGTERM if number == signal.SIGHUP else -number
+    assert demo.wait(TIMEOUT) == code
+    wait_for_end_of_processes_in(namespace_of(demo))
+
+
 @pytest.mark.parametrize("impatience", [1, 3], ids=["once", "thrice"])
 def test_ctrl_c_leaves_no_process_behind(demo: subprocess.Popen, impatience: int) -> None:
     lines = []

@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import subprocess
+import threading
 
 import pytest
 import yaml
@@ -42,23 +43,41 @@ class Command:
         command = [str(executable("drive")), str(file), *options]
         command += ["--ros-args", "-r", f"__ns:={namespace}"]
         self._log = log
+        self._is_closed = False
+        self._reader = None
         if stdin is None:
             forks = ForkedNodes({"PYTHONPATH": python_path()})
             self.process = forks.start_command(command, log)
-        else:
-            with log.open("ab") as output:
-                self.process = subprocess.Popen(
-                    command, stdin=stdin, stdout=output, stderr=subprocess.STDOUT
-                )
+            return
+        log.touch()
+        self.process = subprocess.Popen(
+            command, stdin=stdin, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        )
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+
+    def _read(self):
+        with self.process.stdout as pipe, self._log.open("ab", buffering=0) as log:
+            for line in pipe:
+                log.write(line)
+                if self._is_closed:
+                    return
 
     @property
     def output(self):
         """What it has written so far."""
         return self._log.read_text()
 
+    def close_output(self):
+        """Read one more line, and no other."""
+        self._is_closed = True
+
     def end(self):
         """Wait for the end, and return the exit code."""
-        return self.process.wait(TIMEOUT)
+        code = self.process.wait(TIMEOUT)
+        if self._reader:
+            self._reader.join(TIMEOUT)
+        return code
 
     def rows(self):
         """Return the words of the lines of the table."""
@@ -431,6 +450,34 @@ def test_what_is_interrupted_switches_off_and_goes_on(running_machine, drive, tm
     command = drive(LASTING, "--progress", str(kept), "--go-on")
     assert command.end() == 1
     assert "has been driven to its end" in command.output
+
+
+@pytest.mark.parametrize("how", ["twice", "hang up", "nobody reads"])
+def test_a_second_ctrl_c_and_a_closed_terminal_switch_off(running_machine, drive, tmp_path, how):
+    machine, client = running_machine, running_machine.client
+    outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
+    command = drive("M3 S500\nG0 X0 Y0 Z40\nG1 X90 F300\nM2\n", stdin=subprocess.PIPE)
+    client.wait_for(
+        lambda: (
+            ("spindle", 0, 500.0) in told(outputs, 1)
+            and machine.state == "moving"
+            and KINEMATICS.forward(machine.heights())[0] > 0.001
+        ),
+        "some way on line 3",
+    )
+    if how == "nobody reads":
+        command.close_output()
+    number = signal.SIGINT if how == "twice" else signal.SIGHUP
+    command.process.send_signal(number)
+    client.spin_for(0.01)
+    # A closed terminal may send it twice: the platform is waited for.
+    command.process.send_signal(number)
+    # Where nobody reads, the table cannot be written.
+    assert command.end() == (1 if how == "nobody reads" else 128 + number), command.output
+    client.wait_for(lambda: told(outputs, 1)[-1] == ("spindle", 0, 0.0), "the spindle to be off")
+    machine.wait_for_state("idle")
+    machine.catch_up()
+    assert KINEMATICS.forward(machine.heights())[0] < 0.05
 
 
 def test_a_command_that_is_killed_has_kept_its_line(running_machine, drive, tmp_path):

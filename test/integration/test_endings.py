@@ -34,7 +34,7 @@ def ended_at_rest(machine):
     return machine.state
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 def test_a_signal_ends_it_after_a_ramp(machine, number):
     machine.start()
     machine.get_going(FAR, 0.3)

@@ -26,7 +26,7 @@ def installed_nodes(ros_domain, tmp_path, namespace):
         yield launcher
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_signals_end_every_node_in_silence(client, installed_nodes, number):
     # A panel may be running on the usual port.
     port = {"panel_node": {"port": 0}}
@@ -46,6 +46,20 @@ def test_signals_end_every_node_in_silence(client, installed_nodes, number):
     for node in started:
         assert node.signal(number) == 0
         assert "Traceback" not in node.output
+
+
+@pytest.mark.slow
+def test_a_second_signal_at_any_moment_of_the_end_changes_nothing(client, installed_nodes):
+    ending = []
+    for pause in (0.01, 0.03, 0.06, 0.1, 0.15):
+        node = installed_nodes.start("fk_node")
+        client.wait_for(lambda node=node: "TRI_GLIDE_TRANSPORT" in node.output, "the node")
+        # Its loop has begun when it answers.
+        client.set_parameters("fk_node", {})
+        node.process.send_signal(signal.SIGINT)
+        client.spin_for(pause)
+        ending.append(node.signal(signal.SIGINT))
+    assert not any(ending), ending
 
 
 @pytest.mark.parametrize("name", ["fk_node", "mechanism_node"])

@@ -35,6 +35,7 @@ def test_workspace_and_target_are_shown_to_whoever_looks_and_gone_when_they_are(
     machine.move(TARGET)
     markers = client.record(MarkerArray, "markers", LATCHED)
     client.wait_for(lambda: shown(markers) == {"workspace", "target"}, "workspace and target")
+    assert all(message.markers for message in markers)
     found = newest(markers)
     assert found["target"].type == Marker.SPHERE
     assert place(found["target"].pose.position) == TARGET

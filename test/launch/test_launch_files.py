@@ -141,10 +141,12 @@ def test_the_transports_are_those_that_there_are():
 def test_what_is_imported_has_these_names_in_jazzy(file):
     """The modules and names that the launch files use, as launch and launch_ros have them."""
     known = {
-        "launch": {"LaunchDescription"},
+        "launch": {"LaunchContext", "LaunchDescription"},
+        "tri_glide_kinematics.ros.starting": {"check_launch"},
         "launch.actions": {
             "DeclareLaunchArgument",
             "IncludeLaunchDescription",
+            "OpaqueFunction",
             "SetEnvironmentVariable",
         },
         "launch.conditions": {"IfCondition"},
@@ -163,3 +165,33 @@ def test_what_is_imported_has_these_names_in_jazzy(file):
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom):
             assert {alias.name for alias in node.names} <= known[node.module]
+
+
+def test_what_is_named_and_not_there_stops_the_launch(tmp_path):
+    from tri_glide_kinematics.ros.starting import LaunchError, check_launch
+
+    here = tmp_path / "here.yaml"
+    here.write_text("")
+    check_launch([str(here)], ["rclpy"])
+    for missing in (tmp_path / "there.yaml", tmp_path):
+        with pytest.raises(LaunchError, match="nothing is started"):
+            check_launch([str(here), str(missing)], [])
+    with pytest.raises(LaunchError, match="no_such_package is not installed"):
+        check_launch([], ["no_such_package"])
+
+
+def test_it_is_checked_before_anything_starts():
+    """And for all that can be named."""
+    tree = ast.parse((ROOT / "launch" / "tri_glide.launch.py").read_text(encoding="utf-8"))
+    check = next(each for each in tree.body if getattr(each, "name", "") == "_check")
+    named = {"parameters", "calibrated", "description", "rviz", "robot_state_publisher", "rviz2"}
+    assert named <= texts(check)
+    file = ROOT / "launch" / "tri_glide.launch.py"
+    (order,) = (call.args[0] for call in calls(file, "LaunchDescription"))
+    assert ast.unparse(order) == (
+        "[*arguments, OpaqueFunction(function=_check), transport, *nodes]"
+    )
+    # Of the other launch file the machine comes first, which ends the launch.
+    other = ROOT / "launch" / "tri_glide_and_mechanisms.launch.py"
+    (order,) = (call.args[0] for call in calls(other, "LaunchDescription"))
+    assert ast.unparse(order) == "[machine, mechanisms]"

@@ -318,7 +318,7 @@ def test_what_a_node_takes_by_itself_is_left_to_it(run, node, numbers):
 
     assert not run(lambda: len(handled) >= 50, step=step, own=own)
     assert not left
-    inputs = UrgentInputs(own, node.context, lambda error: None)
+    inputs = UrgentInputs(own, lambda error: None)
     inputs.handle(time.monotonic() + BOUND)
     inputs.close()
     assert left

@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 
@@ -47,6 +46,7 @@ from tri_glide_kinematics.demo.command import (
     say,
 )
 from tri_glide_kinematics.ros.goal_sender import GoalSender
+from tri_glide_kinematics.ros.loop import OtherTurns
 from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.ros.starting import (
     NodeProcesses,
@@ -69,8 +69,7 @@ class CalibrationClient(Node):
     def __init__(self, namespace: str) -> None:
         """Join the machine in ``namespace``."""
         super().__init__("tri_glide_calibration_demo", namespace=namespace)
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self)
+        self._executor = OtherTurns(self)
         self._goals = GoalSender(self)
         self._clients_of: dict[str, Any] = {}
 

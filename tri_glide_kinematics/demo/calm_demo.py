@@ -17,7 +17,6 @@ from pathlib import Path
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
@@ -30,6 +29,7 @@ from tri_glide_kinematics.demo.client import DEEP_QUEUE, MACHINE, START_TIMEOUT,
 from tri_glide_kinematics.demo.command import PATIENCE, ros_that_ctrl_c_ends, run_command, say
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
+from tri_glide_kinematics.ros.loop import OtherTurns
 from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.ros.starting import NodeProcesses, default_parameter_file
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -152,8 +152,7 @@ class CalmClient(Node):
         self._heard = (0, 0)
         self.create_subscription(JointState, "joint_commands", self._on_command, DEEP_QUEUE)
         self.create_subscription(PoseStamped, "true_pose", self._on_pose, DEEP_QUEUE)
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self)
+        self._executor = OtherTurns(self)
         # Of a node of their own, which is looked at now and then: a list of all that is waited for
         # is made anew for each message.
         self._calls = Node("tri_glide_calm_demo_calls", namespace=namespace)
@@ -163,8 +162,7 @@ class CalmClient(Node):
         self._goals = GoalSender(self._calls)
         self._stop = self._calls.create_client(Trigger, "ik_node/stop")
         self._ik_parameters = AsyncParameterClient(self._calls, "ik_node")
-        self._calls_executor = SingleThreadedExecutor()
-        self._calls_executor.add_node(self._calls)
+        self._calls_executor = OtherTurns(self._calls)
         self._next_look = 0.0
 
     def wait_for_machine(self) -> None:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
@@ -22,6 +21,7 @@ from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, polylines_of
 from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.ros.goal_sender import GoalSender
+from tri_glide_kinematics.ros.loop import OtherTurns
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -105,14 +105,12 @@ class DemoClient(Node):
         self.create_subscription(JointState, "joint_commands", self.commands.append, DEEP_QUEUE)
         self.create_subscription(PoseStamped, "platform_pose", self._on_pose, DEEP_QUEUE)
         self._ik_parameters = AsyncParameterClient(self, "ik_node")
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self)
+        self._executor = OtherTurns(self)
         # Of a node of their own, which is looked at now and then: a list of all that is waited for
         # is made anew for each message.
         self._goal_node = Node("tri_glide_demo_goals", namespace=namespace)
         self._goals = GoalSender(self._goal_node)
-        self._goal_executor = SingleThreadedExecutor()
-        self._goal_executor.add_node(self._goal_node)
+        self._goal_executor = OtherTurns(self._goal_node)
         self._next_goal_look = 0.0
 
     def _on_pose(self, message: PoseStamped) -> None:

@@ -24,6 +24,7 @@ from tri_glide_kinematics.ros.starting import (
     NodeProcesses,
     choose_transport,
     default_parameter_file,
+    raise_at_signals,
     shut_down,
 )
 from tri_glide_kinematics.vectors import Vector3
@@ -172,8 +173,7 @@ def demonstrate(folder: Path) -> int:
 
 def run_command(name: str, demonstrate: Callable[[], int]) -> int:
     """Run a demonstration on this computer alone, and return the exit code of its command."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    raise_at_signals()
     try:
         # For this process and the nodes that it starts.
         say(choose_transport(COMPUTER).text)

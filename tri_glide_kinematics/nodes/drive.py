@@ -3,8 +3,8 @@
 A program is a file that ends in .gcode, .nc, .ngc or .tap; all others are files of steps in YAML.
 Nothing moves before all of a file is understood and, of a program, proved inside the workspace.
 
-Ctrl-C lets the platform come to rest, on its path if it follows one; once more ends the command at
-once, while the platform may still move.
+Ctrl-C, or a closed terminal, lets the platform come to rest, on its path if it follows one. Ctrl-C
+once more switches the outputs off and ends the command, while the platform may still move.
 
 ROS is loaded to drive only: ``--check`` needs none.
 """
@@ -13,11 +13,13 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import select
+import signal
 import sys
 import termios
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -133,15 +135,16 @@ class _Terminal:
     """Drives one file: says what is done, and hears Enter and Ctrl-C."""
 
     def __init__(self, node: Node) -> None:
+        from tri_glide_kinematics.ros.loop import OtherTurns
+
         self._node = node
+        self._turns = OtherTurns(node)
         self._progress = ProgressLine()
         self._said = -math.inf
 
     def listen(self) -> None:
         """Take in what comes back."""
-        import rclpy
-
-        rclpy.spin_once(self._node, timeout_sec=NAP)
+        self._turns.spin_once(NAP)
 
     def parameters(self) -> Values:
         """Return the parameters of the machine.
@@ -216,10 +219,20 @@ class _Terminal:
             elif run.state is RunState.RUNNING:
                 self._show(run.doing)
             self.listen()
+        if run.state is not RunState.ENDED:
+            run.let_go()
+            self.catch_up()
 
     def say(self, text: str) -> None:
         """Say something that stays."""
-        self._progress.say(text)
+        self._write(self._progress.say, text)
+
+    def _write(self, write: Callable[[str], None], text: str) -> None:
+        try:
+            write(text)
+        except OSError:
+            # Nobody reads it any more, as if the terminal were closed.
+            os.kill(os.getpid(), signal.SIGHUP)
 
     def _ask(self, run: ProgramRun, behind: object) -> bool:
         """Ask for Enter; return whether there is anybody who could press it."""
@@ -239,7 +252,7 @@ class _Terminal:
         now = time.monotonic()
         if now - self._said >= PROGRESS_PERIOD:
             self._said = now
-            self._progress.show(text)
+            self._write(self._progress.show, text)
 
 
 def _begin(options: argparse.Namespace) -> int:
@@ -286,6 +299,7 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
         # Whoever goes on where the program ended at a stop lets it pass.
         first = next((step for step in work.steps if not isinstance(step, Output)), None)
         terminal.drive(run, signals.came, first if options.go_on else None)
+        signals.ignore()
     finally:
         shut_down()
     print(f"\n{table(run.reports)}\n")

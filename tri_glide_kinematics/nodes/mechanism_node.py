@@ -14,6 +14,7 @@ from tri_glide_interfaces.srv import (
     TraceFMechanism,
     TraceFourBar,
 )
+from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.mechanisms import check_numbers
 from tri_glide_kinematics.ros.mechanisms import f_mechanism as f_mechanism_messages
 from tri_glide_kinematics.ros.mechanisms import four_bar as four_bar_messages
@@ -40,8 +41,11 @@ class MechanismNode(Node):
         super().__init__("mechanism_node")
         LiveParameters(self, ())
         self._answers = Answers(self)
-        for name, kind, fill in SERVICES:
+        services = (
             self.create_service(kind, f"~/{name}", self._callback(name, fill), qos_profile=CALLS)
+            for name, kind, fill in SERVICES
+        )
+        self.cycle = Cycle(tuple(services))
         PatientServices(self)
 
     def _callback(self, name: str, fill: Fill) -> Callable[[Any, Any], Any]:

@@ -70,11 +70,12 @@ def _measured(by_heights: bool) -> Sequence[Path]:
 
 def _asked(node: Node, by_heights: bool, signals: Sequence[int]) -> Sequence[Path]:
     """Ask for a search; ``signals`` are those that have come."""
-    import rclpy
     from std_srvs.srv import Trigger
 
     from tri_glide_interfaces.srv import FindModes
+    from tri_glide_kinematics.ros.loop import OtherTurns
 
+    turns = OtherTurns(node)
     client = node.create_client(FindModes, SERVICE)
     stop = node.create_client(Trigger, "calibration_node/stop")
     end = time.monotonic() + START_TIMEOUT
@@ -86,7 +87,7 @@ def _asked(node: Node, by_heights: bool, signals: Sequence[int]) -> Sequence[Pat
                 f"nobody offers {client.srv_name} after {START_TIMEOUT:g} s: is calibration_node "
                 "running, in this domain and this namespace?"
             )
-        rclpy.spin_once(node, timeout_sec=NAP)
+        turns.spin_once(NAP)
     request = FindModes.Request(recordings=NAME)
     if by_heights:
         request.source = FindModes.Request.MEASURED_HEIGHTS
@@ -104,7 +105,7 @@ def _asked(node: Node, by_heights: bool, signals: Sequence[int]) -> Sequence[Pat
         if signals and not is_stopped:
             is_stopped = True
             stop.call_async(Trigger.Request())
-        rclpy.spin_once(node, timeout_sec=NAP)
+        turns.spin_once(NAP)
     if signals:
         raise KeyboardInterrupt
     found = answer.result()

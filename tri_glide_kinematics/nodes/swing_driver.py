@@ -214,7 +214,6 @@ class SwingDriver:
             )
         self._inputs = UrgentInputs(
             self._subscriptions,
-            node.context,
             lambda error: self._unusable(f"unusable message: {type(error).__name__}: {error}"),
         )
 

@@ -21,6 +21,7 @@ from tri_glide_kinematics.ros.starting import (
     choose_transport,
     default_parameter_file,
     ending,
+    raise_at_signals,
 )
 
 # A busy computer may let the simulated machine wait for longer than a real one ever falls silent.
@@ -163,8 +164,7 @@ def main() -> int:
         help="of all nodes; / lets other programs reach the simulated machine (default: its own)",
     )
     options = parser.parse_args()
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    raise_at_signals()
     endings: list[str] = []
     try:
         print(f"panel: {choose_transport(COMPUTER).text}", flush=True)

@@ -134,7 +134,7 @@ class SwingFeed:
                 Imu, "imu/data_raw", self._take, SWING_QUEUE, raw=True
             )
             self.own.add(subscription)
-            self._inputs = UrgentInputs((subscription,), self._node.context, _raise)
+            self._inputs = UrgentInputs((subscription,), _raise)
 
     def close(self) -> None:
         """Listen no more: so nothing is sent, and an accelerometer may be silent."""

@@ -243,8 +243,8 @@ class _Judging:
             -steps,
             0.0,
             lambda row: (
-                f"the stamp is {_milliseconds(-steps[row])} before that of the setpoint before it, "
-                "must be after it"
+                f"the stamp is {_milliseconds(abs(steps[row]))} before that of the setpoint "
+                "before it, must be after it"
             ),
         )
         # Stamps are rounded to nanoseconds.

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
+import os
 from collections.abc import Callable, Collection, Container, Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
+from select import select
 from time import monotonic, sleep
 from typing import Any, Protocol, TypeAlias
 
 from rclpy.clock import Clock, ClockType
-from rclpy.context import Context
-from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
+from rclpy.executors import (
+    ExternalShutdownException,
+    ShutdownException,
+    SingleThreadedExecutor,
+    TimeoutException,
+)
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
@@ -64,6 +71,9 @@ class CycleLoop:
 
     Times are those of the steady clock: a clock that is set changes nothing. Cycles that a stall
     has made impossible are left out; the next ones come when they would have come without it.
+
+    A node never sleeps in a wait set. In some builds of ROS 2 its deadline is one of the wall
+    clock: one that is set back by an hour makes a sleep of a millisecond one of an hour.
     """
 
     def __init__(self, node: Node, cycle: Cycle, survive: Survive) -> None:
@@ -79,8 +89,9 @@ class CycleLoop:
         self._is_stopped = False
         self._cycle = cycle
         self._survive = survive
-        self._inputs = UrgentInputs(cycle.urgent, node.context, survive)
-        self._early = UrgentInputs(cycle.early, node.context, survive) if cycle.early else None
+        self._inputs = UrgentInputs(cycle.urgent, survive)
+        self._early = UrgentInputs(cycle.early, survive)
+        self._arrivals = Arrivals(cycle.urgent if cycle.period is None else cycle.early)
         self._others = OtherTurns(node, cycle.urgent, cycle.own)
         self._next = monotonic()
 
@@ -108,27 +119,27 @@ class CycleLoop:
 
     def close(self) -> None:
         """Let go of the node."""
+        self._arrivals.close()
         self._inputs.close()
-        if self._early is not None:
-            self._early.close()
+        self._early.close()
         self._others.shutdown()
         self._kept.close()
 
     def _react(self) -> None:
         """Handle what is urgent as soon as it comes in, until others have their turn."""
-        inputs, others = self._inputs, self._others
+        others = self._others
         while (left := others.due - monotonic()) > 0.0:
-            try:
-                inputs.wait(left)
-            except Exception as error:
-                self._survive(error)
-            # One of each: to wait for more costs no more than to look for it in vain.
-            inputs.handle(until=0.0)
-            self._do(self._cycle.step)
+            self._arrivals.wait(left)
+            self._handle_one_of_each()
         # Also when what is not urgent takes so long that its next turn is due already.
-        inputs.handle(until=0.0)
-        self._do(self._cycle.step)
+        self._handle_one_of_each()
         self._do(others.give)
+
+    def _handle_one_of_each(self) -> None:
+        if self._inputs.handle(until=0.0):
+            # There may be more.
+            self._arrivals.ring()
+        self._do(self._cycle.step)
 
     def _run_cycle(self, period: float) -> None:
         """Wait for the next cycle, and run it."""
@@ -152,21 +163,17 @@ class CycleLoop:
 
         Others get their turns in a sleep that is long enough for them.
         """
-        early = self._early
+        wait: Callable[[float], object] = self._arrivals.wait
         while (left := self._next - (now := monotonic())) > 0.0:
             nap = max(self._others.due - now, 0.0)
             is_turn = left - nap > ROOM
             pause = nap if is_turn else left
-            if early is None:
-                sleep(pause)
-            else:
-                self._do(partial(early.wait, pause))
-                if monotonic() < now + pause:
-                    early.handle(until=0.0)
+            if wait(pause):
+                if self._early.handle(until=0.0):
                     self._work()
                     # One in a cycle: a flood is no reason not to sleep.
-                    early = None
-            if is_turn:
+                    wait = sleep
+            elif is_turn:
                 if not self._is_running():
                     return False
                 self._give_turn()
@@ -181,7 +188,7 @@ class CycleLoop:
         if monotonic() >= self._others.due:
             self._do(self._others.give)
 
-    def _do(self, call: Callable[[], None]) -> None:
+    def _do(self, call: Callable[[], object]) -> None:
         try:
             call()
         except Exception as error:
@@ -192,11 +199,54 @@ Input: TypeAlias = Subscription | Service
 Survive: TypeAlias = Callable[[Exception], None]
 
 
+# Of rcl: sets what the middleware calls as soon as something has come in.
+TELL_ARRIVALS = {
+    Subscription: "rcl_subscription_set_on_new_message_callback",
+    Service: "rcl_service_set_on_new_request_callback",
+}
+
+
+class Arrivals:
+    """A sleep by the steady clock that ends when something comes in.
+
+    The middleware adds to a counter of the system, in a thread of its own: ``eventfd_write`` takes
+    a descriptor and a number, as the callbacks of rcl do.
+    """
+
+    def __init__(self, inputs: Iterable[Input]) -> None:
+        """Be woken by ``inputs``; where a middleware cannot do that, the sleep goes on."""
+        self._counter = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._closing = ExitStack()
+        self._closing.callback(os.close, self._counter)
+        rcl, ring = ctypes.CDLL("librcl.so"), ctypes.CDLL(None).eventfd_write
+        for each in inputs:
+            self._closing.enter_context(each.handle)
+            pointer = ctypes.c_void_p(each.handle.pointer)
+            tell = partial(getattr(rcl, TELL_ARRIVALS[type(each)]), pointer)
+            tell(ring, ctypes.c_void_p(self._counter))
+            self._closing.callback(tell, None, None)
+
+    def close(self) -> None:
+        """Let go of the inputs."""
+        self._closing.close()
+
+    def ring(self) -> None:
+        """Let the next sleep end at once."""
+        os.eventfd_write(self._counter, 1)
+
+    def wait(self, timeout: float) -> bool:
+        """Sleep for ``timeout`` [s] at most, and tell whether something came in."""
+        has_come = bool(select((self._counter,), (), (), timeout)[0])
+        if has_come:
+            os.eventfd_read(self._counter)
+        return has_come
+
+
 class _Queue(Protocol):
     """Messages or requests that wait to be handled."""
 
     def handle_one(self) -> bool:
-        """Handle the oldest one, and tell whether it may be followed by another in this cycle."""
+        """Handle the oldest one, and tell whether there was one."""
 
 
 class UrgentInputs:
@@ -207,7 +257,7 @@ class UrgentInputs:
     the answer, and nothing is done to keep the subscription for that moment alone.
     """
 
-    def __init__(self, inputs: Iterable[Input], context: Context, survive: Survive) -> None:
+    def __init__(self, inputs: Iterable[Input], survive: Survive) -> None:
         """Look at ``inputs`` in this order, and keep them until ``close``.
 
         Their callbacks are no coroutines. ``survive`` gets what they raise.
@@ -224,35 +274,25 @@ class UrgentInputs:
         # What comes in while others are handled is for the next cycle, so that no flood holds this
         # one: a queue has never more than its depth.
         self._rounds = max((each.qos_profile.depth for each in subscriptions), default=1)
-        self._wait_set = rclpy_implementation.WaitSet(
-            len(subscriptions), 0, 0, 0, len(inputs) - len(subscriptions), 0, context.handle
-        )
-        add = {Subscription: self._wait_set.add_subscription, Service: self._wait_set.add_service}
-        self._adding = [(add[type(each)], each.handle) for each in inputs]
 
     def close(self) -> None:
         """Let go of the inputs."""
         self._kept.close()
 
-    def handle(self, until: float) -> None:
-        """Handle what has come in, the oldest of each input first.
+    def handle(self, until: float) -> bool:
+        """Handle what has come in, the oldest of each input first; tell whether there was any.
 
         Each input gets at least one turn, however slow the others are. All else waits at the
         time.monotonic() ``until`` for the next cycle.
         """
-        queues = self._queues
-        for _ in range(self._rounds):
-            queues = [queue for queue in queues if queue.handle_one()]
+        taken = [queue for queue in self._queues if queue.handle_one()]
+        # One request in a cycle is enough: to answer takes a while, and who asks waits.
+        queues = [queue for queue in taken if isinstance(queue, _Messages)]
+        for _ in range(self._rounds - 1):
             if not queues or monotonic() >= until:
-                return
-
-    def wait(self, timeout: float) -> None:
-        """Wait until something comes in, for ``timeout`` [s] at most."""
-        wait_set = self._wait_set
-        wait_set.clear_entities()
-        for add, handle in self._adding:
-            add(handle)
-        wait_set.wait(max(0, int(1e9 * timeout)))
+                break
+            queues = [queue for queue in queues if queue.handle_one()]
+        return bool(taken)
 
 
 class _Messages:
@@ -283,7 +323,7 @@ class _Messages:
 
 
 class _Requests:
-    """To a service. One in a cycle is enough: to answer takes a while, and who asks waits."""
+    """To a service."""
 
     def __init__(self, service: Service, survive: Survive) -> None:
         self._service = service
@@ -294,12 +334,13 @@ class _Requests:
     def handle_one(self) -> bool:
         try:
             request, header = self._take(self._kind.Request)
-            if header is not None:
-                response = self._service.callback(request, self._kind.Response())
-                self._service.send_response(response, header)
+            if header is None:
+                return False
+            response = self._service.callback(request, self._kind.Response())
+            self._service.send_response(response, header)
         except Exception as error:
             self._survive(error)
-        return False
+        return True
 
 
 class ReadyLook:
@@ -313,11 +354,9 @@ class ReadyLook:
         """List all that ``node`` waits for, save what is ``left_out``."""
         subscriptions = [each for each in node.subscriptions if each not in left_out]
         services = [each for each in node.services if each not in left_out]
-        timers, clients, guards = list(node.timers), list(node.clients), list(node.guards)
+        timers, clients = list(node.timers), list(node.clients)
         self._waitables: list[Any] = list(node.waitables)
-        count = NumberOfEntities(
-            len(subscriptions), len(guards), len(timers), len(clients), len(services)
-        )
+        count = NumberOfEntities(len(subscriptions), 1, len(timers), len(clients), len(services))
         for waitable in self._waitables:
             count += waitable.get_num_entities()
         self._wait_set = wait_set = rclpy_implementation.WaitSet(
@@ -329,15 +368,19 @@ class ReadyLook:
             count.num_events,
             node.context.handle,
         )
+        # Without anything that is ready, the wait set would sleep, be it for no time.
+        context: Any = node.context.handle
+        with context:
+            self._guard = rclpy_implementation.GuardCondition(context)
         kinds: tuple[tuple[str, Callable[[Any], object], list[Any]], ...] = (
             ("subscription", wait_set.add_subscription, subscriptions),
-            ("guard_condition", wait_set.add_guard_condition, guards),
             ("timer", wait_set.add_timer, timers),
             ("client", wait_set.add_client, clients),
             ("service", wait_set.add_service, services),
         )
         self._kinds = [name for name, _, entities in kinds if entities]
         self._adding = [(add, each.handle) for _, add, entities in kinds for each in entities]
+        self._adding.append((wait_set.add_guard_condition, self._guard))
 
     def is_any_ready(self) -> bool:
         """Tell whether a message, a request, an answer, a timer or an event is there."""
@@ -347,6 +390,7 @@ class ReadyLook:
             add(handle)
         for waitable in self._waitables:
             waitable.add_to_wait_set(wait_set)
+        self._guard.trigger_guard_condition()
         wait_set.wait(0)
         return any(map(wait_set.get_ready_entities, self._kinds)) or any(
             waitable.is_ready(wait_set) for waitable in self._waitables
@@ -364,11 +408,13 @@ SHORT_WAIT = 0.002
 class OtherTurns(SingleThreadedExecutor):
     """An executor of all that a node has, save what is urgent, for a loop that has other work.
 
+    Alone it is that of a command, which waits by the steady clock, too.
+
     Attributes:
         due: time.monotonic() of the next turn [s].
     """
 
-    def __init__(self, node: Node, urgent: Iterable[Any], own: Collection[Any] = ()) -> None:
+    def __init__(self, node: Node, urgent: Iterable[Any] = (), own: Collection[Any] = ()) -> None:
         """Look at all of ``node`` but what is ``urgent``, and what it takes on its ``own``."""
         self.due = 0.0
         self._node = node
@@ -397,8 +443,24 @@ class OtherTurns(SingleThreadedExecutor):
         self._has_tasks = True
         return super().create_task(*arguments, **named)
 
-    def give(self) -> None:
+    def spin_once(self, timeout_sec: float | None = None) -> None:
+        """Run one callback; without a timeout, wait until there is one.
+
+        Raises:
+            Exception: what the callback raises.
+            ExternalShutdownException: if the context is shut down.
+        """
+        end = math.inf if timeout_sec is None else monotonic() + timeout_sec
+        while not self.give() and (left := end - monotonic()) > 0.0:
+            sleep(max(0.0, min(left, self.due - monotonic())))
+            if not self.context.ok():
+                raise ExternalShutdownException
+
+    def give(self) -> bool:
         """Run one callback, if one is ready, and set when the next turn is due.
+
+        Returns:
+            Whether one was ready.
 
         Raises:
             Exception: what the callback raises.
@@ -416,6 +478,7 @@ class OtherTurns(SingleThreadedExecutor):
             self._has_tasks |= not handler.done()
             # Raises what the callback has raised.
             handler.result()
+        return self._has_more
 
     def _is_any_ready(self) -> bool:
         if self._look is None:
@@ -435,6 +498,8 @@ class OtherTurns(SingleThreadedExecutor):
 
     def _taken(self) -> tuple[Any, Any] | None:
         """Return what the executor has: the next of the last look; behind the last one, None."""
+        # Or it would sleep where nothing is ready, be it for no time.
+        super().wake()
         try:
             ready: Any = self.wait_for_ready_callbacks(timeout_sec=0.0)
             return ready[:2]

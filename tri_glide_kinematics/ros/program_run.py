@@ -164,6 +164,14 @@ class ProgramRun:
         self._is_out_of_hand = False
         self._kept_at = -math.inf
         self._kept_last: KeptLine | None = None
+        self._switched = sorted(
+            {
+                output.name
+                for step in program.steps
+                for output in (step.outputs if isinstance(step, PathRun) else (step,))
+                if isinstance(output, Output) and output.name in SWITCHED_OFF
+            }
+        )
         self._course = self._run()
 
     @property
@@ -189,6 +197,11 @@ class ProgramRun:
         self.state = RunState.STOPPING
         if self._goal is not None:
             self._goal.cancel()
+
+    def let_go(self) -> None:
+        """Stop, and switch off at once: nobody waits until the platform rests."""
+        self.stop("interrupted")
+        self._tell_off()
 
     def _look_for_stop(self) -> None:
         """End the run where ``ik_node`` was stopped, between two motions too."""
@@ -464,16 +477,13 @@ class ProgramRun:
 
     def _switch_off(self) -> Iterator[None]:
         """Tell that spindle and coolant are off, when the platform rests."""
-        names = {
-            output.name
-            for step in self._program.steps
-            for output in (step.outputs if isinstance(step, PathRun) else (step,))
-            if isinstance(output, Output) and output.name in SWITCHED_OFF
-        }
         end = time.monotonic() + REST_TIMEOUT
-        while names and not self._rests and time.monotonic() < end:
+        while self._switched and not self._rests and time.monotonic() < end:
             yield
-        for name in sorted(names):
+        self._tell_off()
+
+    def _tell_off(self) -> None:
+        for name in self._switched:
             self._begin(f"output {name} 0 is 0")
             self._link.outputs.publish(OutputMessage(name=name))
 

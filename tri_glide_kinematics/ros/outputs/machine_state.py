@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import secrets
+import time
 from collections import deque
 from collections.abc import Callable
 from struct import Struct
@@ -178,8 +179,11 @@ class StateReports:
 
     def wait_until_read(self) -> None:
         """Wait for those who listen to have the last state, as the node ends after this."""
+        end = time.monotonic() + FAREWELL
         for publisher in (self._machine_states, self._publisher):
-            publisher.wait_for_all_acked(Duration(seconds=FAREWELL))
+            # The middleware waits by a clock that may be set back.
+            while not publisher.wait_for_all_acked(Duration()) and time.monotonic() < end:
+                time.sleep(FAREWELL / 100)
 
     def end_of_second(self) -> None:
         """Log how many states were left out in the last second."""

@@ -122,4 +122,5 @@ class Markers:
         gone = self._names - names
         shapes += [shape._replace(is_deleted=True) for shape in ALL if shape.name in gone]
         self._names = names
-        self._publisher.publish(marker_array(shapes, self._base_frame))
+        if shapes:
+            self._publisher.publish(marker_array(shapes, self._base_frame))

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol
 
-from ament_index_python.packages import get_package_prefix, get_package_share_directory
+from ament_index_python.packages import (
+    PackageNotFoundError,
+    get_package_prefix,
+    get_package_share_directory,
+)
 
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import PARAMETERS
 
 PACKAGE = "tri_glide_kinematics"
+SET_SIGNAL_OF_PARENTS_END = 1  # of prctl
 STOP_TIMEOUT = 5.0  # s, until a process that ignores SIGINT is killed
 
 
@@ -27,6 +34,32 @@ def executable(name: str) -> Path:
 def default_parameter_file() -> Path:
     """Return the installed ``config/tri_glide.yaml``."""
     return Path(get_package_share_directory(PACKAGE), "config", PARAMETERS)
+
+
+class LaunchError(KinematicsError):
+    """Something that a launch is to use is not there; the text names it."""
+
+
+def check_launch(files: Iterable[str], packages: Iterable[str]) -> None:
+    """Check, before a launch starts anything, that what it is to use is there.
+
+    ROS itself only warns of a parameter file that is not there, and starts a node without it.
+
+    Args:
+        files: named by the arguments of the launch.
+        packages: of ROS, whose nodes it starts.
+
+    Raises:
+        LaunchError: if a file or a package is missing.
+    """
+    for file in files:
+        if not Path(file).is_file():
+            raise LaunchError(f"there is no file {file!r}: nothing is started")
+    for package in packages:
+        try:
+            get_package_prefix(package)
+        except PackageNotFoundError as error:
+            raise LaunchError(f"{package} is not installed: nothing is started") from error
 
 
 def ending(code: int) -> str:
@@ -102,6 +135,10 @@ class NodeProcesses:
                 stdout=output,
                 stderr=subprocess.STDOUT if log else None,
                 start_new_session=True,
+                # However we end, it does not go on alone.
+                preexec_fn=lambda: ctypes.CDLL(None).prctl(
+                    SET_SIGNAL_OF_PARENTS_END, signal.SIGTERM
+                ),
             )
         self._processes.append(process)
         return process

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import gc
 import os
+import select
 import signal
 import sys
 from collections.abc import Callable
@@ -18,9 +19,39 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rclpy.node import Node
 
+    from tri_glide_kinematics.ros.loop import Cycle
+
+
+def at_hang_up(act: Callable[[], object]) -> None:
+    """Do something at the first SIGHUP, unless the process ignores it from its start (``nohup``).
+
+    A closed terminal may send it more than once, which is no impatience.
+    """
+
+    def handle(*_: object) -> None:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        # To write where nobody reads any more would fail.
+        outputs = select.poll()
+        for descriptor in (1, 2):
+            outputs.register(descriptor, 0)
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for broken in outputs.poll(0):
+            os.dup2(nowhere, broken[0])
+        act()
+
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, handle)
+
+
+def raise_at_signals() -> None:
+    """Let each signal that ends this process raise an exception: it ends its own ones first."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    at_hang_up(lambda: os.kill(os.getpid(), signal.SIGTERM))
+
 
 class EndSignals:
-    """Handles SIGINT and SIGTERM for a process, from its making on.
+    """Handles SIGINT, SIGTERM and SIGHUP for a process, from its making on.
 
     Handlers of rclpy that are replaced while a node gets ready lose a signal that comes then. This
     one stays; those of rclpy are not installed at all, or later, and then call this one, too. While
@@ -36,6 +67,12 @@ class EndSignals:
         self._stop: Callable[[], None] | None = None
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._handle)
+        at_hang_up(lambda: self._handle(signal.SIGHUP, None))
+
+    def ignore(self) -> None:
+        """Let none of them disturb the end of the process."""
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_IGN)
 
     def call(self, stop: Callable[[], None]) -> None:
         """Let each of them call ``stop``, at once if one has come."""
@@ -76,12 +113,12 @@ class FatalError(Exception):
 
 
 def run(module: str, class_name: str) -> int:
-    """Run a node until SIGINT or SIGTERM.
+    """Run a node until SIGINT, SIGTERM or SIGHUP.
 
     The node has the last part of the name of its ``module`` for a name, and is made without
     arguments. The exit code is 0 after a signal, 1 if the node could not start or go on.
     """
-    # Until they are handled below, both signals just end the process.
+    # Until they are handled below, all signals just end the process.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     for name, value in NUMPY_SETTINGS.items():
         os.environ.setdefault(name, value)
@@ -139,11 +176,12 @@ def run(module: str, class_name: str) -> int:
     else:
         instance.get_logger().info(transport.text)
     try:
-        _spin(instance, signals)
+        _spin(instance, instance.cycle, signals)
     except FatalError as error:
         instance.get_logger().fatal(str(error))
         return 1
     finally:
+        signals.ignore()
         shut_down()
     return 0
 
@@ -156,13 +194,14 @@ def shut_down() -> None:
         try_shutdown()
 
 
-def _spin(node: Node, signals: EndSignals) -> None:
+def _spin(node: Node, cycle: Cycle, signals: EndSignals) -> None:
     """Work until a signal comes.
 
     rclpy's own services raise on some contents (a parameter of an unknown type, for instance).
     That is the sender's mistake and must not stop a machine, so it is logged and survived.
     """
-    from tri_glide_kinematics.ros.loop import ErrorLog
+    from tri_glide_kinematics.ros.loop import CycleLoop, ErrorLog
+    from tri_glide_kinematics.ros.starting.realtime import ask_of_system
 
     errors = ErrorLog(node)
 
@@ -171,51 +210,23 @@ def _spin(node: Node, signals: EndSignals) -> None:
             raise error
         errors.add(error)
 
-    spin, close = _spinner_of(node, signals, survive)
+    # Numbers that nobody sends need no priority.
+    if node.has_parameter("realtime_priority"):
+        ask_of_system(node)
+    loop = CycleLoop(node, cycle, survive)
+    # It is never asleep for long, and may still send something at its end.
+    signals.call(loop.stop)
     # What was made so far stays. The collector of garbage need not look at it again and again,
     # which takes longer than a fast cycle.
     gc.freeze()
     gc.enable()
     try:
-        spin()
+        loop.spin()
     finally:
         gc.unfreeze()
         # Left to the end of the interpreter, what it holds may be gone before it, which Python 3.10
         # reports with a traceback.
-        close()
-
-
-def _spinner_of(
-    node: Node, signals: EndSignals, survive: Callable[[Exception], None]
-) -> tuple[Callable[[], None], Callable[[], object]]:
-    """Return what spins a node, in its own cycle if it has one, and what has to be called then."""
-    cycle = getattr(node, "cycle", None)
-    if cycle is not None:
-        from tri_glide_kinematics.ros.loop import CycleLoop
-        from tri_glide_kinematics.ros.starting.realtime import ask_of_system
-
-        ask_of_system(node)
-        loop = CycleLoop(node, cycle, survive)
-        # It is never asleep for long, and may still send something at its end.
-        signals.call(loop.stop)
-        return loop.spin, loop.close
-    from rclpy.executors import SingleThreadedExecutor
-    from rclpy.signals import install_signal_handlers
-
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    # Beside what is done so far, rclpy's handlers wake the executor.
-    signals.call(lambda: None)
-    install_signal_handlers()
-
-    def spin() -> None:
-        while node.context.ok() and not signals.came:
-            try:
-                executor.spin_once()
-            except Exception as error:
-                survive(error)
-
-    return spin, executor.shutdown
+        loop.close()
 
 
 def _missing(module: str) -> str:

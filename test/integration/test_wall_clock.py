@@ -1,0 +1,49 @@
+"""A wall clock that is set, back and forth, neither holds a node nor changes a motion."""
+
+from __future__ import annotations
+
+import pytest
+from rcl_interfaces.srv import ListParameters
+
+from testing.commands import KINEMATICS, assert_within_limits
+from testing.wall_clock import HOUR, WallClock
+from tri_glide_kinematics.ros.parameters import NODES
+
+FAR = (0.05, 0.03, 0.32)
+SETTINGS = (-HOUR, 2.0 * HOUR, HOUR, -3.0 * HOUR, 0.0)
+
+
+@pytest.fixture
+def clock(tmp_path):
+    return WallClock(tmp_path)
+
+
+@pytest.mark.parametrize("name", [name for name in NODES if name != "panel_node"])
+def test_a_clock_that_is_set_holds_no_node(client, nodes, clock, name):
+    nodes.start(name, prefix=clock.prefix)
+    for ahead in SETTINGS:
+        client.call(ListParameters, f"{name}/list_parameters", ListParameters.Request())
+        clock.set_ahead(ahead)
+    client.call(ListParameters, f"{name}/list_parameters", ListParameters.Request())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("is_stopped", [False, True])
+def test_a_clock_that_is_set_in_motion_stops_no_setpoints_and_a_stop_is_heard(
+    machine, client, clock, is_stopped
+):
+    machine.start({"speed_scale": 0.1}, prefix=clock.prefix)
+    client.stop()
+    machine.wait_for_state("idle")
+    machine.get_going(FAR, 0.05)
+    for ahead in SETTINGS:
+        count = len(machine.commands)
+        clock.set_ahead(ahead)
+        client.wait_for(lambda count=count: len(machine.commands) > count + 10, "setpoints")
+    if is_stopped:
+        client.stop()
+    machine.wait_for_state("idle")
+    client.wait_for(lambda: not any(machine.commands[-1].velocity), "rest")
+    assert_within_limits(machine, speed_scale=0.1)
+    is_there = machine.heights() == pytest.approx(KINEMATICS.inverse(FAR), abs=1e-5)
+    assert is_there is not is_stopped
