@@ -338,8 +338,11 @@ class ShapedTrajectory(Trajectory):
                 some = slice(first, first + together)
                 position = self.platform_series(self._machine, middles[some], half[some])
                 yield
+                added = []
+                for bound in limits.added:
+                    added.append(bound.used(position, half[some]))
+                    yield
                 series = heights_of(self._machine.geometry, position, half[some])
-                added = [bound.used(position, half[some]) for bound in limits.added]
                 low, high = heights_within(series, half[some])
                 table = limits.table[..., np.newaxis]
                 there = np.abs(series.values[1:4]) * _TO_DERIVATIVES / table
