@@ -325,8 +325,7 @@ def added_use(
                 series = trajectory.platform_series(bound.machine, middles[some], half[some])
                 most[some], middle[some] = bound.used(series, half[some])
         known = float(np.fmax(known, np.fmax.reduce(middle)))
-        enough = known * (1.0 + _CLOSE) if known > 1.0 + RELATIVE_ROUNDING else 1.0
-        settled = (half <= 0.5 * _SHORTEST) | (most <= enough * (1.0 + RELATIVE_ROUNDING))
+        settled = (half <= 0.5 * _SHORTEST) | (most <= close_to(known))
         found = np.where(settled, most, 0.0)
         worst = int(found.argmax())
         # What is not known counts as more, and stays unknown.
@@ -334,6 +333,16 @@ def added_use(
             part, time = float(found[worst]), float(middles[worst])
         middles, half = quartered(middles[~settled], half[~settled])
     return AddedUse(part, time)
+
+
+def close_to(known: float) -> float:
+    """Return what a cell may use at most, by bounds, so that no smaller ones are looked at.
+
+    Args:
+        known: which part is used somewhere.
+    """
+    part = known * (1.0 + _CLOSE) if known > 1.0 + RELATIVE_ROUNDING else 1.0
+    return part * (1.0 + RELATIVE_ROUNDING)
 
 
 class UsableParts(NamedTuple):
