@@ -5,21 +5,27 @@ from __future__ import annotations
 import time
 from typing import TypeVar
 
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import Interruptible, at_once
 
 Result = TypeVar("Result")
 
 
-def median_piece(computation: Interruptible[Result]) -> tuple[Result, float]:
-    """Return the result, and the median of the processor time of the pieces [s]."""
-    pieces = []
-    begin = time.process_time()
+def timed(computation: Interruptible[Result], pieces: list[float]) -> Interruptible[Result]:
+    """Return what a ``computation`` does; its ``pieces`` get the processor time of each [s]."""
     while True:
+        begin = time.thread_time()
         try:
             next(computation)
         except StopIteration as end:
-            pieces.append(time.process_time() - begin)
             result: Result = end.value
-            return result, sorted(pieces)[len(pieces) // 2]
-        pieces.append(time.process_time() - begin)
-        begin = time.process_time()
+            return result
+        finally:
+            pieces.append(time.thread_time() - begin)
+        yield
+
+
+def median_piece(computation: Interruptible[Result]) -> tuple[Result, float]:
+    """Return the result, and the median of the processor time of the pieces [s]."""
+    pieces: list[float] = []
+    result = at_once(timed(computation, pieces))
+    return result, sorted(pieces)[len(pieces) // 2]

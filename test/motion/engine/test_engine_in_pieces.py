@@ -10,7 +10,9 @@ from motion_machine import (
     DT,
     HOME,
     LIMITS,
+    MACHINE,
     OTHER,
+    SHAPER,
     TARGET,
     WORKSPACE,
     each_kind,
@@ -20,9 +22,10 @@ from motion_machine import (
 )
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import MotionEngine, MotionPhase
+from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformSpeedLimit
+from tri_glide_kinematics.motion.engine import preparation, replanning
 from tri_glide_kinematics.motion.moves import MotionKind
-from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.motion.trajectory import PlanTooLongError, SliderLimits
 
 TURN = 2.0 * math.pi
 
@@ -324,3 +327,87 @@ def test_an_error_in_planning_ends_that_plan_only(monkeypatch, error):
     moving.move_to(TARGET)
     go(moving, 3000)
     assert np.abs(place(moving) - TARGET).max() < 1e-9
+
+
+class CountedSpeed(PlatformSpeedLimit):
+    """A speed limit that counts the cells it looks at."""
+
+    cells = 0
+
+    def used(self, position, half):
+        type(self).cells += len(half)
+        return super().used(position, half)
+
+
+def cells_of_pieces(moving: MotionEngine) -> list[int]:
+    """Return how many cells are looked at in each piece of what is being prepared."""
+    pieces = []
+    while moving.preparing:
+        before = CountedSpeed.cells
+        moving.work(no_more)
+        pieces.append(CountedSpeed.cells - before)
+    return pieces
+
+
+@each_kind
+def test_no_piece_looks_at_many_cells_however_slow_the_platform_has_to_be(kind):
+    work = []
+    for speed in (0.1, 1e-3, 1e-5):
+        limits = LIMITS.with_added(CountedSpeed(MACHINE, speed))
+        moving = engine(kind, in_pieces=True, limits=limits)
+        moving.move_to(TARGET)
+        pieces = cells_of_pieces(moving)
+        go(moving, 100)
+        moving.move_to(OTHER)
+        pieces += cells_of_pieces(moving)
+        assert moving.take_refusal() is None
+        go(moving, 100)
+        moving.jog((0.0, 0.05, 0.0))
+        pieces += cells_of_pieces(moving)
+        assert max(pieces) <= 64
+        work.append(sum(pieces))
+    # They are no more where the motion takes a hundred times as long, and so again.
+    assert max(work) < 6.0 * work[0]
+
+
+def test_a_plan_that_takes_too_many_pieces_is_refused_with_what_makes_it_long(monkeypatch):
+    limits = LIMITS.with_added(PlatformSpeedLimit(MACHINE, 0.01))
+    moving = engine(in_pieces=True, limits=limits)
+    moving.set_shaper(SHAPER)
+    monkeypatch.setattr(preparation, "MOST_PIECES", 6)
+    moving.move_to(TARGET)
+    pieces = 1
+    while moving.preparing:
+        moving.work(no_more)
+        pieces += 1
+    refusal = moving.take_refusal()
+    assert isinstance(refusal, PlanTooLongError)
+    assert refusal.pieces == 6
+    assert pieces <= 8
+    assert "more than 6 pieces of work; it is long with a shaper and a platform" in str(refusal)
+    # It begins anew with the next one.
+    monkeypatch.undo()
+    moving.move_to(TARGET)
+    go(moving, 30, pieces=100)
+    assert moving.phase is MotionPhase.MOVING
+
+
+def test_what_goes_on_for_ever_is_given_up_after_so_much_work():
+    """Each way that is tried after that has one piece, so what would do without is found."""
+    tried = []
+
+    def making(held, start):
+        for way in range(3):
+            try:
+                while True:
+                    tried.append(way)
+                    yield
+            except PlanTooLongError:
+                pass
+        return replanning.Replanned(held)
+
+    held = engine(in_pieces=True)._holder.held
+    made = preparation.Preparation(making, None, held, 0.0, 0.0, preparation.LeadTime())
+    made.work(lambda: True)
+    assert made.ready == replanning.Replanned(held)
+    assert tried == [0] * preparation.MOST_PIECES + [1, 2]

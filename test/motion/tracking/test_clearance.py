@@ -11,6 +11,7 @@ from motion_machine import LIMITS, MACHINE, WORKSPACE
 from strategies import DEFAULT_LIMITS
 from tracking_run import TrackingRun, at_rest
 
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.tracking import (
     MovingTarget,
     WantedVelocity,
@@ -44,11 +45,11 @@ def nothing(*_arguments, **_options) -> Traced[bool]:
 
 
 def certified(start, ways, limits=LIMITS, workspace=WORKSPACE) -> bool:
-    return first_certified(workspace, start, [ways], limits).result() is not None
+    return at_once(first_certified(workspace, start, [ways], limits)) is not None
 
 
 def test_ways_that_keep_all_limits_are_certified_with_their_duration():
-    found = first_certified(WORKSPACE, at_rest(), [[UP, STAY, DOWN]], LIMITS).result()
+    found = at_once(first_certified(WORKSPACE, at_rest(), [[UP, STAY, DOWN]], LIMITS))
     assert found.duration == pytest.approx(0.16)
     assert found.ways == [UP, STAY, DOWN]
     assert CubicPlan(at_rest(), found.ways).duration == pytest.approx(found.duration)
@@ -122,11 +123,11 @@ def test_where_the_room_is_too_small_the_path_is_traced(monkeypatch):
 def test_of_several_ways_the_first_that_passes():
     short = [(0.02, -31.25), (0.04, 31.25), (0.02, -31.25)]
     choices = [[UP, UP, UP], [short, short, short]]
-    found = first_certified(TIGHT, at_rest(), choices, LIMITS).result()
+    found = at_once(first_certified(TIGHT, at_rest(), choices, LIMITS))
     assert found is not None
     assert found.ways == choices[1]
     slow = SliderLimits.uniform(0.01, 10.0, 200.0)
-    assert first_certified(TIGHT, at_rest(), choices, slow).result() is None
+    assert at_once(first_certified(TIGHT, at_rest(), choices, slow)) is None
 
 
 @pytest.mark.parametrize("bad", (math.nan, math.inf))

@@ -100,6 +100,7 @@ class Command(ABC):
         is_checked_whole: whether all of it is looked at before it begins, which may take long.
         leads_anywhere: whether nobody knows where its motion leads, as newer ones renew it.
         extends: whether it goes on from the end of the path that is followed.
+        size: number of segments of a path.
         position: of the target, where it has one. Shape (3,) [m].
         velocity: of the target, where it has one. Shape (3,) [m/s].
         received: when it came in, by the clock of the caller; NaN if nobody asks [s].
@@ -116,6 +117,7 @@ class Command(ABC):
     is_checked_whole: ClassVar[bool] = False
     leads_anywhere: ClassVar[bool] = False
     extends: bool = False
+    size: int = 0
     position: Vector3 | None = None
     velocity: Vector3 | None = None
 
@@ -587,6 +589,11 @@ class Follow(Command):
     def __str__(self) -> str:
         """Return the target in words."""
         return self._name
+
+    @property
+    def size(self) -> int:  # type: ignore[override]
+        """Number of segments of the path, as far as it is made."""
+        return len(self.path.segments) if self.path is not None else 0
 
     @property
     def waits_on(self) -> bool:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
 from tri_glide_kinematics.motion.engine.replanning import Replanned
-from tri_glide_kinematics.motion.trajectory import SOUND
+from tri_glide_kinematics.motion.trajectory import SOUND, PlanTooLongError
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.commands import Command
@@ -30,6 +30,10 @@ MARGIN = 1.5
 
 # After a plan was not ready in time, the next attempt gets more time by this factor.
 MORE_TIME = 2.0
+
+# A plan takes so many pieces at most, some 0.2 s of processor time; of a path, one more for each of
+# its segments. They are counted, so that each computer decides alike.
+MOST_PIECES = 600
 
 # Two times that differ by less are the same: rounding [s].
 SAME_TIME = 1e-9
@@ -98,6 +102,7 @@ class Preparation:
         # At the end of the held plan the sliders rest, and go on resting for as long as it takes.
         self.start = min(start, max(self.held.rests_at, self._begun))
         self._computation = self._making(self.held, self.start)
+        self._pieces = 0
 
     @property
     def begins_at_rest(self) -> bool:
@@ -124,18 +129,38 @@ class Preparation:
     def work(self, may_go_on: Callable[[], bool]) -> None:
         """Go on with it, by one piece at least, until it is ready or may not go on.
 
+        Where it takes too many pieces, what is searched for just then is given up, and each other
+        way after one piece: so what would do without, as a braking does, still is found.
+
         Raises:
             KinematicsError: if there is no plan.
         """
         while self.ready is None:
             try:
                 with SOUND:
-                    next(self._computation)
+                    if self._pieces < self._most_pieces:
+                        next(self._computation)
+                    else:
+                        self._computation.throw(self._too_long())
             except StopIteration as end:
                 self.ready = end.value
             else:
+                self._pieces += 1
                 if not may_go_on():
                     return
+
+    @property
+    def _most_pieces(self) -> int:
+        return MOST_PIECES + (self.goal.size if self.goal is not None else 0)
+
+    def _too_long(self) -> PlanTooLongError:
+        limits = self.held.pending or self.held.limits
+        causes = [bound.name for bound in limits.sliders.added]
+        if limits.shaper is not None:
+            causes.insert(0, "a shaper")
+        if not self.begins_at_rest:
+            causes.append("a start in motion")
+        return PlanTooLongError(self._most_pieces, causes)
 
     def begin_anew(self, time: float, step: float) -> None:
         """Begin at a later setpoint, as it was not ready in time.

@@ -32,14 +32,17 @@ from tri_glide_kinematics.motion.moves import (
 from tri_glide_kinematics.motion.path_timing import PathPlanner
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
+    AddedBoundError,
     CubicPlan,
     LinePlan,
     PathHeights,
     PathPlan,
     SequencePlan,
+    SliderLimitError,
     SliderLimits,
     SliderState,
     Trajectory,
+    checked,
     gentler,
 )
 from tri_glide_kinematics.vectors import Vector3
@@ -369,7 +372,14 @@ class Replanning:
                     return Replanned((yield from planned))
                 except KinematicsError:
                     pass
-        if resting or limits == held.limits or held.plan.keeps_limits(limits.effective, time):
+        is_kept = resting or limits == held.limits
+        if not is_kept:
+            try:
+                yield from checked(held.plan, limits.effective, time)
+                is_kept = True
+            except (SliderLimitError, AddedBoundError):
+                pass
+        if is_kept:
             held = replace(held, limits=limits, pending=None)
             if goal is not None and held.role is not PlanRole.LEADS_TO_GOAL:
                 return (yield from self._resumed(held, time, goal))

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import Interruptible, Result
+from tri_glide_kinematics.interruptible import Interruptible, Result, at_once
 from tri_glide_kinematics.motion.moves.line_entry import (
     Entry,
     LimitedLineBuilder,
@@ -47,6 +47,7 @@ from tri_glide_kinematics.motion.trajectory import (
     TimeScaling,
     UsableParts,
     bounds_along,
+    checked,
     kept,
     shortest_piece,
     total_duration,
@@ -85,7 +86,7 @@ class LinearMotion:
         Raises:
             PlanningError: if the line comes so close to the reach of an arm that none is found.
         """
-        return LinePlan(line, self._timing.from_rest(line, limits))
+        return LinePlan(line, at_once(self._timing.from_rest(line, limits)))
 
     def kept_from_rest(self, line: StraightLine, limits: SliderLimits) -> Interruptible[LinePlan]:
         """Return the same where there are added bounds, which it keeps.
@@ -100,7 +101,7 @@ class LinearMotion:
 
         def plan(usable: UsableParts) -> tuple[LinePlan, float]:
             """Return the plan with parts of the limits, and when it is fastest [s]."""
-            scaling = self._timing.from_rest(line, limits, usable)
+            scaling = at_once(self._timing.from_rest(line, limits, usable))
             return LinePlan(line, scaling), float(scaling.times[scaling.speeds.argmax()])
 
         found = yield from kept(plan, limits)
@@ -140,9 +141,8 @@ class LinearMotion:
             yield
             timed = self._jogs.time_scaling(entry, parametrisation, factors)
             yield
-            slowdowns = bounds_along(entry.line, timed.scaling, limits, entry.blend).slowdown(
-                limits
-            )
+            bounds = yield from bounds_along(entry.line, timed.scaling, limits, entry.blend)
+            slowdowns = bounds.slowdown(limits)
             if slowdowns.max() <= 1.0 + RELATIVE_ROUNDING:
                 break
             factors = factors.after(timed, slowdowns)
@@ -150,7 +150,7 @@ class LinearMotion:
         if entry.blend is None and entry.speed == 0.0:
             scaling = scaling.slower(max(float(slowdowns.max()), 1.0))
         yield
-        return _checked(LinePlan(entry.line, scaling, entry.blend), limits)
+        return (yield from checked(LinePlan(entry.line, scaling, entry.blend), limits))
 
     def brake(
         self,
@@ -186,7 +186,7 @@ class LinearMotion:
             fraction *= 1.0 - beside
         scaling = self._timing.braking(entry, limits, fraction, longest)
         yield
-        return _checked(LinePlan(entry.line, scaling, entry.blend), limits)
+        return (yield from checked(LinePlan(entry.line, scaling, entry.blend), limits))
 
 
 def found(answer: Traced[Result]) -> Interruptible[Result]:
@@ -204,12 +204,6 @@ def _limited(entry: Entry, builder: LimitedLineBuilder) -> Interruptible[Entry]:
     """
     line = yield from found(builder.limited(entry.line))
     return entry._replace(line=line)
-
-
-def _checked(plan: LinePlan, limits: SliderLimits) -> LinePlan:
-    """Return the ``plan`` if it keeps the ``limits``."""
-    plan.check_limits(limits)
-    return plan
 
 
 # In mid-motion a time scaling cannot be stretched, as its first speed is given. It is made again,
@@ -297,7 +291,7 @@ class LineJoining:
             entry = self._entry.resting(state, builder, limits, 1.0)
             entry = yield from _limited(entry, builder)
             yield
-            undelayed = self._timing.from_rest(entry.line, limits)
+            undelayed = yield from self._timing.from_rest(entry.line, limits)
         except KinematicsError:
             pass
         else:
@@ -379,8 +373,7 @@ class LineJoining:
         expected = max(float(undelayed.times[-1]) + delay * braking, braking)
 
         def plan() -> Interruptible[LinePlan]:
-            yield from ()
-            return _delayed(entry, undelayed, delay, limits)
+            return (yield from _delayed(entry, undelayed, delay, limits))
 
         return WayOnto(entry, expected, plan)
 
@@ -412,16 +405,16 @@ class LineJoining:
             entry = self._entry.resting(state, builder, limits, fraction)
             entry = yield from _limited(entry, builder)
             yield
-            scaling = self._timing.from_rest(entry.line, limits)
+            scaling = yield from self._timing.from_rest(entry.line, limits)
             for slow, part in choices[:-1]:
                 yield
                 try:
-                    return _delayed(entry, scaling.slower(slow), part, limits)
+                    return (yield from _delayed(entry, scaling.slower(slow), part, limits))
                 except KinematicsError:
                     continue
             yield
             slow, part = choices[-1]
-            return _delayed(entry, scaling.slower(slow), part, limits)
+            return (yield from _delayed(entry, scaling.slower(slow), part, limits))
 
         return WayOnto(hard, expected, plan)
 
@@ -445,7 +438,7 @@ class LineJoining:
                 yield
             scaling = self._timing.in_motion(entry, parametrisation, factors)
             plan = LinePlan(entry.line, scaling, blend)
-            bounds = bounds_along(entry.line, scaling, limits, blend)
+            bounds = yield from bounds_along(entry.line, scaling, limits, blend)
             slower = bounds.slowdown(limits)
             begins = scaling.times[:-1] < (blend.duration if blend is not None else 0.0)
             begin = float(slower[begins].max(initial=0.0))
@@ -479,7 +472,9 @@ class LineJoining:
         return best
 
 
-def _delayed(entry: Entry, undelayed: TimeScaling, delay: float, limits: SliderLimits) -> LinePlan:
+def _delayed(
+    entry: Entry, undelayed: TimeScaling, delay: float, limits: SliderLimits
+) -> Interruptible[LinePlan]:
     """Return the plan that brakes, and begins with the line when a part of that is over.
 
     Args:
@@ -502,4 +497,4 @@ def _delayed(entry: Entry, undelayed: TimeScaling, delay: float, limits: SliderL
         times.append(blend.duration)
     shortest = shortest_piece(entry.line.length, max(limits.acceleration))
     scaling = scaling.with_knots(np.array(with_knots_of(times, blend, shortest)))
-    return _checked(LinePlan(entry.line, scaling, blend), limits)
+    return (yield from checked(LinePlan(entry.line, scaling, blend), limits))

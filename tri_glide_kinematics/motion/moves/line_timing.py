@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.moves.hard_braking import hardest_braking
 from tri_glide_kinematics.motion.moves.line_entry import Entry
 from tri_glide_kinematics.motion.moves.parametrisation import (
@@ -73,7 +74,7 @@ class LineTiming:
 
     def from_rest(
         self, line: StraightLine, limits: SliderLimits, usable: UsableParts | None = None
-    ) -> TimeScaling:
+    ) -> Interruptible[TimeScaling]:
         """Return the shortest time scaling found from rest to rest at the end of ``line``.
 
         It is stretched by the factor with which all limits just hold.
@@ -110,7 +111,7 @@ class LineTiming:
         times = np.array(knots(phases, PIECES, shortest))
         scaling = parametrisation.time_scaling(evaluate(phases, (0.0, 0.0, 0.0), times))
         scaling = scaling.with_ends((0.0, 0.0, 0.0), line.length)
-        bounds = bounds_along(line, scaling, limits)
+        bounds = yield from bounds_along(line, scaling, limits)
         # This is looked at before the motion is stretched, which would hide it.
         if not bounds.backwards <= NO_WAY_BACK * float(scaling.speeds.max()):
             raise PlanningError("the line comes too close to where an arm lies flat")

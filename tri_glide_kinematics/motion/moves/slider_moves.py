@@ -14,6 +14,7 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderState,
     StraightPlan,
     UsableParts,
+    checked,
     kept,
     total_duration,
 )
@@ -47,10 +48,7 @@ class SliderMotion:
             return plan
         bounds = (limits.velocity, limits.acceleration, limits.jerk)
         plan = CubicPlan(state, self._ruckig.to_rest_at(heights, *state, bounds))
-        if limits.added:
-            yield
-        plan.check_limits(limits)
-        return plan
+        return (yield from checked(plan, limits))
 
     def _from_rest(
         self, state: SliderState, heights: Vector3, limits: SliderLimits

@@ -13,7 +13,11 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.moves.line_moves import LinearMotion, found
+from tri_glide_kinematics.motion.moves.line_moves import (
+    SAMPLES_IN_PIECE,
+    LinearMotion,
+    found,
+)
 from tri_glide_kinematics.motion.tracking import (
     Braking,
     SliderWay,
@@ -45,8 +49,8 @@ NEARLY = 1.05
 LINE_BRAKINGS = ((1.0, 0.1), (0.9, 0.3))
 GENTLE_LINE_BRAKING = (0.9, 0.5)
 
-# A braking along a line that is not found in so many pieces is not waited for: the sliders' own
-# stop is at hand.
+# A braking along a line that is not found in so many pieces is not waited for, or in as many more
+# for each added bound: the sliders' own stop is at hand.
 ALONG_PIECES = 5
 
 # A stop may be traced at this many places; more would take too long for a control cycle.
@@ -111,7 +115,8 @@ class Stopping:
         longest = LONGEST_ON_LINE * own.duration
         if along is not None:
             try:
-                return (yield from _at_hand(along(min(longest, left))))
+                pieces = ALONG_PIECES * (1 + len(limits.added))
+                return (yield from _at_hand(along(min(longest, left)), pieces))
             except KinematicsError:
                 yield
             if left <= longest:
@@ -184,8 +189,9 @@ class Stopping:
         Raises:
             PlanningError: if it cannot be shown to keep all limits.
         """
-        proof = first_certified(region, state, (stop.ways,), limits, STOP_SAMPLES)
-        certified = yield from found(proof)
+        certified = yield from first_certified(
+            region, state, (stop.ways,), limits, STOP_SAMPLES, SAMPLES_IN_PIECE
+        )
         if certified is None:
             raise PlanningError("the sliders' stop leads out of the limits")
         return CubicPlan(state, certified.ways)
@@ -216,14 +222,14 @@ def first_found(candidates: Iterable[Candidate]) -> Interruptible[Trajectory]:
     raise refusal
 
 
-def _at_hand(making: Interruptible[Trajectory]) -> Interruptible[Trajectory]:
-    """Return what a ``making`` comes to, unless that takes too many pieces.
+def _at_hand(making: Interruptible[Trajectory], pieces: int) -> Interruptible[Trajectory]:
+    """Return what a ``making`` comes to, unless that takes more ``pieces``.
 
     Raises:
         PlanningError: if it does.
         KinematicsError: if there is none.
     """
-    for _ in range(ALONG_PIECES):
+    for _ in range(pieces):
         try:
             next(making)
         except StopIteration as end:

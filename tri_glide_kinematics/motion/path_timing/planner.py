@@ -411,10 +411,8 @@ class PathPlanner:
         braking = brake_hard(plan.heights, start, limits, longest)
         with SOUND:
             found = PathPlan(plan.heights, (yield from braking))
-        if limits.added:
-            yield
-            # Its few pieces bound the speed only nearly.
-            check_added(found, limits)
+        # Its few pieces bound the speed only nearly.
+        yield from check_added(found, limits)
         return found
 
     def brake(self, plan: PathPlan, time: float, limits: SliderLimits) -> Interruptible[PathPlan]:

@@ -364,8 +364,7 @@ def _bounds(
         found.append(bounds_of(parts, seen))
         yield
         if limits.added:
-            found[-1] = with_added(found[-1], curve, block, limits)
-            yield
+            found[-1] = yield from with_added(found[-1], curve, block, limits)
     return Bounds.joined(found)
 
 

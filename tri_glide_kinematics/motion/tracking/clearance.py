@@ -17,17 +17,20 @@ from collections.abc import Iterable, Sequence
 from math import copysign, hypot, sqrt
 from typing import NamedTuple
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.tracking.slider_way import Phase
 from tri_glide_kinematics.motion.trajectory import (
     RELATIVE_ROUNDING,
     TRAVEL_ROUNDING,
+    AddedBoundError,
     CubicPlan,
     SliderLimits,
     SliderState,
     after,
+    check_added,
 )
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Traced, Workspace, WorkspaceLimits
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 
 class Excursion(NamedTuple):
@@ -137,8 +140,9 @@ def first_certified(
     choices: Iterable[Ways],
     limits: SliderLimits,
     samples: int = TRACE_SAMPLES,
-) -> Traced[Certified | None]:
-    """Return what finds the first of ``choices`` that keeps all limits up to its end, if one does.
+    at_once: int = TRACE_SAMPLES,
+) -> Interruptible[Certified | None]:
+    """Return the first of ``choices`` that keeps all limits up to its end, if one does.
 
     Reach, box, cylinder and condition number hold as ``Workspace.check_path`` has it, velocities,
     accelerations, jerks and the travel of the sliders to rounding. Only one choice is traced.
@@ -149,6 +153,7 @@ def first_certified(
         choices: phases of each slider.
         limits: of the sliders.
         samples: places of the path that a trace may examine.
+        at_once: so many of them are examined between two breaks.
     """
     traceable = None
     for ways in choices:
@@ -159,24 +164,23 @@ def first_certified(
         box = _box(start, excursions, workspace.limits)
         if box is None or not keep_limits(excursions, limits):
             continue
-        if limits.added and not CubicPlan(start, ways).keeps_limits(limits):
+        try:
+            yield from check_added(CubicPlan(start, ways), limits)
+        except AddedBoundError:
             continue
         centre, half_diagonal = box
         if half_diagonal <= workspace.free_way(centre):
-            return _known(Certified(ways, max(one.duration for one in excursions)))
+            return Certified(ways, max(one.duration for one in excursions))
         traceable = traceable or (ways, excursions)
     if traceable is None:
-        return _known(None)
+        return None
     ways, excursions = traceable
     certified = Certified(ways, max(one.duration for one in excursions))
     most = hypot(*(one.acceleration for one in excursions))
     proof = workspace.path_proof(_Path(start, ways).state, certified.duration, most, samples)
-    return proof.then(lambda is_inside: certified if is_inside else None)
-
-
-def _known(certified: Certified | None) -> Traced[Certified | None]:
-    """Return what is known without tracing."""
-    return Traced(None, lambda _: certified)
+    while not proof.go_on(at_once):
+        yield
+    return certified if proof.result() else None
 
 
 def _box(

@@ -121,10 +121,7 @@ class Follower:
             [[*way.phases, *braking] for way, braking in zip(ways, brakes(ways, used))]
             for brakes in (braking_together, braking_alone)
         )
-        proof = first_certified(self._workspace, state, choices, limits, samples)
-        while not proof.go_on(TRACE_SAMPLES):
-            yield
-        certified = proof.result()
+        certified = yield from first_certified(self._workspace, state, choices, limits, samples)
         if certified is None:
             return None
         h1, h2, h3 = state.heights

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.added_bounds import UsableParts as UsableParts
     from tri_glide_kinematics.motion.trajectory.added_bounds import added_use as added_use
     from tri_glide_kinematics.motion.trajectory.added_bounds import check_added as check_added
+    from tri_glide_kinematics.motion.trajectory.added_bounds import checked as checked
     from tri_glide_kinematics.motion.trajectory.added_bounds import gentler as gentler
     from tri_glide_kinematics.motion.trajectory.added_bounds import kept as kept
     from tri_glide_kinematics.motion.trajectory.along_curve import CurvePlan as CurvePlan
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.errors import NotStartedError as NotStartedError
     from tri_glide_kinematics.motion.trajectory.errors import PathTimingError as PathTimingError
     from tri_glide_kinematics.motion.trajectory.errors import PlanningError as PlanningError
+    from tri_glide_kinematics.motion.trajectory.errors import PlanTooLongError as PlanTooLongError
     from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError as SliderLimitError
     from tri_glide_kinematics.motion.trajectory.force_limits import (
         CannotHoldError as CannotHoldError,

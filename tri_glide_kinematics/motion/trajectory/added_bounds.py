@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
 import numpy as np
 
 from tri_glide_kinematics.checks import positive
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import Interruptible, blocks
 from tri_glide_kinematics.motion.trajectory.errors import AddedBoundError
 from tri_glide_kinematics.motion.trajectory.knots import ascending
 from tri_glide_kinematics.motion.trajectory.limits import RELATIVE_ROUNDING, SliderLimits
@@ -37,11 +37,14 @@ if TYPE_CHECKING:
 
 Motion = TypeVar("Motion", bound="Trajectory")
 
-# So many cells are looked at together at most.
-CELLS_AT_ONCE = 128
+# So many cells are looked at between two breaks: that takes a millisecond at most.
+CELLS_AT_ONCE = 64
 
-# Where a bound is exceeded by more than this part, cells are made no smaller to know by how much.
-_COARSE = 1e-3
+# Between two knots there are so many at first, at most.
+_CELLS_BETWEEN = 4
+
+# How much is used is known to this part, where it is more than is allowed.
+_CLOSE = 1e-6
 
 # A motion leaves this part of a bound beyond what it exceeded, so that the next one keeps it; and
 # with each attempt so many times as much.
@@ -104,10 +107,12 @@ class AddedBound(ABC):
 
     Attributes:
         machine: whose motion it bounds.
+        name: in words.
         order: 1 if a motion in n times the time uses an nth of it, 2 if the square of that.
     """
 
     machine: TriGlide
+    name: ClassVar[str]
     order: ClassVar[int]
 
     @property
@@ -182,6 +187,11 @@ class PartOfBound(AddedBound):
         return self.bound.machine
 
     @property
+    def name(self) -> str:  # type: ignore[override]
+        """As that of the other bound."""
+        return self.bound.name
+
+    @property
     def order(self) -> int:  # type: ignore[override]
         """As that of the other bound."""
         return self.bound.order
@@ -226,6 +236,7 @@ class PlatformSpeedLimit(AddedBound):
         speed: [m/s].
     """
 
+    name = "a platform speed limit"
     order = 1
 
     machine: TriGlide
@@ -283,8 +294,7 @@ class AddedUse(NamedTuple):
     """How much of an added bound a motion uses at most, by bounds.
 
     Attributes:
-        part: an upper bound, if it is no larger than 1; else about what is used. NaN where nothing
-            is known.
+        part: an upper bound; NaN where nothing is known.
         time: when [s].
     """
 
@@ -294,34 +304,45 @@ class AddedUse(NamedTuple):
 
 def added_use(
     trajectory: Trajectory, bound: AddedBound, since: float = 0.0, until: float = inf
-) -> AddedUse:
+) -> Interruptible[AddedUse]:
     """Return which part of an added ``bound`` a motion uses at most between two instants [s].
 
-    Where it may be exceeded, cells are made smaller, and so the bounds.
+    Where it may be exceeded, cells are made smaller, and so the bounds. Where a middle uses more
+    than is allowed, no cell is made smaller that cannot use more than that. So only cells about the
+    largest use are, and there are few of them however long the motion takes.
     """
     edges = trajectory.knots()
     until = min(until, trajectory.duration)
     inside = edges[(edges > since) & (edges < until)]
-    middles, half = divided(ascending(np.concatenate(((since,), inside, (max(until, since),)))))
-    used = half > 0.0
-    middles, half = middles[used], half[used]
-    part, time = 0.0, since
+    edges = ascending(np.concatenate(((since,), inside, (max(until, since),))))
+    middles, half = divided(edges, _CELLS_BETWEEN)
+    part, time, known = 0.0, since, 0.0
     while len(middles):
-        settled = half <= 0.5 * _SHORTEST
-        for first in range(0, len(middles), CELLS_AT_ONCE):
-            some = slice(first, first + CELLS_AT_ONCE)
+        most, middle = np.empty((2, len(middles)))
+        for some in blocks(len(middles), CELLS_AT_ONCE):
+            yield
             with np.errstate(invalid="ignore"):
                 series = trajectory.platform_series(bound.machine, middles[some], half[some])
-                most, middle = bound.used(series, half[some])
-            exceeded = middle > 1.0 + _COARSE
-            settled[some] |= (most <= 1.0 + RELATIVE_ROUNDING) | exceeded
-            found = np.where(settled[some], np.where(exceeded, middle, most), 0.0)
-            worst = int(found.argmax())
-            # What is not known counts as more, and stays unknown.
-            if not found[worst] <= part and part == part:
-                part, time = float(found[worst]), float(middles[some][worst])
+                most[some], middle[some] = bound.used(series, half[some])
+        known = float(np.fmax(known, np.fmax.reduce(middle)))
+        settled = (half <= 0.5 * _SHORTEST) | (most <= close_to(known))
+        found = np.where(settled, most, 0.0)
+        worst = int(found.argmax())
+        # What is not known counts as more, and stays unknown.
+        if not found[worst] <= part and part == part:
+            part, time = float(found[worst]), float(middles[worst])
         middles, half = quartered(middles[~settled], half[~settled])
     return AddedUse(part, time)
+
+
+def close_to(known: float) -> float:
+    """Return what a cell may use at most, by bounds, so that no smaller ones are looked at.
+
+    Args:
+        known: which part is used somewhere.
+    """
+    part = known * (1.0 + _CLOSE) if known > 1.0 + RELATIVE_ROUNDING else 1.0
+    return part * (1.0 + RELATIVE_ROUNDING)
 
 
 class UsableParts(NamedTuple):
@@ -341,7 +362,7 @@ class UsableParts(NamedTuple):
 
     def after(
         self, motion: Trajectory, fastest: float, limits: SliderLimits, attempt: int
-    ) -> UsableParts:
+    ) -> Interruptible[UsableParts]:
         """Return less, by as much as a ``motion`` with these exceeds the added bounds.
 
         Args:
@@ -357,9 +378,10 @@ class UsableParts(NamedTuple):
         velocity, rising, braking, slower = self
         spare = _SPARE * _MORE_TO_SPARE**attempt
         for bound in limits.added:
-            uses = added_use(motion, bound, 0.0, fastest), added_use(motion, bound, fastest)
-            first, last = (use.part for use in uses)
-            for use in uses:
+            before = yield from added_use(motion, bound, 0.0, fastest)
+            behind = yield from added_use(motion, bound, fastest)
+            first, last = before.part, behind.part
+            for use in (before, behind):
                 if use.part != use.part:
                     raise bound.error(use.part, use.time)
             if attempt >= _STRETCHED:
@@ -400,12 +422,12 @@ def kept(
     motion, fastest = plan(usable)
     for attempt in range(ATTEMPTS if limits.added else 0):
         yield
-        less = usable.after(motion, fastest, limits, attempt)
+        less = yield from usable.after(motion, fastest, limits, attempt)
         if less == usable:
             return motion
         usable = less
         motion, fastest = plan(usable)
-    check_added(motion, limits)
+    yield from check_added(motion, limits)
     return motion
 
 
@@ -430,7 +452,16 @@ def gentler(limits: SliderLimits, state: SliderState) -> Iterator[SliderLimits]:
             yield limits.with_table(table)
 
 
-def check_added(trajectory: Trajectory, limits: SliderLimits, since: float = 0.0) -> None:
+def checked(motion: Motion, limits: SliderLimits, since: float = 0.0) -> Interruptible[Motion]:
+    """Return a ``motion`` that keeps limits and added bounds; see ``Trajectory.check_limits``."""
+    motion.check_sliders(limits, since)
+    yield from check_added(motion, limits, since)
+    return motion
+
+
+def check_added(
+    trajectory: Trajectory, limits: SliderLimits, since: float = 0.0
+) -> Interruptible[None]:
     """Raise an error if a motion may exceed one of the added bounds from ``since`` [s] on.
 
     Raises:
@@ -438,6 +469,6 @@ def check_added(trajectory: Trajectory, limits: SliderLimits, since: float = 0.0
     """
     for bound in limits.added:
         if since < trajectory.duration:
-            use = added_use(trajectory, bound, since)
+            use = yield from added_use(trajectory, bound, since)
             if not use.part <= 1.0 + RELATIVE_ROUNDING:
                 raise bound.error(use.part, use.time)

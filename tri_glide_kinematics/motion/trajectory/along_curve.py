@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.interruptible import Interruptible, at_once, blocks
 from tri_glide_kinematics.motion.path import check_place
+from tri_glide_kinematics.motion.trajectory.added_bounds import CELLS_AT_ONCE
 from tri_glide_kinematics.motion.trajectory.curve_bounds import (
     Bounds,
     check_along,
@@ -247,7 +248,7 @@ def _mixed_series(
 
 def bounds_along(
     curve: Curve, scaling: TimeScaling, limits: SliderLimits, blend: CubicPlan | None = None
-) -> Bounds:
+) -> Interruptible[Bounds]:
     """Return bounds for a platform that follows a curve, those of the added ones among them.
 
     Args:
@@ -256,7 +257,8 @@ def bounds_along(
         limits: whose added bounds count.
         blend: offsets of the sliders that are added to them.
     """
-    return with_added(derivative_bounds(curve, scaling, blend), curve, scaling, limits, blend)
+    bounds = derivative_bounds(curve, scaling, blend)
+    return (yield from with_added(bounds, curve, scaling, limits, blend))
 
 
 def with_added(
@@ -265,7 +267,7 @@ def with_added(
     scaling: TimeScaling,
     limits: SliderLimits,
     blend: CubicPlan | None = None,
-) -> Bounds:
+) -> Interruptible[Bounds]:
     """Return ``bounds`` in the pieces of a ``scaling`` with the parts of the added ones."""
     if not limits.added:
         return bounds
@@ -277,12 +279,15 @@ def with_added(
     way = _way_series(scaling, scaling.coefficients(), middles, half)
     pieces = np.searchsorted(scaling.times, middles, side="right") - 1
     added = np.zeros((len(limits.added), len(scaling.times) - 1))
-    for bound, used in zip(limits.added, added):
-        mixed = _mixed_series(curve, way, blend, bound.machine, middles, half)
-        series = positions(bound.machine, *mixed, half)
-        # NaN, where a blend leads out of reach, stays.
-        with np.errstate(invalid="ignore"):
-            np.maximum.at(used, pieces, bound.used(series, half).most)
+    for some in blocks(len(middles), CELLS_AT_ONCE):
+        here, cells = Series(*(each[..., some] for each in way)), half[some]
+        for bound, used in zip(limits.added, added):
+            yield
+            mixed = _mixed_series(curve, here, blend, bound.machine, middles[some], cells)
+            series = positions(bound.machine, *mixed, cells)
+            # NaN, where a blend leads out of reach, stays.
+            with np.errstate(invalid="ignore"):
+                np.maximum.at(used, pieces[some], bound.used(series, cells).most)
     return bounds._replace(added=added)
 
 

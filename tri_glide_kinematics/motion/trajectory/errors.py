@@ -34,6 +34,17 @@ class PlanningError(MotionError):
         self.reason = reason
 
 
+class PlanTooLongError(PlanningError):
+    """A plan takes more work than is done for one."""
+
+    def __init__(self, pieces: int, causes: Sequence[str]) -> None:
+        """Store how many ``pieces`` of work it may take, and in words what makes it long."""
+        text = f"it takes more than {pieces} pieces of work"
+        super().__init__(f"{text}; it is long with {' and '.join(causes)}" if causes else text)
+        self.pieces = pieces
+        self.causes = tuple(causes)
+
+
 class CutBendError(MotionError):
     """A shaper would cut a bend of a path by more than its tolerance leaves."""
 

@@ -79,6 +79,7 @@ class ForceLimits(AddedBound):
         down: largest forces downwards. Shape (3,) [N].
     """
 
+    name = "force limits"
     order = 2
 
     forces: SliderForces

@@ -60,10 +60,15 @@ class Series(NamedTuple):
         self.values[..., cells], self.bounds[..., cells] = those
 
 
-def divided(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return middles and halves of cells between ``edges``, as long as they are at first."""
+def divided(edges: FloatArray, most: int = MOST_BETWEEN) -> tuple[FloatArray, FloatArray]:
+    """Return middles and halves of cells between ``edges``, as long as they are at first.
+
+    Args:
+        edges: ascending. Shape (k,) [s].
+        most: so many are between two of them.
+    """
     lengths = np.diff(edges)
-    counts = np.clip(np.ceil(lengths / FIRST_CELL), 1.0, MOST_BETWEEN).astype(int)
+    counts = np.clip(np.ceil(lengths / FIRST_CELL), 1.0, most).astype(int)
     half = np.repeat(0.5 * lengths / counts, counts)
     number = np.arange(len(half)) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.repeat(edges[:-1], counts) + (2.0 * number + 1.0) * half, half

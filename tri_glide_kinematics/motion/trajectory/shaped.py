@@ -14,7 +14,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from math import ceil, hypot, inf
+from math import ceil, hypot, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
+from tri_glide_kinematics.motion.trajectory.added_bounds import close_to
 from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan, PathPlan
 from tri_glide_kinematics.motion.trajectory.bends import PathDriven, path_driven
 from tri_glide_kinematics.motion.trajectory.errors import CutBendError, SliderLimitError
@@ -183,6 +184,7 @@ class ShapedTrajectory(Trajectory):
     """
 
     __slots__ = (
+        "_acceleration",
         "_arms",
         "_begins",
         "_extremes",
@@ -205,8 +207,9 @@ class ShapedTrajectory(Trajectory):
         self._final: SliderState | None = None
         # Before the first one begins there was rest where it begins.
         self._begins = [-inf, *(part.begin for part in self.driven[1:])]
-        # Bounds of the heights, from the look at the limits.
+        # Bounds of the heights and of the accelerations, from the look at the limits.
         self._extremes: tuple[FloatArray, FloatArray] | None = None
+        self._acceleration = inf
         self.duration = max(self._end + shaper.duration, 0.0)
 
     @property
@@ -327,7 +330,7 @@ class ShapedTrajectory(Trajectory):
         edges = self.knots()
         middles, half = divided(ascending(np.append(edges[edges > since], since)))
         most, when = np.zeros((3, 3)), np.zeros((3, 3))
-        most_added, added_at = np.zeros((2, len(limits.added)))
+        most_added, added_at, known_added = np.zeros((3, len(limits.added)))
         most_cut, cut_at = 0.0, 0.0
         lowest = highest = np.array(self.at(self.duration).heights)
         yield
@@ -338,8 +341,11 @@ class ShapedTrajectory(Trajectory):
                 some = slice(first, first + together)
                 position = self.platform_series(self._machine, middles[some], half[some])
                 yield
+                added = []
+                for bound in limits.added:
+                    added.append(bound.used(position, half[some]))
+                    yield
                 series = heights_of(self._machine.geometry, position, half[some])
-                added = [bound.used(position, half[some]) for bound in limits.added]
                 low, high = heights_within(series, half[some])
                 table = limits.table[..., np.newaxis]
                 there = np.abs(series.values[1:4]) * _TO_DERIVATIVES / table
@@ -351,8 +357,9 @@ class ShapedTrajectory(Trajectory):
                 # What is exceeded in the middle already is so in smaller cells, too.
                 exceeded = (there > 1.0 + _COARSE).any(axis=(0, 1)) | (cut_there > 1.0)
                 use = np.where(exceeded, np.fmax(use, there), use)
-                for each in added:
-                    proved &= each.most <= 1.0 + RELATIVE_ROUNDING
+                for number, each in enumerate(added):
+                    known_added[number] = np.fmax(known_added[number], np.fmax.reduce(each.middle))
+                    proved &= each.most <= close_to(float(known_added[number]))
                     broken = each.middle > 1.0 + _COARSE
                     # No smaller cells for the other limits; what they would show is not known.
                     use = np.where(broken & ~exceeded, there, use)
@@ -380,6 +387,7 @@ class ShapedTrajectory(Trajectory):
                 yield
             middles, half = quartered(middles[~settled], half[~settled])
         self._extremes = lowest, highest
+        self._acceleration = float(np.nan_to_num(hypot(*(most[1] * limits.table[1])), nan=inf))
         segment = path.segment(cut_at - self.shaper.delay) if path else 0
         return LimitBounds(most, when, most_cut, segment, most_added, added_at)
 
@@ -415,13 +423,16 @@ class ShapedTrajectory(Trajectory):
             until = min(until, begin + max(blend - skipped, 0.0) + self.shaper.duration)
         if until <= 0.0:
             return ()
-        # A long motion needs more samples than one that can be decided on at once.
-        count = ceil(until / CHECKED_TOGETHER)
-        step, acceleration = until / count, hypot(*limits.acceleration)
-        return [
+        # A long motion needs more samples than one that can be decided on at once; a slow one has
+        # small accelerations, and so needs few of them.
+        most = hypot(*limits.acceleration)
+        acceleration = min(most, self._acceleration)
+        count = max(ceil(until / CHECKED_TOGETHER * sqrt(acceleration / most)), 1)
+        step = until / count
+        return (
             region.path_check(partial(self._since, each * step), step, acceleration)
             for each in range(count)
-        ]
+        )
 
     def _since(self, begin: float, time: float) -> SliderState:
         return self.at(begin + time)

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.motion.trajectory.added_bounds import check_added
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.trajectory.added_bounds import checked
 from tri_glide_kinematics.motion.trajectory.errors import (
     AddedBoundError,
     SliderLimitError,
@@ -148,8 +149,7 @@ class Trajectory(ABC):
             AddedBoundError: names what is bounded, and the bound.
             PlanningError: if the platform would go back along its line or path.
         """
-        self.check_sliders(limits, since)
-        check_added(self, limits, since)
+        at_once(checked(self, limits, since))
 
     @abstractmethod
     def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
