@@ -64,6 +64,7 @@ docs: env ## a site of all pages with search and reference, in out/docs; its lin
 soak: env ## millions of steps, thousands of paths and goals, nodes that die, attacks on the page, ten minutes of all at 1 kHz
 	@$(IN_ENV) python -m benchmarks.soak_motion --steps 5000000 \
 		&& python -m benchmarks.soak_bounds --steps 600000 \
+		&& python -m benchmarks.soak_stops --count 100000 \
 		&& python -m benchmarks.soak_controller --steps 1000000 \
 		&& python -m benchmarks.soak_paths --count 10000 && python -m benchmarks.soak_goals \
 		&& python -m benchmarks.soak_mechanisms --count 100 && python -m benchmarks.soak_ends \

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase, Move
 from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.preparation import (
@@ -32,6 +32,7 @@ from tri_glide_kinematics.motion.moves import MotionKind, inside
 from tri_glide_kinematics.motion.path import DrivenPath
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
+    SOUND,
     DrivenPart,
     LinePlan,
     NotStartedError,
@@ -40,6 +41,7 @@ from tri_glide_kinematics.motion.trajectory import (
     SampledPlan,
     ShapedTrajectory,
     SliderState,
+    SlowedPlan,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -353,6 +355,21 @@ class PlanExecution:
         self.preparation = None
         self.replace(held.with_goal(None).waiting_to_brake())
         self.prepare_braking(urgent=True, stays=held.goal.has_line)
+        if self.holder.held.role is PlanRole.EARLIER:
+            self._slow_down()
+
+    def _slow_down(self) -> None:
+        """Brake on the way of the held plan from now on, until a better braking is ready."""
+        making = self._proved(lambda held, time: only_held(self.replanning.slowed(held, time)))
+        try:
+            with SOUND:
+                slowed = at_once(making(self.holder.held, self.holder.time)).held
+        except KinematicsError:
+            return
+        if slowed.brakes:
+            self.preparation = None
+            self.replace(slowed.waiting_to_brake())
+            self.try_again()
 
     def change_limits(self, limits: DriveLimits) -> None:
         """Put limits in force now, or slow down until that is possible."""
@@ -675,7 +692,11 @@ class PlanExecution:
             if self.prepares_steps:
                 self._prepare_next_step()
         elif self.holder.time >= self._retry_at:
-            self.try_again()
+            held = self.holder.held
+            if held.goal is None and not isinstance(held.plan, SlowedPlan):
+                self._slow_down()
+            if self.preparation is None:
+                self.try_again()
         elif math.isinf(self._retry_at) and math.isfinite(self.holder.held.goes_on_at):
             self._prepare_next_part()
 
