@@ -41,7 +41,7 @@ from tri_glide_kinematics.vectors import FloatArray
 
 # Twice the soonest stop, or this [s].
 LARGEST_RATIO, ALWAYS_ALLOWED = 2.0, 0.2
-# Each so many stops, of all, one is compared with an optimum, of so many intervals.
+# So many of all stops are compared with an optimum, of so many intervals.
 COMPARED, INTERVALS = 200, 12
 # Where the lower bound of the forces looks: in both directions, as nothing depends on z [m].
 GRID = np.linspace(-0.25, 0.25, 7).tolist()
@@ -263,11 +263,17 @@ class Found(NamedTuple):
     violations: list[Stop]
 
 
-def soak(seed: int, count: int) -> Found:
-    """Stop so many motions; what breaks the law is printed as soon as it is known."""
+def soak(seed: int, count: int, compared: int) -> Found:
+    """Stop so many motions; what breaks the law is printed as soon as it is known.
+
+    Args:
+        seed: of the source of chance.
+        count: of stops.
+        compared: each so many stops, one is compared with an optimum.
+    """
     found = Found([], [])
     rng = np.random.default_rng(seed)
-    for stop in islice(stops(rng, max(count // COMPARED, 1)), count):
+    for stop in islice(stops(rng, compared), count):
         found.stops.append(stop)
         soonest = stop.soonest if math.isnan(stop.optimum) else max(stop.soonest, stop.optimum)
         if stop.ratio_to(soonest) > 1.0:
@@ -288,7 +294,7 @@ def main() -> int:
     arguments = parser.parse_args()
     seed = secrets.randbits(32) if arguments.seed is None else arguments.seed
     print(f"seed {seed}", flush=True)
-    found = soak(seed, arguments.count)
+    found = soak(seed, arguments.count, max(arguments.count // COMPARED, 1))
     for kind in KINDS:
         ratios = [stop.ratio for stop in found.stops if stop.kind == kind.name]
         if ratios:

@@ -355,11 +355,14 @@ class PlanExecution:
         self.preparation = None
         self.replace(held.with_goal(None).waiting_to_brake())
         self.prepare_braking(urgent=True, stays=held.goal.has_line)
-        if self.holder.held.role is PlanRole.EARLIER:
-            self._slow_down()
+        self._slow_down_a_stop()
 
-    def _slow_down(self) -> None:
-        """Brake on the way of the held plan from now on, until a better braking is ready."""
+    def _slow_down_a_stop(self) -> None:
+        """Brake on the way of the held plan where a stop has no braking yet that is ready."""
+        held = self.holder.held
+        is_slowed = isinstance(held.plan, SlowedPlan)
+        if held.goal is not None or held.role is not PlanRole.EARLIER or is_slowed:
+            return
         making = self._proved(lambda held, time: only_held(self.replanning.slowed(held, time)))
         try:
             with SOUND:
@@ -685,6 +688,7 @@ class PlanExecution:
             elif not preparation.begins_at_rest:
                 preparation.begin_anew(self.holder.time, dt)
                 self.look_ahead()
+                self._slow_down_a_stop()
 
     def _prepare_what_is_due(self) -> None:
         """Try again what had to wait, or make the next part of a path or of tracking."""
@@ -692,9 +696,7 @@ class PlanExecution:
             if self.prepares_steps:
                 self._prepare_next_step()
         elif self.holder.time >= self._retry_at:
-            held = self.holder.held
-            if held.goal is None and not isinstance(held.plan, SlowedPlan):
-                self._slow_down()
+            self._slow_down_a_stop()
             if self.preparation is None:
                 self.try_again()
         elif math.isinf(self._retry_at) and math.isfinite(self.holder.held.goes_on_at):
