@@ -21,6 +21,7 @@ from benchmarks.judge import SCENARIOS, Findings, Scenario
 from benchmarks.soak_motion import Adversary
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.motion import AddedBound, ForceLimits, PlatformSpeedLimit, SliderState
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
 PERIOD = 0.001  # s
@@ -37,26 +38,33 @@ class BoundAdversary(Adversary):
 
     def _set_limits(self) -> None:
         sliders = self.engine._holder.newest_limits.sliders
-        self.engine.set_limits(sliders.with_added(*self._added()))
+        bounds = random_bounds(self._rng, self.workspace.machine)
+        self.engine.set_limits(sliders.with_added(*bounds))
 
-    def _added(self) -> list[AddedBound]:
-        rng, machine = self._rng, self.workspace.machine
-        added: list[AddedBound] = []
-        if rng.random() < BOUNDED:
-            low, high = np.log10(SPEEDS)
-            added.append(PlatformSpeedLimit(machine, float(10.0 ** rng.uniform(low, high))))
-        if rng.random() < BOUNDED:
-            masses = Masses.uniform(
-                1.0,
-                float(rng.uniform(0.0, 0.3)),
-                1.0,
-                payload=float(rng.choice((0.0, 0.5))),
-                coulomb=float(rng.choice((0.0, 2.0))),
-                viscous=float(rng.choice((0.0, 5.0))),
-            )
-            up, down = float(rng.uniform(*UPWARDS)), float(rng.uniform(*DOWNWARDS))
-            added.append(ForceLimits(SliderForces(machine, masses), (up,) * 3, (down,) * 3))
-        return added
+
+def random_bounds(
+    rng: np.random.Generator,
+    machine: TriGlide,
+    speeds: tuple[float, float] = SPEEDS,
+    chance: float = BOUNDED,
+) -> list[AddedBound]:
+    """Return bounds for a ``machine``, each with a ``chance``; speed limits of these sizes."""
+    added: list[AddedBound] = []
+    if rng.random() < chance:
+        low, high = np.log10(speeds)
+        added.append(PlatformSpeedLimit(machine, float(10.0 ** rng.uniform(low, high))))
+    if rng.random() < chance:
+        masses = Masses.uniform(
+            1.0,
+            float(rng.uniform(0.0, 0.3)),
+            1.0,
+            payload=float(rng.choice((0.0, 0.5))),
+            coulomb=float(rng.choice((0.0, 2.0))),
+            viscous=float(rng.choice((0.0, 5.0))),
+        )
+        up, down = float(rng.uniform(*UPWARDS)), float(rng.uniform(*DOWNWARDS))
+        added.append(ForceLimits(SliderForces(machine, masses), (up,) * 3, (down,) * 3))
+    return added
 
 
 class Use(NamedTuple):

@@ -15,6 +15,7 @@ from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.motion import (
     ForceLimits,
     MotionEngine,
+    MotionKind,
     MotionPhase,
     PlatformPath,
     PlatformSpeedLimit,
@@ -111,6 +112,28 @@ def test_jogs_and_targets_are_as_fast_as_the_platform_may_be():
         moving.track((x - 0.05 + 0.0005 * step, y, z), (0.05, 0.0, 0.0))
         assert speeds(run(moving, 0.01)).max() <= 0.1 * (1.0 + 1e-6)
     assert moving.tracking_distance < 1e-3
+
+
+@pytest.mark.parametrize("in_pieces", [False, True])
+def test_a_stop_at_the_largest_speed_of_the_platform_is_obeyed_at_once(in_pieces):
+    """The bounds of each braking were a little above the limit: so it went on for 9.5 s."""
+    limits = LIMITS.with_added(PlatformSpeedLimit(MACHINE, 0.001))
+    begin = MACHINE.inverse((-0.06, 0.04, 0.28))
+    moving = engine(MotionKind.LINEAR, limits, heights=begin, in_pieces=in_pieces)
+    moving.move_to((0.06, -0.04, 0.3))
+    for _ in range(50):
+        moving.step(0.002)
+        moving.work(lambda: False)
+    moving.stop()
+    heights = [moving.state.heights]
+    while moving.phase is not MotionPhase.IDLE:
+        assert len(heights) * DT < 0.2
+        heights.append(moving.step(DT).heights)
+        moving.work(lambda: False)
+    driven = speeds(np.array(heights))
+    assert driven.max() <= 0.001 * (1.0 + 1e-6)
+    # The braking begins in the next cycle: it was not steady motion that went on.
+    assert driven[5] < driven[0] * (1.0 - 1e-4)
 
 
 def test_a_path_is_driven_at_the_speed_of_the_platform():

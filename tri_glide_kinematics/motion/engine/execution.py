@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase, Move
 from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.preparation import (
@@ -32,6 +32,7 @@ from tri_glide_kinematics.motion.moves import MotionKind, inside
 from tri_glide_kinematics.motion.path import DrivenPath
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
+    SOUND,
     DrivenPart,
     LinePlan,
     NotStartedError,
@@ -40,6 +41,7 @@ from tri_glide_kinematics.motion.trajectory import (
     SampledPlan,
     ShapedTrajectory,
     SliderState,
+    SlowedPlan,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -353,6 +355,24 @@ class PlanExecution:
         self.preparation = None
         self.replace(held.with_goal(None).waiting_to_brake())
         self.prepare_braking(urgent=True, stays=held.goal.has_line)
+        self._slow_down_a_stop()
+
+    def _slow_down_a_stop(self) -> None:
+        """Brake on the way of the held plan where a stop has no braking yet that is ready."""
+        held = self.holder.held
+        is_slowed = isinstance(held.plan, SlowedPlan)
+        if held.goal is not None or held.role is not PlanRole.EARLIER or is_slowed:
+            return
+        making = self._proved(lambda held, time: only_held(self.replanning.slowed(held, time)))
+        try:
+            with SOUND:
+                slowed = at_once(making(self.holder.held, self.holder.time)).held
+        except KinematicsError:
+            return
+        if slowed.brakes:
+            self.preparation = None
+            self.replace(slowed.waiting_to_brake())
+            self.try_again()
 
     def change_limits(self, limits: DriveLimits) -> None:
         """Put limits in force now, or slow down until that is possible."""
@@ -668,6 +688,7 @@ class PlanExecution:
             elif not preparation.begins_at_rest:
                 preparation.begin_anew(self.holder.time, dt)
                 self.look_ahead()
+                self._slow_down_a_stop()
 
     def _prepare_what_is_due(self) -> None:
         """Try again what had to wait, or make the next part of a path or of tracking."""
@@ -675,7 +696,9 @@ class PlanExecution:
             if self.prepares_steps:
                 self._prepare_next_step()
         elif self.holder.time >= self._retry_at:
-            self.try_again()
+            self._slow_down_a_stop()
+            if self.preparation is None:
+                self.try_again()
         elif math.isinf(self._retry_at) and math.isfinite(self.holder.held.goes_on_at):
             self._prepare_next_part()
 

@@ -32,6 +32,7 @@ from tri_glide_kinematics.motion.moves import (
 from tri_glide_kinematics.motion.path_timing import PathPlanner
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
+    RELATIVE_ROUNDING,
     AddedBoundError,
     CubicPlan,
     LinePlan,
@@ -41,6 +42,7 @@ from tri_glide_kinematics.motion.trajectory import (
     SliderLimitError,
     SliderLimits,
     SliderState,
+    SlowedPlan,
     Trajectory,
     checked,
     gentler,
@@ -51,6 +53,13 @@ from tri_glide_kinematics.workspace import Workspace
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.commands import Command, Follow
     from tri_glide_kinematics.motion.path import PlatformPath
+
+# Where no other braking keeps all limits, the held plan is slowed down on its own way: in so many
+# times the sliders' own stop, or in this time if that is more [s].
+SLOWED, SHORTEST_SLOWED = 1.8, 0.15
+
+# What is held was accepted with one rounding error; so slowing it down may have two.
+SLOWED_ROUNDING = 2.0 * RELATIVE_ROUNDING
 
 # Comes to rest, from what is held and a time in it [s].
 Braking = Callable[[HeldMotion, float], Interruptible[HeldMotion]]
@@ -298,6 +307,22 @@ class Replanning:
                 break
             yield
         return braked
+
+    def slowed(self, held: HeldMotion, time: float) -> Interruptible[HeldMotion]:
+        """Return ``held`` with its plan slowed down to rest on its own way, if that is proved.
+
+        Args:
+            held: what is held, in motion.
+            time: when that begins.
+        """
+        own = own_stop(held.plan.at(time), held.limits.scaled).duration
+        duration = max(SLOWED * own, SHORTEST_SLOWED)
+        if duration < held.plan.duration - time:
+            slowed = SlowedPlan(self._workspace.machine, held.plan, time, duration)
+            use = yield from slowed.limit_use(held.limits.effective)
+            if use.within(SLOWED_ROUNDING):
+                return replace(held, plan=slowed, role=PlanRole.BRAKES)
+        return replace(held, role=PlanRole.EARLIER)
 
     def _braked_within(
         self,

@@ -86,6 +86,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.shaped import Planned as Planned
     from tri_glide_kinematics.motion.trajectory.shaped import ShapedTrajectory as ShapedTrajectory
     from tri_glide_kinematics.motion.trajectory.shaped import planned_shaped as planned_shaped
+    from tri_glide_kinematics.motion.trajectory.slowed import SlowedPlan as SlowedPlan
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling as PathScaling
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart as PathStart
     from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling

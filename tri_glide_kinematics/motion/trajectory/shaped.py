@@ -137,7 +137,11 @@ class LimitBounds(NamedTuple):
     @property
     def keeps_limits(self) -> bool:
         """Whether no limit may be exceeded."""
-        most = 1.0 + RELATIVE_ROUNDING
+        return self.within(RELATIVE_ROUNDING)
+
+    def within(self, rounding: float) -> bool:
+        """Return whether no limit may be exceeded by more than this part of it."""
+        most = 1.0 + rounding
         return bool((self.use <= most).all() and (self.added <= most).all() and self.cut <= 1.0)
 
     def check(self, limits: SliderLimits) -> None:

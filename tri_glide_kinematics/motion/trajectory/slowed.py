@@ -1,0 +1,124 @@
+r"""A trajectory that is slowed down on its own way until it rests.
+
+It is the braking that is nearly always at hand. After a time $t = uD$ the motion is where the other
+one would be after $\tau$, with
+
+$$\dot\tau = 1 - 3 u^2 + 2 u^3,\qquad \tau = D\,(u - u^3 + u^4 / 2).$$
+
+So nothing gets faster: velocities, the speed of the platform and the places on the way are kept
+because the other motion keeps them, whatever is at its limit there. Only accelerations, jerks and
+forces remain to be proved, and where the other motion is steady they are as small as D makes them:
+
+$$\dot h \dot\tau,\quad \ddot h \dot\tau^2 + \dot h \ddot\tau,\quad
+h^{(3)} \dot\tau^3 + 3 \ddot h \dot\tau \ddot\tau + \dot h \tau^{(3)},\qquad
+|\ddot\tau| \le \tfrac{3}{2D},\ |\tau^{(3)}| \le \tfrac{6}{D^2}.$$
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.trajectory.knots import ascending
+from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory.series import Series, composed, moved, polynomial
+from tri_glide_kinematics.motion.trajectory.shaped import DrivenPart, LimitBounds, ShapedTrajectory
+from tri_glide_kinematics.motion.trajectory.trajectory import SampledPlan, SliderState, Trajectory
+from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.workspace import Traced, Workspace
+
+# Steps of a bisection: then an instant is known to rounding.
+_HALVINGS = 60
+
+_UNSHAPED = Shaper((0.0,), (1.0,))
+
+
+class SlowedPlan(Trajectory):
+    """Another plan, from an instant of it on, slowed down to rest.
+
+    Attributes:
+        duration: time until it rests; of the other plan half of that is driven [s].
+    """
+
+    __slots__ = ("_begin", "_machine", "_plan", "duration")
+
+    def __init__(self, machine: TriGlide, plan: Trajectory, begin: float, duration: float) -> None:
+        """Slow down a ``plan`` of a ``machine`` from a time ``begin`` in it on [s]."""
+        self._machine = machine
+        self._plan = plan
+        self._begin = begin
+        self.duration = duration
+
+    def at(self, time: float) -> SliderState:
+        """Return the setpoint at a ``time`` [s]; outside, that of the start or of the end."""
+        u = min(max(time / self.duration, 0.0), 1.0)
+        passed, rate, bend = self._passed(u), 1.0 - u * u * (3.0 - 2.0 * u), self._bend(u)
+        heights, velocities, accelerations = self._plan.at(self._begin + passed)
+        v1, v2, v3 = velocities
+        a1, a2, a3 = accelerations
+        slower: Vector3 = (rate * v1, rate * v2, rate * v3)
+        squared = rate * rate
+        return SliderState(
+            heights,
+            slower,
+            (squared * a1 + bend * v1, squared * a2 + bend * v2, squared * a3 + bend * v3),
+        )
+
+    def _passed(self, u: float) -> float:
+        """Return how much of the other plan is past after a part ``u`` of the duration [s]."""
+        return self.duration * u * (1.0 - u * u * (1.0 - 0.5 * u))
+
+    def _bend(self, u: float) -> float:
+        return -6.0 * u * (1.0 - u) / self.duration
+
+    def sample(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints at many ``times``. Shape (n,) [s]."""
+        states = [self.at(time) for time in np.asarray(times).tolist()]
+        return SampledPlan(times, *np.array(states).reshape(-1, 3, 3).transpose(1, 0, 2))
+
+    def knots(self) -> FloatArray:
+        """Return the instants between which it is smooth: those of the other plan, later."""
+        others = self._plan.knots() - self._begin
+        others = others[(others > 0.0) & (others < 0.5 * self.duration)]
+        low, high = np.zeros(len(others)), np.ones(len(others))
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            before = middle * (1.0 - middle**2 * (1.0 - 0.5 * middle)) * self.duration < others
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
+        return ascending(np.concatenate(((0.0,), high * self.duration, (self.duration,))))
+
+    def mixed_series(
+        self, machine: TriGlide, times: FloatArray, half: FloatArray
+    ) -> tuple[Series, NDArray[np.bool_]]:
+        """Return Taylor series of the other plan, composed with those of the time in it."""
+        inside = np.clip(times, 0.0, self.duration)
+        table = np.array((0.0, 1.0, 0.0, -1.0 / self.duration**2, 0.5 / self.duration**3))
+        passed = moved(np.repeat(table[:, np.newaxis, np.newaxis], len(times), axis=2), inside)
+        passed[1:, 0, (times < 0.0) | (times >= self.duration)] = 0.0
+        inner = polynomial(passed, half)
+        there = self._begin + passed[0, 0]
+        outer, of_sliders = self._plan.mixed_series(machine, there, half * inner.bounds[1, 0])
+        return composed(outer, inner), of_sliders
+
+    def limit_use(self, limits: SliderLimits, since: float = 0.0) -> Interruptible[LimitBounds]:
+        """Return bounds of how much of the limits is used, from the time ``since`` [s] on."""
+        motion = ShapedTrajectory(self._machine, _UNSHAPED, (DrivenPart(0.0, self, 0.0),))
+        return (yield from motion.limit_use(limits, since))
+
+    def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
+        """Compare bounds of the derivatives with the limits.
+
+        Raises:
+            SliderLimitError: if a limit may be exceeded.
+        """
+        limits = limits.with_added()
+        at_once(self.limit_use(limits, since)).check(limits)
+
+    def checks_inside(self, _region: Workspace, _limits: SliderLimits) -> Iterable[Traced[None]]:
+        """Return nothing: the other plan was checked, and this leads to no other place."""
+        return ()
