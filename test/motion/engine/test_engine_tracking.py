@@ -11,6 +11,7 @@ from motion_machine import (
     DT,
     HOME,
     LIMITS,
+    MACHINE,
     TARGET,
     WORKSPACE,
     each_kind,
@@ -19,6 +20,7 @@ from motion_machine import (
     platform_velocity,
     within,
 )
+from tracking_run import places_of_plain_follower
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase
@@ -283,3 +285,70 @@ def test_however_large_or_small_numbers_are_the_motion_goes_on_within_limits(siz
         moving.step(DT)
         moving.work(lambda: True)
     assert moving.phase is MotionPhase.IDLE
+
+
+def gentle(part: float) -> tuple[float, float]:
+    """Return way and speed of a stroke of 1 in a time of 1 that begins and ends gently."""
+    t = min(max(part, 0.0), 1.0)
+    return t**3 * (10.0 - 15.0 * t + 6.0 * t * t), 30.0 * (t * (1.0 - t)) ** 2
+
+
+def dead(part: float) -> tuple[float, float]:
+    """Return way and speed of a stroke of 1 in a time of 1 that begins and ends suddenly."""
+    return min(max(part, 0.0), 1.0), 1.0 if 0.0 <= part < 1.0 else 0.0
+
+
+def forth_and_back(part: float) -> tuple[float, float]:
+    """Return way and speed of a stroke of 1 forth in a time of 1, and back."""
+    way, speed = dead(part if part < 1.0 else 2.0 - part)
+    return way, speed if part < 1.0 else -speed
+
+
+def most_beyond(places: np.ndarray, start: np.ndarray, way: np.ndarray) -> float:
+    """Return how far places are beyond the end of a straight way, at most [m]."""
+    length = float(np.linalg.norm(way))
+    return float(((places - start) @ way).max()) / length - length
+
+
+@pytest.mark.parametrize(
+    ("motion", "way", "duration", "told"),
+    [
+        (gentle, (0.0, 0.0, -0.03), 0.1, 0.01),
+        (gentle, (0.0, 0.0, -0.03), 0.15, 0.01),
+        (gentle, (0.0, 0.0, -0.03), 0.15, 0.034),
+        (gentle, (0.0, 0.0, -0.03), 0.15, 0.001),
+        (gentle, (0.1, 0.0, 0.0), 0.2, 0.01),
+        (gentle, (0.0, -0.1, 0.0), 0.15, 0.034),
+        (dead, (0.0, 0.0, -0.1), 1.0, 0.01),
+        (dead, (0.0, 0.0, -0.1), 1.0 / 3.0, 0.01),
+        (dead, (0.0, 0.0, -0.2), 0.4, 0.01),
+        (dead, (0.2, 0.0, 0.0), 0.4, 0.034),
+        (forth_and_back, (0.0, 0.06, 0.0), 0.2, 0.01),
+    ],
+)
+def test_a_target_that_ends_is_overshot_hardly_more_than_by_a_plain_follower(
+    motion, way, duration, told
+):
+    """It does what the sliders cannot do, and rests: the platform is late, and does not dive."""
+    period, rested, after = 0.002, 0.05, 0.4
+    way = np.array(way)
+    start = np.array((0.0, 0.0, 0.3)) - 0.5 * way
+    reports = []
+    for number in range(round((rested + 2.0 * duration + after) / told)):
+        part, speed = motion((number * told - rested) / duration)
+        reports.append((number * told, start + part * way, speed / duration * way))
+    moving = engine(heights=MACHINE.inverse(start), in_pieces=True)
+    waiting, places = list(reports), []
+    for cycle in range(round((rested + 2.0 * duration + after) / period)):
+        while waiting and waiting[0][0] <= cycle * period + 1e-9:
+            time, position, velocity = waiting.pop(0)
+            moving.track(position, velocity, cycle * period - time)
+        moving.step(period)
+        moving.work(lambda: True)
+        places.append(place(moving))
+    plain = places_of_plain_follower(reports, len(places) * period, period)
+    stroke = float(np.linalg.norm(way))
+    allowed = max(most_beyond(plain, start, way), 0.0) + 1e-4 + 0.02 * stroke
+    assert most_beyond(np.array(places), start, way) < allowed
+    end = start + motion(math.inf)[0] * way
+    assert places[-1] == pytest.approx(end, abs=1e-9)

@@ -200,3 +200,21 @@ def test_two_reports_tell_the_acceleration(position, velocity, interval, acceler
         np.testing.assert_allclose(ahead.velocity, (0.13, 0.0, 0.0))
         beyond = motion.at(motion.time + 3.0 * interval, foreseen=interval)
         np.testing.assert_allclose(beyond.velocity, (0.13, 0.0, 0.0))
+
+
+def test_the_lead_grows_with_the_way_and_ends_where_the_target_rests_or_turns():
+    motion = TargetMotion(REPORT, 0.0)
+    assert motion.at(0.0).lead == math.inf
+    steps = [
+        ((0.1, 0.0, 0.3), STILL, 0.0),
+        ((0.2, 0.0, 0.3), (0.1, 0.0, 0.0), 0.0),
+        ((0.3, 0.0, 0.3), (0.1, 0.01, 0.0), 1e-3),
+        ((0.5, 0.0, 0.3), (0.1, 0.0, 0.0), 3e-3),
+        ((0.6, 0.0, 0.3), (0.0, 0.1, 0.0), 0.0),
+        ((0.7, 0.0, 0.3), (0.0, 0.1, 0.0), 1e-3),
+        ((0.8, 0.0, 0.3), (0.0, -0.1, 0.0), 0.0),
+        ((0.9, 0.0, 0.3), (0.0, math.nan, 0.0), 0.0),
+    ]
+    for number, (position, velocity, more) in enumerate(steps):
+        motion.report(MovingTarget(position, velocity), 0.01 * (number + 1))
+        assert motion.at(0.5).lead == pytest.approx(5e-5 + more)

@@ -471,13 +471,14 @@ class Track(Command):
         held = holder.held
         execution.keep_goal()
         goes_on = execution.tracks and held.goal is not None and held.goal.kind is self.kind
-        if not goes_on:
-            execution.workspace.check_heights(held.plan.at(holder.time).heights)
-            execution.workspace.check_position(self.position)
-        execution.tracker.report(self, begins=not goes_on)
         if goes_on:
+            execution.tracker.report(self, None)
             execution.replace(held.with_goal(self))
             return
+        start = held.plan.at(holder.time).heights
+        execution.workspace.check_heights(start)
+        execution.workspace.check_position(self.position)
+        execution.tracker.report(self, start)
         tracking = held.with_goal(self, region=execution.workspace)
         if holder.time < held.plan.duration and not held.brakes:
             execution.track(tracking.waiting_to_brake())

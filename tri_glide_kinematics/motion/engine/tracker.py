@@ -25,6 +25,9 @@ from tri_glide_kinematics.motion.trajectory import TrackedStep
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
+# A platform that is nearer to a target when it begins to follow it is there [m].
+NEAR = 1e-3
+
 
 class Tracker:
     """Makes the next step towards a jog or a target; keeps how the target has moved."""
@@ -36,14 +39,24 @@ class Tracker:
         self._target: TargetMotion | None = None
         self._time = 0.0
 
-    def report(self, target: Track, *, begins: bool) -> None:
-        """Take in how the ``target`` moves; ``begins`` if no other one was tracked before."""
+    def report(self, target: Track, start: Vector3 | None) -> None:
+        """Take in how the ``target`` moves.
+
+        Args:
+            target: as it is told.
+            start: heights of the sliders, if no other one was tracked before [m].
+        """
         moving = MovingTarget(target.position, target.velocity)
-        if begins or self._target is None:
-            self._time = 0.0
-            self._target = TargetMotion(moving, -target.age)
-        else:
+        if start is None:
+            assert self._target is not None
             self._target.report(moving, self._time - target.age)
+            return
+        # A target that is elsewhere at the start is caught up with as soon as possible.
+        missing = math.dist(moving.after(target.age).position, self._machine.forward(start))
+        self._time = 0.0
+        self._target = TargetMotion(
+            moving._replace(lead=missing if missing < NEAR else math.inf), -target.age
+        )
 
     def next(self, held: HeldMotion, time: float, dt: float) -> HeldMotion | None:
         """Return what is held for a step of ``dt`` [s], from ``time`` [s] in the held plan on.
@@ -81,9 +94,9 @@ class Tracker:
             return self._target.at(self._time + dt)
         foreseen = dt + shaper.delay
         target = self._target.at(self._time + foreseen, foreseen)
-        (x, y, z), velocity, (ax, ay, az) = target
+        (x, y, z), _, (ax, ay, az), _ = target
         half = 0.5 * shaper.variance
-        return MovingTarget((x - half * ax, y - half * ay, z - half * az), velocity, (ax, ay, az))
+        return target._replace(position=(x - half * ax, y - half * ay, z - half * az))
 
     def advance(self, dt: float) -> None:
         """Let ``dt`` seconds pass."""

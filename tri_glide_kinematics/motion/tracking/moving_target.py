@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import dist, hypot
+from math import dist, hypot, inf
 from typing import NamedTuple
 
 from tri_glide_kinematics.vectors import Vector3
@@ -25,22 +25,21 @@ class MovingTarget(NamedTuple):
         position: Shape (3,) [m].
         velocity: Shape (3,) [m/s].
         acceleration: zero if it is not known. Shape (3,) [m/s^2].
+        lead: how far ahead of it a follower may aim that is to be there with its velocity [m].
     """
 
     position: Vector3
     velocity: Vector3
     acceleration: Vector3 = (0.0, 0.0, 0.0)
+    lead: float = inf
 
     def after(self, time: float) -> MovingTarget:
         """Return the target some ``time`` later, or earlier if negative, if it goes on so [s]."""
-        (x, y, z), (dx, dy, dz), (ax, ay, az) = self
+        (x, y, z), (dx, dy, dz), (ax, ay, az), _ = self
         vx, vy, vz = dx + time * ax, dy + time * ay, dz + time * az
         half = 0.5 * time
-        return MovingTarget(
-            (x + half * (dx + vx), y + half * (dy + vy), z + half * (dz + vz)),
-            (vx, vy, vz),
-            self.acceleration,
-        )
+        place = x + half * (dx + vx), y + half * (dy + vy), z + half * (dz + vz)
+        return self._replace(position=place, velocity=(vx, vy, vz))
 
 
 Wanted = WantedVelocity | MovingTarget
@@ -58,6 +57,14 @@ SHORTEST_INTERVAL = 0.002
 JUMP = 0.1
 
 NO_ACCELERATION: Vector3 = (0.0, 0.0, 0.0)
+
+# How far ahead of a target its follower may aim [m], and what is added of the way that it has gone
+# since it last rested or turned: that much farther the follower may go beyond a sudden end.
+LEAST_LEAD = 5e-5
+LEAD_OF_WAY = 0.01
+
+# A target has turned if its velocity has less than this part of it in the direction of before.
+TURNED = 0.5
 
 
 class TargetMotion:
@@ -79,7 +86,8 @@ class TargetMotion:
         interval = time - self._time
         acceleration = _acceleration(self._last, target, interval)
         self._lasts = interval if any(acceleration) else 0.0
-        self._last = MovingTarget(target.position, target.velocity, acceleration)
+        lead = _lead(self._last, target)
+        self._last = MovingTarget(target.position, target.velocity, acceleration, lead)
         self._time = time
 
     def at(self, time: float, foreseen: float = 0.0) -> MovingTarget:
@@ -93,15 +101,15 @@ class TargetMotion:
         lasts = self._lasts + foreseen if self._lasts else 0.0
         if past <= lasts:
             return self._last.after(past)
-        position, velocity, _ = self._last.after(lasts)
-        return MovingTarget(position, velocity).after(past - lasts)
+        last = self._last.after(lasts)
+        return last._replace(acceleration=NO_ACCELERATION).after(past - lasts)
 
 
 def _acceleration(first: MovingTarget, second: MovingTarget, interval: float) -> Vector3:
     """Return the acceleration between two reports [m/s^2], zero where they do not tell it."""
     if not SHORTEST_INTERVAL <= interval <= LONGEST_INTERVAL:
         return NO_ACCELERATION
-    (x, y, z), (dx, dy, dz), _ = first
+    (x, y, z), (dx, dy, dz), _, _ = first
     (vx, vy, vz) = second.velocity
     half = 0.5 * interval
     foreseen = x + half * (dx + vx), y + half * (dy + vy), z + half * (dz + vz)
@@ -110,3 +118,12 @@ def _acceleration(first: MovingTarget, second: MovingTarget, interval: float) ->
         return NO_ACCELERATION
     change = (vx - dx) / interval, (vy - dy) / interval, (vz - dz) / interval
     return change if hypot(*change) <= LARGEST_ACCELERATION else NO_ACCELERATION
+
+
+def _lead(first: MovingTarget, second: MovingTarget) -> float:
+    """Return the lead after two reports [m]; the least one where the target rested or turned."""
+    (dx, dy, dz), (vx, vy, vz) = first.velocity, second.velocity
+    # Written so that NaN is a turn.
+    if dx * vx + dy * vy + dz * vz > TURNED * hypot(dx, dy, dz) * hypot(vx, vy, vz):
+        return first.lead + LEAD_OF_WAY * dist(first.position, second.position)
+    return LEAST_LEAD

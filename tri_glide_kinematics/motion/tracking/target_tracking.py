@@ -4,15 +4,21 @@ Sliders that held the platform on the target would have some height, rate and ac
 end of the step. A slider that can have them by then, within its limits, gets them. Each other one
 catches up in the shortest time, seen from a frame that moves with the slider of the target: what
 the target does takes its part of the limits of velocity and acceleration.
+
+A target may end at any time. A slider that catches up in the shortest time is then so fast that it
+dives below the end. So it is no faster than one that could still arrive where the target is now, or
+a little ahead of it (``MovingTarget.lead``), with the velocity that the target has.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot
+from math import hypot, inf
+from operator import truediv
 
 from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget
 from tri_glide_kinematics.motion.tracking.slider_way import (
+    TINY,
     Bounds,
     Setpoint,
     SliderWay,
@@ -37,6 +43,16 @@ from tri_glide_kinematics.workspace import Workspace
 FRACTION_OF_VELOCITY = 0.98
 FRACTION_OF_ACCELERATION = 0.5
 
+# What of the limits of acceleration and jerk a platform counts on that could arrive where the
+# target is now: on a way that bends the sliders need the rest.
+FRACTION_OF_ARRIVAL = 0.7
+
+# However slow a target is, what it does later than this is not looked at [s].
+LONGEST_LEAD = 0.1
+
+# A slider that moves less than this part of the fastest one lets the platform dive but little.
+LEAST_PART = 0.25
+
 # What of the limits a platform takes that catches up on a straight line: a slider may have to move
 # more than the platform.
 FRACTION_OF_STRAIGHT = 0.25
@@ -53,7 +69,7 @@ def straight_towards(place: Vector3, target: MovingTarget, limits: SliderLimits)
     Returns:
         Velocity that slows down before the target. Shape (3,) [m/s].
     """
-    (x, y, z), (dx, dy, dz), _ = target
+    (x, y, z), (dx, dy, dz), _, _ = target
     x, y, z = x - place[0], y - place[1], z - place[2]
     distance = hypot(x, y, z)
     if distance == 0.0:
@@ -90,7 +106,7 @@ class TargetTracking:
             KinematicsError: if the machine has no pose at the target, a number is not finite, or
                 the target is far away and outside the workspace.
         """
-        position, velocity, acceleration = target
+        position, velocity, acceleration, lead = target
         machine = self._workspace.machine
         heights, rates, bends, _ = slider_line(machine, position, velocity)
         if any(acceleration):
@@ -106,6 +122,22 @@ class TargetTracking:
         # It would end in a to and fro next to the edge.
         self._workspace.check_position(position)
         caught = self._catch_up(own, wanted, bounds, period)
+        speed = hypot(*velocity)
+        if speed > 0.0 and lead < inf:
+            arriving = self._arrive(own, wanted, bounds, (speed, lead), period)
+            # The slower one of both, for each slider that is behind. The way onto a target that
+            # comes near leads away from where it goes.
+            least = LEAST_PART * max(map(abs, rates))
+            caught = [
+                arrival
+                if abs(rate) > least
+                and rate * (place - height) > TINY * speed
+                and rate * (way.velocity - arrival.velocity) > TINY * speed
+                else way
+                for (height, _, _), (place, rate, _), way, arrival in zip(
+                    own, wanted, caught, arriving
+                )
+            ]
         return [way or other for way, other in zip(onto, caught)]
 
     def _catch_up(
@@ -138,6 +170,45 @@ class TargetTracking:
         found = self._ruckig.onto_origin(
             relative, velocities, accelerations, [jerk for _, _, jerk in bounds]
         )
+        return [
+            way_of(velocity, acceleration, cut_to(phases, period))
+            for (_, velocity, acceleration), phases in zip(own, found)
+        ]
+
+    def _arrive(
+        self,
+        own: Sequence[Setpoint],
+        wanted: Sequence[Setpoint],
+        bounds: Sequence[Bounds],
+        motion: tuple[float, float],
+        period: float,
+    ) -> list[SliderWay]:
+        """Return steps on the shortest ways to where the target is, with its velocity there.
+
+        Each slider has the part of the limits that it has of the motion, so that the platform
+        arrives as one with equal limits in all directions would.
+
+        Args:
+            own: sliders at the start of the step.
+            wanted: those of the target at its end.
+            bounds: of the sliders.
+            motion: speed of the target [m/s], and its lead [m].
+            period: of the step [s].
+        """
+        speed, lead = motion
+        parts = [abs(rate) / speed + TINY for _, rate, _ in wanted]
+        fastest, *others = zip(*bounds)
+        later = min(lead / speed, LONGEST_LEAD) - period
+        passing, places = [], []
+        for (place, rate, bend), most in zip(wanted, fastest):
+            then = rate + later * bend
+            passing.append(within(then, FRACTION_OF_VELOCITY * most))
+            places.append(place + 0.5 * later * (rate + then))
+        limits = []
+        for bound in others:
+            common = FRACTION_OF_ARRIVAL * min(*bound, *map(truediv, bound, parts))
+            limits.append([max(common * p, LEAST_PART * most) for p, most in zip(parts, bound)])
+        found = self._ruckig.to_pass(places, passing, own, (fastest, *limits))
         return [
             way_of(velocity, acceleration, cut_to(phases, period))
             for (_, velocity, acceleration), phases in zip(own, found)

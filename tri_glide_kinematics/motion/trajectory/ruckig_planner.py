@@ -127,6 +127,30 @@ class RuckigPlanner:
         finally:
             parameters.min_velocity = parameters.min_acceleration = None
 
+    def to_pass(
+        self,
+        target: Sequence[float],
+        passing: Sequence[float],
+        state: Sequence[Sequence[float]],
+        limits: tuple[Sequence[float], Sequence[float], Sequence[float]],
+    ) -> list[Phases]:
+        """Return the phases that bring each degree of freedom to ``target`` as soon as possible.
+
+        Args:
+            target: of each degree of freedom.
+            passing: velocity that it has there.
+            state: position, velocity and acceleration of each degree of freedom.
+            limits: of velocity, acceleration and jerk.
+
+        Raises:
+            PlanningError: if ruckig finds no solution.
+        """
+        self._input.target_velocity = passing
+        try:
+            return self.to_rest_at(target, *zip(*state), limits, Synchronization.No)
+        finally:
+            self._input.target_velocity = [0.0] * len(target)
+
     def to_rest(
         self,
         velocity: Sequence[float],
