@@ -66,13 +66,12 @@ class Mutant:
     def line(self) -> int:
         """First line that differs."""
         same = next((i for i, (a, b) in enumerate(zip(self.old, self.new)) if a != b), 0)
-        text = (ROOT / PACKAGE / self.file).read_text(encoding="utf-8")
-        return text.count("\n", 0, self.at + same) + 1
+        return source(self.file).count("\n", 0, self.at + same) + 1
 
 
-def modules() -> list[Path]:
-    """Return all files of the package."""
-    return sorted((ROOT / PACKAGE).rglob("*.py"))
+def source(file: str) -> str:
+    """Return the text of a file of the package."""
+    return (ROOT / PACKAGE / file).read_text(encoding="utf-8")
 
 
 def by_hand() -> Iterator[Mutant]:
@@ -82,29 +81,26 @@ def by_hand() -> Iterator[Mutant]:
         ValueError: if an old text does not stand in its file exactly once.
     """
     for row in yaml.safe_load((ROOT / "benchmarks/mutants.yaml").read_text(encoding="utf-8")):
-        text = (ROOT / PACKAGE / row["file"]).read_text(encoding="utf-8")
-        if text.count(row["old"]) != 1:
-            raise ValueError(f"{row['why']}: old text found {text.count(row['old'])} times, not 1")
+        file, old, text = row["file"], row["old"], source(row["file"])
+        if text.count(old) != 1:
+            raise ValueError(f"{row['why']}: old text found {text.count(old)} times, not 1")
         tests = tuple(row.get("tests", "").split())
-        at = text.index(row["old"])
-        yield Mutant(row["why"], row["file"], at, row["old"], row["new"], tests)
+        yield Mutant(row["why"], file, text.index(old), old, row["new"], tests)
 
 
 def drawn(count: int, seed: int) -> Iterator[Mutant]:
     """Draw a line of code, each as likely, then what is wrong in it."""
     rng = random.Random(seed)
-    places: dict[tuple[Path, int], list[tuple[Any, str]]] = {}
-    for path in modules():
-        for node, new in wrong_nodes(ast.parse(path.read_text(encoding="utf-8"))):
-            places.setdefault((path, node.lineno), []).append((node, new))
-    for number, place in enumerate(rng.sample(list(places), count)):
-        (path, line), (node, new) = place, rng.choice(places[place])
-        text = path.read_text(encoding="utf-8")
-        lines = text.splitlines(keepends=True)
-        column = len(lines[line - 1].encode()[: node.col_offset].decode())
-        at = sum(map(len, lines[: line - 1])) + column
+    places: dict[tuple[str, int], list[tuple[Any, str]]] = {}
+    for path in sorted((ROOT / PACKAGE).rglob("*.py")):
         file = path.relative_to(ROOT / PACKAGE).as_posix()
-        old = ast.get_source_segment(text, node) or ""
+        for node, new in wrong_nodes(ast.parse(source(file))):
+            places.setdefault((file, node.lineno), []).append((node, new))
+    for number, (file, line) in enumerate(rng.sample(list(places), len(places))[:count]):
+        node, new = rng.choice(places[file, line])
+        *before, own = source(file).encode().splitlines(keepends=True)[:line]
+        at = len(b"".join((*before, own[: node.col_offset])).decode())
+        old = ast.get_source_segment(source(file), node) or ""
         yield Mutant(f"{seed}-{number}", file, at, old, new)
 
 
@@ -221,9 +217,9 @@ def concerned(tree: Path, mutant: Mutant) -> Iterator[tuple[str, ...]]:
     module = Path("test", mutant.file)
     place = {
         node.name
-        for node in ast.parse((ROOT / PACKAGE / mutant.file).read_text(encoding="utf-8")).body
+        for node in ast.parse(source(mutant.file)).body
         if isinstance(node, ast.FunctionDef | ast.ClassDef)
-        if node.lineno <= mutant.line <= (node.end_lineno or 0)
+        and node.lineno <= mutant.line <= (node.end_lineno or 0)
     }
     texts = {
         path.relative_to(tree).as_posix(): path.read_text(encoding="utf-8")
@@ -247,7 +243,7 @@ def concerned(tree: Path, mutant: Mutant) -> Iterator[tuple[str, ...]]:
 def judged(out: Path, mutant: Mutant, marks: str, limit: float) -> dict[str, Any]:
     """Put ``mutant`` into the tree, and run tests until one fails."""
     changed = out / "tree" / PACKAGE / mutant.file
-    original = changed.read_text(encoding="utf-8")
+    original = source(mutant.file)
     write(changed, original[: mutant.at] + mutant.new + original[mutant.at + len(mutant.old) :])
     seconds, failed = 0.0, ""
     for tests in concerned(out / "tree", mutant):
