@@ -243,7 +243,7 @@ def concerned(tree: Path, mutant: Mutant) -> Iterator[tuple[str, ...]]:
 def judged(out: Path, mutant: Mutant, marks: str, limit: float) -> dict[str, Any]:
     """Put ``mutant`` into the tree, and run tests until one fails."""
     changed = out / "tree" / PACKAGE / mutant.file
-    original = source(mutant.file)
+    original = changed.read_text(encoding="utf-8")
     write(changed, original[: mutant.at] + mutant.new + original[mutant.at + len(mutant.old) :])
     seconds, failed = 0.0, ""
     for tests in concerned(out / "tree", mutant):
@@ -254,7 +254,7 @@ def judged(out: Path, mutant: Mutant, marks: str, limit: float) -> dict[str, Any
             break
     write(changed, original)
     fate = "needs nodes" if mutant.file.split("/")[0] in NODE_ROOMS else "survived"
-    fate = "killed" if failed else fate
+    fate = "killed" if failed else "not decided in time" if seconds > limit else fate
     return asdict(mutant) | {
         "line": mutant.line,
         "fate": fate,
