@@ -8,10 +8,19 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
+from rclpy.clock import Clock
+from rclpy.duration import Duration
+from rclpy.time import Time
 
-from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, OutOfBoundsError
+from tri_glide_kinematics.errors import (
+    KinematicsError,
+    NotFiniteError,
+    OutOfBoundsError,
+    Refusal,
+)
 from tri_glide_kinematics.ros.messages import (
     RefusedMessageError,
+    age_of_target,
     moving_target,
     target_position,
     target_velocity,
@@ -41,6 +50,23 @@ def twist(linear=(0.0, 0.0, 0.0), angular=(0.0, 0.0, 0.0), frame=BASE):
     v.x, v.y, v.z = linear
     w.x, w.y, w.z = angular
     return message
+
+
+def test_a_target_is_neither_too_old_nor_of_another_clock():
+    clock, timeout = Clock(), 1000.0
+    assert (
+        500.0
+        <= age_of_target((clock.now() - Duration(seconds=500)).to_msg(), clock, timeout)
+        <= timeout
+    )
+    for stamp in (
+        Time(),
+        clock.now() - Duration(seconds=2000),
+        clock.now() + Duration(seconds=2000),
+    ):
+        with pytest.raises(RefusedMessageError) as caught:
+            age_of_target(stamp.to_msg(), clock, timeout)
+        assert caught.value.refusal is Refusal.STAMP
 
 
 @pytest.mark.parametrize("frame", [BASE, ""])

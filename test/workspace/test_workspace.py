@@ -432,10 +432,12 @@ def test_slider_rises_in_the_middle_of_a_line():
     assert error.position[0] < 0.0
 
 
-def test_brief_excursion_between_samples_is_found():
+@pytest.mark.parametrize("bounded", ["box_upper", "upper_heights"])
+def test_brief_excursion_between_samples_is_found(bounded):
     """A path that touches the outside for a moment only, wherever that moment lies."""
-    workspace = Workspace(MACHINE, replace(DEFAULT_LIMITS, box_upper=(1.0, 1.0, 0.3)))
     rise = math.sqrt(0.4**2 - 0.2**2)
+    bound = {"box_upper": (1.0, 1.0, 0.3), "upper_heights": (0.3 + rise,) * 3}[bounded]
+    workspace = Workspace(MACHINE, replace(DEFAULT_LIMITS, **{bounded: bound}))
     for moment in np.linspace(0.05, 0.95, 19):
         for excess, refused in ((2.5 * TOLERANCE, True), (-2.5 * TOLERANCE, False)):
             top, width = 0.3 + rise + excess, 0.1

@@ -32,11 +32,12 @@ from tri_glide_kinematics.motion import (
     MotionPhase,
     SliderLimits,
     SliderState,
+    SliderTravelError,
 )
 from tri_glide_kinematics.motion.engine import held_motion
 from tri_glide_kinematics.motion.moves import own_stop
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.trajectory import Planned
+from tri_glide_kinematics.motion.trajectory import Planned, ShapedTrajectory
 
 SHAPERS = (None, SHAPER, Shaper.of(ShaperKind.ZVD, Mode(30.0, 0.05)))
 
@@ -76,6 +77,17 @@ def test_whatever_is_commanded_the_limits_hold(kind, in_pieces):
             moving.work(lambda left=left: next(left, None) is not None)
     assert_keeps(heights)
     assert moving.plan_number - plans > 15
+
+
+def test_what_is_driven_is_checked_for_the_workspace(monkeypatch):
+    def outside(*_):
+        raise SliderTravelError(0, 0.91, 0.9)
+
+    monkeypatch.setattr(ShapedTrajectory, "checks_inside", outside)
+    moving = shaped()
+    with pytest.raises(SliderTravelError):
+        moving.move_to(TARGET)
+    assert moving.phase is MotionPhase.IDLE
 
 
 def test_lines_and_their_stops_stay_straight():

@@ -12,7 +12,13 @@ from motion_plans import LIMITS, dense, heights, moving_plan
 from strategies import reproducible
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import MotionKind, PlatformPath, plan_move, time_path
+from tri_glide_kinematics.motion import (
+    MotionKind,
+    PlatformPath,
+    SliderTravelError,
+    plan_move,
+    time_path,
+)
 from tri_glide_kinematics.motion.trajectory import (
     SequencePlan,
     SliderLimitError,
@@ -66,6 +72,20 @@ def test_limits_are_compared_with_exact_peaks(target, slider, quantity):
     between_samples = 400.0 * sampled.times[1]
     values[slider] = max(peaks[slider] * 1.001 + between_samples, 1e-3)
     plan.check_limits(replace(LIMITS, **{quantity: tuple(values)}))
+
+
+@pytest.mark.parametrize("slider", range(3))
+@pytest.mark.parametrize(("end", "beyond"), [(0.3, -1e-6), (0.9, 1e-6)])
+def test_travel_is_checked_at_both_ends(slider, end, beyond):
+    workspace = Workspace(MACHINE, INSIDE)
+    plan = plan_move(workspace, LIMITS, *PLACES)
+    heights = np.array((plan.at(0.0).heights, plan.at(0.0).heights))
+    heights[1, slider] = end
+    plan.check_travel(heights.min(axis=0), heights.max(axis=0), workspace)
+    heights[1, slider] += beyond
+    with pytest.raises(SliderTravelError) as caught:
+        plan.check_travel(heights.min(axis=0), heights.max(axis=0), workspace)
+    assert caught.value.slider == slider
 
 
 PLACES = ((0.0, 0.0, 0.3), (0.08, 0.02, 0.35))
