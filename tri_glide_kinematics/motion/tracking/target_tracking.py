@@ -47,9 +47,6 @@ FRACTION_OF_ACCELERATION = 0.5
 # target is now: on a way that bends the sliders need the rest.
 FRACTION_OF_ARRIVAL = 0.7
 
-# However slow a target is, what it does later than this is not looked at [s].
-LONGEST_LEAD = 0.1
-
 # A slider that moves less than this part of the fastest one lets the platform dive but little.
 LEAST_PART = 0.25
 
@@ -125,13 +122,13 @@ class TargetTracking:
         speed = hypot(*velocity)
         if speed > 0.0 and lead < inf:
             arriving = self._arrive(own, wanted, bounds, (speed, lead), period)
-            # The slower one of both, for each slider that is behind. The way onto a target that
-            # comes near leads away from where it goes.
+            # The slower one of both, for each slider that is behind by more than the lead. The way
+            # onto a target that comes near leads away from where it goes.
             least = LEAST_PART * max(map(abs, rates))
             caught = [
                 arrival
                 if abs(rate) > least
-                and rate * (place - height) > TINY * speed
+                and rate * (place - height) > max(lead, TINY) * rate * rate / speed
                 and rate * (way.velocity - arrival.velocity) > TINY * speed
                 else way
                 for (height, _, _), (place, rate, _), way, arrival in zip(
@@ -198,12 +195,9 @@ class TargetTracking:
         speed, lead = motion
         parts = [abs(rate) / speed + TINY for _, rate, _ in wanted]
         fastest, *others = zip(*bounds)
-        later = min(lead / speed, LONGEST_LEAD) - period
-        passing, places = [], []
-        for (place, rate, bend), most in zip(wanted, fastest):
-            then = rate + later * bend
-            passing.append(within(then, FRACTION_OF_VELOCITY * most))
-            places.append(place + 0.5 * later * (rate + then))
+        later = lead / speed - period
+        passing = [within(w[1], FRACTION_OF_VELOCITY * most) for w, most in zip(wanted, fastest)]
+        places = [place + later * rate for place, rate, _ in wanted]
         limits = []
         for bound in others:
             common = FRACTION_OF_ARRIVAL * min(*bound, *map(truediv, bound, parts))
