@@ -191,6 +191,7 @@ def run_tests(out: Path, wanted: tuple[str, ...], marks: str, seconds: float) ->
     if not (child := os.fork()):
         try:
             os.setsid()
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
             for stream in (1, 2):
                 os.dup2(os.open(out / "log", os.O_WRONLY | os.O_CREAT | os.O_APPEND), stream)
             os.chdir(out / "tree")
@@ -255,12 +256,8 @@ def judged(out: Path, mutant: Mutant, marks: str, limit: float) -> dict[str, Any
     write(changed, original)
     fate = "needs nodes" if mutant.file.split("/")[0] in NODE_ROOMS else "survived"
     fate = "killed" if failed else "not decided in time" if seconds > limit else fate
-    return asdict(mutant) | {
-        "line": mutant.line,
-        "fate": fate,
-        "by": failed,
-        "seconds": round(seconds, 1),
-    }
+    found = {"line": mutant.line, "fate": fate, "by": failed, "seconds": round(seconds, 1)}
+    return asdict(mutant) | found
 
 
 def write(file: Path, text: str) -> None:
