@@ -145,11 +145,10 @@ CASES = (
 
 def calibrated(measured: Sequence[Measurement], priors: Priors | None) -> Calibration:
     """Return the calibration of these."""
-    kinds = [
-        [one for one in measured if isinstance(one, kind)]
-        for kind in (Touch, MeasuredPosition, Distance)
-    ]
-    return calibrate(NOMINAL.geometry, *kinds, priors)  # type: ignore[arg-type]
+    touches = [one for one in measured if isinstance(one, Touch)]
+    positions = [one for one in measured if isinstance(one, MeasuredPosition)]
+    distances = [one for one in measured if isinstance(one, Distance)]
+    return calibrate(NOMINAL.geometry, touches, positions, distances, priors)
 
 
 def coverage(case: Case, count: int, seed: int = 1) -> Coverage:

@@ -44,8 +44,7 @@ OPTIONS = (
     "--remote-debugging-port=0",
 )
 TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
-# The page draws a frame, then pauses for so long [ms]: drawn by the processor, frames one after the other would
-# take all of it.
+# Pause of a page after each frame [ms]: drawn by the processor, frames would take all of it.
 FRAME_PAUSE = 100
 FEWER_FRAMES = f"""
 const next = window.requestAnimationFrame.bind(window);

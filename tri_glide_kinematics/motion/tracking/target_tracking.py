@@ -198,11 +198,11 @@ class TargetTracking:
         later = lead / speed - period
         passing = [within(w[1], FRACTION_OF_VELOCITY * most) for w, most in zip(wanted, fastest)]
         places = [place + later * rate for place, rate, _ in wanted]
-        limits = []
+        limits: list[Sequence[float]] = []
         for bound in others:
             common = FRACTION_OF_ARRIVAL * min(*bound, *map(truediv, bound, parts))
             limits.append([max(common * p, LEAST_PART * most) for p, most in zip(parts, bound)])
-        found = self._ruckig.to_pass(places, passing, own, (fastest, *limits))
+        found = self._ruckig.to_pass(places, passing, own, (fastest, limits[0], limits[1]))
         return [
             way_of(velocity, acceleration, cut_to(phases, period))
             for (_, velocity, acceleration), phases in zip(own, found)
