@@ -187,8 +187,8 @@ def _command(
     elif kind == "jog":
         engine.jog((rng.normal(size=3) * 10.0 ** rng.uniform(-2.0, 0.0)).tolist())
     elif kind == "track":
-        here = np.array(workspace.machine.forward(engine.state.heights))
-        target = here + 10.0 ** rng.uniform(-4.0, -1.5) * rng.normal(size=3)
+        near = np.array(workspace.machine.forward(engine.state.heights))
+        target = near + 10.0 ** rng.uniform(-4.0, -1.5) * rng.normal(size=3)
         engine.track(target.tolist(), (0.1 * rng.normal(size=3)).tolist())
     else:
         engine.move_to(place)
