@@ -171,17 +171,18 @@ def solve(
 def solve_at_once(model: MeasurementModel, start: State, knowledge: Knowledge) -> Solution:
     """Return the solution of the linear equations at the start, which no data can lead astray.
 
-    It makes the sum of the residuals least, not that of their squares: so a few that are wrong alike
-    do not hide each other. The state is that of the start: only the residuals and their derivatives
-    mean something.
+    It makes the sum of the residuals least, not that of their squares: so a few that are wrong
+    alike do not hide each other. The state is that of the start: only the residuals and their
+    derivatives mean something.
     """
     here = _at_start(model, start, knowledge, judging=True)
     design, count = here.design, len(here.residuals)
     right = -np.concatenate((here.residuals, here.prior))
-    left, fitted = np.zeros(count), np.zeros(design.shape[1])
+    left, fitted = np.zeros(count), _step(here)
     for _ in range(ROUNDS):
         weights = np.concatenate((np.maximum(np.abs(left), 1.0) ** -0.5, np.ones(len(here.prior))))
-        fitted = np.linalg.lstsq(weights[:, None] * design, weights * right, rcond=None)[0]
+        weighted = weights[:, None] * design
+        fitted = np.asarray(np.linalg.lstsq(weighted, weights * right, rcond=None)[0], float)
         left = (design @ fitted - right)[:count]
     change = design @ fitted
     coordinates = here.prior + change[count:]

@@ -119,8 +119,8 @@ def contradiction(calibration: Calibration) -> str:
         )
     if calibration.has_many_outliers:
         parts.append(
-            f"{len(calibration.outliers)} of {len(calibration.residuals)} measurements contradict the "
-            "others, which may be the wrong ones"
+            f"{len(calibration.outliers)} of {len(calibration.residuals)} measurements contradict "
+            "the others, which may be the wrong ones"
         )
     far = calibration.far_from_priors
     if far:
