@@ -166,7 +166,7 @@ def without_priors(count: int, rng: np.random.Generator) -> Iterator[Row]:
 
 def again_and_again(count: int, rng: np.random.Generator) -> Iterator[Row]:
     """Twenty calibrations, each of the machine as the one before left it, with new data."""
-    for name, priors in (("priors about the last result", WRONG_BY), ("no priors", None)):
+    for name, priors in (("priors about the drawing", WRONG_BY), ("no priors", None)):
         largest = [_wandering(priors, rng) for _ in range(count)]
         yield Row(
             f"20 calibrations with new data, {name}: farthest way of a parameter, of {count}",
@@ -189,7 +189,8 @@ def _wandering(priors: Priors | None, rng: np.random.Generator) -> float:
             priors,
             height_offsets=believed.height_offsets,
         )
-        believed = result.machine
+        # The priors stay with the drawing.
+        believed, priors = result.machine, result.priors
         if first is None:
             first = result
         ways = np.abs(believed.vector - first.machine.vector) / first.standard_deviations

@@ -17,14 +17,16 @@ from benchmarks.table import aligned
 from testing.wrong_machines import NOMINAL, RADIUS, WRONG_BY, WrongMachine, ring
 from tri_glide_kinematics.calibration.fit import (
     Calibration,
+    Distance,
     MachineParameters,
+    MeasuredPosition,
     Measurement,
     Priors,
     Region,
+    Touch,
     calibrate,
     positions_of,
 )
-from tri_glide_kinematics.calibration.fit.measurements import Distance, MeasuredPosition, Touch
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -145,10 +147,13 @@ CASES = (
 
 def calibrated(measured: Sequence[Measurement], priors: Priors | None) -> Calibration:
     """Return the calibration of these."""
-    touches = [one for one in measured if isinstance(one, Touch)]
-    positions = [one for one in measured if isinstance(one, MeasuredPosition)]
-    distances = [one for one in measured if isinstance(one, Distance)]
-    return calibrate(NOMINAL.geometry, touches, positions, distances, priors)
+    return calibrate(
+        NOMINAL.geometry,
+        [one for one in measured if isinstance(one, Touch)],
+        [one for one in measured if isinstance(one, MeasuredPosition)],
+        [one for one in measured if isinstance(one, Distance)],
+        priors,
+    )
 
 
 def coverage(case: Case, count: int, seed: int = 1) -> Coverage:

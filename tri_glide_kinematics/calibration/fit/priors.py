@@ -114,7 +114,7 @@ class Knowledge:
         if priors is None:
             return cls(nominal, np.eye(MACHINE), False)
         mean = nominal if priors.mean is None else priors.mean.vector
-        return cls(mean, np.asarray(np.linalg.cholesky(priors.covariance(mean)), np.float64), True)
+        return cls(mean, np.asarray(np.linalg.cholesky(priors.covariance(mean)), float), True)
 
     def spectrum(self, matrix: FloatArray) -> Spectrum:
         """Return what equations with these derivatives say about u.

@@ -241,8 +241,8 @@ class Calibration:
         sizes = self.prior_residuals
         found = dict(zip(PARAMETER_NAMES, np.abs(sizes).tolist()))
         scale = self._knowledge.scale
-        apart = self.machine.vector - self._knowledge.mean
-        change = np.asarray(np.linalg.solve(scale, apart), np.float64)
+        off = self.machine.vector - self._knowledge.mean
+        change = np.asarray(np.linalg.solve(scale, off), float)
         ways = along_named(self.nominal.vector, scale, change)
         name = max(ways, key=lambda each: abs(ways[each]))
         if abs(ways[name]) > max(found.values()):

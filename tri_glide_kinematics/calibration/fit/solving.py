@@ -178,12 +178,11 @@ def solve_at_once(model: MeasurementModel, start: State, knowledge: Knowledge) -
     here = _at_start(model, start, knowledge, judging=True)
     design, count = here.design, len(here.residuals)
     right = -np.concatenate((here.residuals, here.prior))
-    left: FloatArray = np.zeros(count)
-    fitted: FloatArray = np.zeros(design.shape[1])
+    left, fitted = np.zeros(count), _step(here)
     for _ in range(ROUNDS):
         weights = np.concatenate((np.maximum(np.abs(left), 1.0) ** -0.5, np.ones(len(here.prior))))
-        found = np.linalg.lstsq(weights[:, None] * design, weights * right, rcond=None)[0]
-        fitted = np.asarray(found, np.float64)
+        weighted = weights[:, None] * design
+        fitted = np.asarray(np.linalg.lstsq(weighted, weights * right, rcond=None)[0], float)
         left = (design @ fitted - right)[:count]
     change = design @ fitted
     coordinates = here.prior + change[count:]
