@@ -127,7 +127,7 @@ def episode(case: Case, seed: int) -> Cost:
     cost = Cost([], [], [])
     timing = _timing(cost)
     with_begin = preparation.Preparation._begin_at
-    preparation.Preparation._begin_at = timing  # type: ignore
+    preparation.Preparation._begin_at = timing  # type: ignore[method-assign, assignment]
     try:
         for cycle in range(CYCLES):
             if cycle == 0 or rng.random() * PAUSE < 1.0:
@@ -145,7 +145,7 @@ def episode(case: Case, seed: int) -> Cost:
             if refusal is not None:
                 cost.refused.append(type(refusal).__name__)
     finally:
-        preparation.Preparation._begin_at = with_begin  # type: ignore
+        preparation.Preparation._begin_at = with_begin  # type: ignore[method-assign]
     return cost
 
 

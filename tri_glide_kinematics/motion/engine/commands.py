@@ -594,7 +594,7 @@ class Follow(Command):
     @property
     def size(self) -> int:  # type: ignore[override]
         """Number of segments of the path, as far as it is made."""
-        return len(self.path.segments) if self.path is not None else 0
+        return self.path.count if self.path is not None else 0
 
     @property
     def waits_on(self) -> bool:
