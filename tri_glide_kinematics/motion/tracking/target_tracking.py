@@ -202,7 +202,7 @@ class TargetTracking:
         for bound in others:
             common = FRACTION_OF_ARRIVAL * min(*bound, *map(truediv, bound, parts))
             limits.append([max(common * p, LEAST_PART * most) for p, most in zip(parts, bound)])
-        found = self._ruckig.to_pass(places, passing, own, (fastest, *limits))
+        found = self._ruckig.to_pass(places, passing, own, (fastest, limits[0], limits[1]))
         return [
             way_of(velocity, acceleration, cut_to(phases, period))
             for (_, velocity, acceleration), phases in zip(own, found)

@@ -145,9 +145,12 @@ class RuckigPlanner:
         Raises:
             PlanningError: if ruckig finds no solution.
         """
+        position, velocity, acceleration = zip(*state)
         self._input.target_velocity = passing
         try:
-            return self.to_rest_at(target, *zip(*state), limits, Synchronization.No)
+            return self.to_rest_at(
+                target, position, velocity, acceleration, limits, Synchronization.No
+            )
         finally:
             self._input.target_velocity = [0.0] * len(target)
 
