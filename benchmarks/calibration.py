@@ -171,8 +171,9 @@ def again_and_again(count: int, rng: np.random.Generator) -> Iterator[Row]:
         yield Row(
             f"20 calibrations with new data, {name}: farthest way of a parameter, of {count}",
             f"{max(largest):.2f} standard deviations",
-            "1",
-            max(largest) <= 1.0,
+            "2",
+            # Results of independent data differ; what drifts goes on and on.
+            max(largest) <= 2.0,
         )
 
 

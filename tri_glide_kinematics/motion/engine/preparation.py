@@ -33,7 +33,7 @@ MORE_TIME = 2.0
 
 # A plan takes so many pieces at most, some 0.2 s of processor time; of a path, one more for each of
 # its segments. They are counted, so that each computer decides alike.
-MOST_PIECES = 600
+MOST_PIECES = 3000
 
 # Two times that differ by less are the same: rounding [s].
 SAME_TIME = 1e-9

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import Track
 from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
@@ -35,6 +36,7 @@ class Tracker:
     def __init__(self, workspace: Workspace) -> None:
         """Prepare for the machine of ``workspace``."""
         self._follower = Follower(workspace)
+        self._workspace = workspace
         self._machine = workspace.machine
         self._target: TargetMotion | None = None
         self._time = 0.0
@@ -65,7 +67,7 @@ class Tracker:
         """
         limits, wanted = self._wanted(held, dt)
         step = self._follower.step(held.plan.at(time), wanted, limits.effective, dt)
-        return _with_step(held, step, limits)
+        return self._with_step(held, step, limits)
 
     def prepared(
         self, held: HeldMotion, time: float, dt: float, ahead: float
@@ -75,7 +77,7 @@ class Tracker:
         step = yield from self._follower.step_in_pieces(
             held.plan.at(time), wanted, limits.effective, dt
         )
-        return _with_step(held, step, limits)
+        return self._with_step(held, step, limits)
 
     def _wanted(self, held: HeldMotion, dt: float) -> tuple[DriveLimits, Wanted]:
         limits = held.pending or held.limits
@@ -108,10 +110,17 @@ class Tracker:
             return math.nan
         return math.dist(self._target.at(self._time).position, self._machine.forward(heights))
 
-
-def _with_step(
-    held: HeldMotion, step: TrackedStep | None, limits: DriveLimits
-) -> HeldMotion | None:
-    if step is None:
+    def _with_step(
+        self, held: HeldMotion, step: TrackedStep | None, limits: DriveLimits
+    ) -> HeldMotion | None:
+        if step is not None:
+            return replace(
+                held, plan=step, role=PlanRole.LEADS_TO_GOAL, limits=limits, pending=None
+            )
+        if self._target is not None:
+            try:
+                self._workspace.check_position(self._target.at(self._time).position)
+            except KinematicsError:
+                # When it comes back, it is caught up with as soon as possible.
+                self._target.lose()
         return None
-    return replace(held, plan=step, role=PlanRole.LEADS_TO_GOAL, limits=limits, pending=None)

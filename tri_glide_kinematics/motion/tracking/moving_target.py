@@ -90,6 +90,10 @@ class TargetMotion:
         self._last = MovingTarget(target.position, target.velocity, acceleration, lead)
         self._time = time
 
+    def lose(self) -> None:
+        """Forget its way so far: it is to be caught up with as soon as possible."""
+        self._last = self._last._replace(lead=inf)
+
     def at(self, time: float, foreseen: float = 0.0) -> MovingTarget:
         """Return where the target is at a ``time`` [s].
 

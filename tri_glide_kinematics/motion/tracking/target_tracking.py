@@ -45,7 +45,7 @@ FRACTION_OF_ACCELERATION = 0.5
 
 # What of the limits of acceleration and jerk a platform counts on that could arrive where the
 # target is now: on a way that bends the sliders need the rest.
-FRACTION_OF_ARRIVAL = 0.7
+FRACTION_OF_ARRIVAL = 0.85
 
 # A slider that moves less than this part of the fastest one lets the platform dive but little.
 LEAST_PART = 0.25
