@@ -31,7 +31,7 @@ MARGIN = 1.5
 # After a plan was not ready in time, the next attempt gets more time by this factor.
 MORE_TIME = 2.0
 
-# A plan takes so many pieces at most, some 0.2 s of processor time; of a path, one more for each of
+# A plan takes so many pieces at most, about a second of processor time; of a path, one more for each of
 # its segments. They are counted, so that each computer decides alike.
 MOST_PIECES = 3000
 
