@@ -21,6 +21,8 @@ def demo(ros_domain: int, tmp_path: Path):
         stderr=subprocess.STDOUT,
         text=True,
         start_new_session=True,
+        # A shell lets what runs in the background ignore it.
+        preexec_fn=lambda: signal.signal(signal.SIGQUIT, signal.SIG_DFL),
     )
     yield process
     if process.poll() is None:

@@ -42,7 +42,7 @@ def test_a_signal_ends_it_after_a_ramp(machine, number):
     machine.ik.process.send_signal(number)
     assert ended_at_rest(machine) == "disabled"
     assert machine.cause is Cause.NODE_ENDS
-    assert machine.reason == "at rest: the node ends"
+    machine.client.wait_for(lambda: machine.reason == "at rest: the node ends", "the last state")
     assert machine.ik.process.returncode == 0
     assert machine.heights() != pytest.approx(KINEMATICS.inverse(FAR), abs=1e-3)
 

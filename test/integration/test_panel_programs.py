@@ -217,6 +217,7 @@ def test_a_file_that_is_called_like_the_choice_of_none_ends_no_page(
 ) -> None:
     upload(operator, tmp_path / NO_FILE, SQUARE)
     panel.wait_for_words(operator, "no file can be called", "refusal")
+    panel.programs.mkdir(exist_ok=True)
     (panel.programs / NO_FILE).write_text(SQUARE)
     upload(operator, tmp_path / "after.ngc", square_to(80))
     wait_for_text(panel, operator, "-20 to 80 mm")
