@@ -31,8 +31,8 @@ MARGIN = 1.5
 # After a plan was not ready in time, the next attempt gets more time by this factor.
 MORE_TIME = 2.0
 
-# A plan takes so many pieces at most, about a second of processor time; of a path, one more for each of
-# its segments. They are counted, so that each computer decides alike.
+# A plan takes so many pieces at most, about a second of processor time; of a path, one more for
+# each of its segments. They are counted, so that each computer decides alike.
 MOST_PIECES = 3000
 
 # Two times that differ by less are the same: rounding [s].
