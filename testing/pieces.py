@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TypeVar
 
-from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.interruptible import Interruptible
 
 Result = TypeVar("Result")
 
@@ -22,10 +22,3 @@ def timed(computation: Interruptible[Result], pieces: list[float]) -> Interrupti
         finally:
             pieces.append(time.thread_time() - begin)
         yield
-
-
-def median_piece(computation: Interruptible[Result]) -> tuple[Result, float]:
-    """Return the result, and the median of the processor time of the pieces [s]."""
-    pieces: list[float] = []
-    result = at_once(timed(computation, pieces))
-    return result, sorted(pieces)[len(pieces) // 2]
