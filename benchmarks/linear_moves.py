@@ -1,6 +1,6 @@
 r"""How far linear moves are from time-optimal: random ones against a lower bound of their duration.
 
-No motion along a line can be faster than two bounds allow (docs/motion_theory.md derives them):
+No motion along a line can be faster than two bounds allow (docs/motion.md derives them):
 
 - each slider alone has to go its way, with a turn at the extreme height if it has one inside;
 - with $\Sigma = \int \max_i |h_i'| / V_i\, ds$, the fastest slider covers $\Sigma$ at a rate that
