@@ -4,7 +4,7 @@ Motions of all kinds, with random limits, bounds and shapers, are stopped at ran
 law, for each of them: the braking begins in the cycle after the request, and the machine rests
 after at most twice the soonest stop that limits and bounds allow, or 0.2 s if that is more, plus
 the length of the shaper. No stop is sooner than that of each slider by itself; where forces are
-bounded, the bound of section 5 of docs/added_bounds.md counts, too.
+bounded, the bound at the end of docs/forces_and_speed.md counts, too.
 
 Run it as ``python -m benchmarks.soak_stops --count 100000``; it exits with 1 after a violation.
 """
@@ -173,7 +173,7 @@ def stopped(drive: RandomDrive, kind: str, is_compared: bool = False) -> Stop:
 
 
 def by_forces(bound: AddedBound, state: SliderState, limits: SliderLimits) -> float:
-    """Return the lower bound of docs/added_bounds.md, section 5; 0 without force limits [s]."""
+    """Return the lower bound at the end of docs/forces_and_speed.md; 0 without force limits [s]."""
     if not isinstance(bound, ForceLimits):
         return 0.0
     forces, masses = bound.forces, bound.forces.masses
