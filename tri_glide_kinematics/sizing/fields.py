@@ -9,8 +9,6 @@ column n of the inverse has first derivatives of at most $|n| K/\sigma$, and sec
 $|n| (2 K^2/\sigma^2 + T/\sigma)$. So errors and forces have a bound that is the value at the place,
 d times the exact gradient there, and $d^2/2$ times what bounds the second derivatives. The bound of
 the condition number needs K only. With the radius 0 the bound is the value itself.
-
-The derivation is in docs/which_machine.md.
 """
 
 from __future__ import annotations
