@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.control import PositionControl, Setpoint, SimulatedDrives
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.motion import MotionKind, SliderLimits
 from tri_glide_kinematics.nodes import identify
@@ -21,6 +20,7 @@ from tri_glide_kinematics.ros.parameters import (
     machine_of,
     workspace_limits_of,
 )
+from tri_glide_kinematics.simulation import PositionControl, Setpoint, SimulatedDrives
 from tri_glide_kinematics.workspace import Workspace
 
 PERIOD = 1e-3

@@ -50,7 +50,7 @@ from tri_glide_kinematics.calibration.session import (
     save_parameters,
 )
 from tri_glide_kinematics.checks import non_negative
-from tri_glide_kinematics.control import WAS_STOPPED, TrueMachine
+from tri_glide_kinematics.control import WAS_STOPPED
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import file_in
 from tri_glide_kinematics.motion.shaping import ShaperKind
@@ -69,6 +69,7 @@ from tri_glide_kinematics.ros.parameters import (
     workspace_limits_of,
 )
 from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
+from tri_glide_kinematics.simulation import TrueMachine
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.workspace import Workspace
 

@@ -17,17 +17,6 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool
 
-from tri_glide_kinematics.control import (
-    DriveTime,
-    PlatformState,
-    Setpoint,
-    SimulatedDrives,
-    SimulatedPlate,
-    SimulatedSliders,
-    SimulatedSwing,
-    SliderFaults,
-    TrueMachine,
-)
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.cdr import FIRST, SECOND, THIRD, StampedTriples
@@ -46,6 +35,17 @@ from tri_glide_kinematics.ros.parameters import (
     swing_of,
 )
 from tri_glide_kinematics.ros.serving import PatientServices
+from tri_glide_kinematics.simulation import (
+    DriveTime,
+    PlatformState,
+    Setpoint,
+    SimulatedDrives,
+    SimulatedPlate,
+    SimulatedSliders,
+    SimulatedSwing,
+    SliderFaults,
+    TrueMachine,
+)
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
 

@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.control import (
-    InPositionBounds,
-    PlatformMode,
-    PositionControl,
-    SupervisionBounds,
-    SwingModel,
-)
+from tri_glide_kinematics.control import InPositionBounds, SupervisionBounds
 from tri_glide_kinematics.description import MachineDescription, Parts
 from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
 from tri_glide_kinematics.motion.shaping import (
@@ -34,6 +28,7 @@ from tri_glide_kinematics.ros.parameters.tables import (
     MOST_FORCE,
     NO_SHAPER,
 )
+from tri_glide_kinematics.simulation import PlatformMode, PositionControl, SwingModel
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text

@@ -5,7 +5,8 @@ import math
 import pytest
 from motion_machine import MACHINE
 
-from tri_glide_kinematics.control import (
+from tri_glide_kinematics.dynamics import Masses, SliderForces
+from tri_glide_kinematics.simulation import (
     DriveTime,
     PositionControl,
     Setpoint,
@@ -13,7 +14,6 @@ from tri_glide_kinematics.control import (
     SimulatedSliders,
     SliderFaults,
 )
-from tri_glide_kinematics.dynamics import Masses, SliderForces
 
 LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
 HOME = (0.6, 0.6, 0.6)

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tri_glide_kinematics.control import PlatformMode, SimulatedSwing, SwingModel
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind, residual
+from tri_glide_kinematics.simulation import PlatformMode, SimulatedSwing, SwingModel
 
 HOME = (0.01, -0.02, 0.3)
 STEPS = (0.0005, 0.001, 0.002, 0.005, 0.01)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.control import SimulatedPlate, TrueMachine
+from tri_glide_kinematics.simulation import SimulatedPlate, TrueMachine
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, NoPoseError, TriGlide
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from motion_machine import LIMITS, MACHINE, WORKSPACE
 
-from tri_glide_kinematics.control import PositionControl, Setpoint, SimulatedDrives
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.motion import MotionKind, plan_move
+from tri_glide_kinematics.simulation import PositionControl, Setpoint, SimulatedDrives
 from tri_glide_kinematics.vectors import FloatArray
 
 PERIOD = 0.002  # s

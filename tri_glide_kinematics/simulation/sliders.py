@@ -7,7 +7,7 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tri_glide_kinematics.control.simulated_drives import Setpoint, SimulatedDrives
+from tri_glide_kinematics.simulation.drives import Setpoint, SimulatedDrives
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
