@@ -31,7 +31,7 @@ MODULES = (
     "tri_glide_kinematics.nodes.ik_node",
     "tri_glide_kinematics.nodes.mechanism_node",
     "tri_glide_kinematics.nodes.simulator_node",
-    "tri_glide_kinematics.ros.parameters.arguments",
+    "tri_glide_kinematics.settings.arguments",
     "tri_glide_kinematics.ros.starting.realtime",
     "tri_glide_kinematics.ros.starting.transport",
 )

@@ -11,7 +11,7 @@ import pytest
 from tri_glide_kinematics.control import TEACH_SPEED
 from tri_glide_kinematics.nodes.drive import check_on_machine, main
 from tri_glide_kinematics.programs import is_program, load_program, load_settings
-from tri_glide_kinematics.ros.parameters import IK_NODE, file_values
+from tri_glide_kinematics.settings import IK_NODE, file_values
 
 CONFIG = Path(__file__).parents[2] / "config"
 SETTINGS = CONFIG / "program_settings.yaml"

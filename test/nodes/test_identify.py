@@ -12,7 +12,7 @@ from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.motion import MotionKind, SliderLimits
 from tri_glide_kinematics.nodes import identify
 from tri_glide_kinematics.programs import load_drive, time_steps
-from tri_glide_kinematics.ros.parameters import (
+from tri_glide_kinematics.settings import (
     IK_NODE,
     file_values,
     forces_of,

@@ -10,7 +10,7 @@ import yaml
 from PIL import Image
 
 from tri_glide_kinematics.nodes import describe_machine, draw_machine, size
-from tri_glide_kinematics.ros.parameters import SIMULATOR_NODE, file_values
+from tri_glide_kinematics.settings import SIMULATOR_NODE, file_values
 
 CONFIG = Path(__file__).parents[2] / "config"
 WISH = ["--cylinder", "0.1", "0.12", "--speed", "1", "--acceleration", "10", "--payload", "0.2"]

@@ -7,7 +7,7 @@ import pickle
 from tri_glide_kinematics.control import TEACH_SPEED
 from tri_glide_kinematics.motion import ForceLimits, PlatformSpeedLimit
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
-from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.settings import IK_NODE
 
 FACTS = MachineFacts({parameter.name: parameter.default for parameter in IK_NODE})
 MASSES = {"carriage_masses": (2.0,) * 3, "platform_mass": 1.0, "force_limit_up": (60.0,) * 3}

@@ -20,7 +20,7 @@ from tri_glide_kinematics.panel.machine_status import (
     clock_text,
     outside_text,
 )
-from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.settings import IK_NODE
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace
 

@@ -45,12 +45,7 @@ def _describe(options: argparse.Namespace) -> None:
     """
     from tri_glide_kinematics.description import mjcf_text, urdf_text
     from tri_glide_kinematics.files import write_file
-    from tri_glide_kinematics.ros.parameters import (
-        IK_NODE,
-        description_of,
-        file_values,
-        forces_of,
-    )
+    from tri_glide_kinematics.settings import IK_NODE, description_of, file_values, forces_of
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     first, *later = (str(find_file(file)) for file in options.files)

@@ -49,7 +49,7 @@ def _draw(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.errors import KinematicsError
     from tri_glide_kinematics.figures import machine_figure
     from tri_glide_kinematics.files import write_file
-    from tri_glide_kinematics.ros.parameters import (
+    from tri_glide_kinematics.settings import (
         IK_NODE,
         file_values,
         limits_of,

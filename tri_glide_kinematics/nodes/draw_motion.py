@@ -100,7 +100,7 @@ def _draw(options: argparse.Namespace) -> None:
         time_steps,
     )
     from tri_glide_kinematics.recordings import save_csv, save_mcap
-    from tri_glide_kinematics.ros.parameters import (
+    from tri_glide_kinematics.settings import (
         IK_NODE,
         file_values,
         machine_of,

@@ -50,7 +50,7 @@ from tri_glide_kinematics.programs import (
     load_settings,
     table,
 )
-from tri_glide_kinematics.ros.parameters import (
+from tri_glide_kinematics.settings import (
     FORCE_LIMITS,
     IK_NODE,
     Values,

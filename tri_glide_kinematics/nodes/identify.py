@@ -59,7 +59,7 @@ def _excite(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.calibration import exciting_moves
     from tri_glide_kinematics.files import replace_file
     from tri_glide_kinematics.motion import MotionKind
-    from tri_glide_kinematics.ros.parameters import (
+    from tri_glide_kinematics.settings import (
         IK_NODE,
         file_values,
         machine_of,
@@ -108,7 +108,7 @@ def _identify(options: argparse.Namespace) -> None:
         measured_masses,
         save_masses,
     )
-    from tri_glide_kinematics.ros.parameters import IK_NODE, file_values, machine_of
+    from tri_glide_kinematics.settings import IK_NODE, file_values, machine_of
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     parameters = find_file(options.parameters)

@@ -34,7 +34,7 @@ def _judge(options: argparse.Namespace) -> int:
     from tri_glide_kinematics.errors import KinematicsError
     from tri_glide_kinematics.motion.trajectory import QUANTITIES
     from tri_glide_kinematics.recordings import judge, load_recording
-    from tri_glide_kinematics.ros.parameters import (
+    from tri_glide_kinematics.settings import (
         IK_NODE,
         file_values,
         machine_of,

@@ -21,10 +21,11 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.cdr import FIRST, SECOND, THIRD, StampedTriples
 from tri_glide_kinematics.ros.inputs import SliderMeasurements, StampedReading
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
-from tri_glide_kinematics.ros.parameters import (
+from tri_glide_kinematics.ros.serving import PatientServices
+from tri_glide_kinematics.settings import (
     SIMULATOR_NODE,
-    LiveParameters,
     ParameterError,
     Values,
     check_joint_names,
@@ -34,7 +35,6 @@ from tri_glide_kinematics.ros.parameters import (
     position_control_of,
     swing_of,
 )
-from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.simulation import (
     DriveTime,
     PlatformState,

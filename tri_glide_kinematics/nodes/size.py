@@ -75,7 +75,7 @@ def _size(options: argparse.Namespace) -> bool:
         OSError: if the file cannot be written.
     """
     from tri_glide_kinematics.files import replace_file
-    from tri_glide_kinematics.ros.parameters import IK_NODE, file_values
+    from tri_glide_kinematics.settings import IK_NODE, file_values
     from tri_glide_kinematics.sizing import (
         ImpossibleWishError,
         Objective,

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from tri_glide_kinematics.control import in_teach_mode
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import SliderLimits
-from tri_glide_kinematics.ros.parameters import (
+from tri_glide_kinematics.settings import (
     IK_NODE,
     Values,
     limits_of,

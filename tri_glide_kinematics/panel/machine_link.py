@@ -21,7 +21,7 @@ from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
 from tri_glide_kinematics.panel.machine_status import place_text
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
-from tri_glide_kinematics.ros.parameters import IK_NODE, Values
+from tri_glide_kinematics.settings import IK_NODE, Values
 from tri_glide_kinematics.vectors import Vector3
 
 # A twist that is lost is renewed by the next one.

@@ -15,7 +15,7 @@ from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.control import TEACH_SPEED, Cause, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.outputs import cause_of, state_of
-from tri_glide_kinematics.ros.parameters import Values
+from tri_glide_kinematics.settings import Values
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace

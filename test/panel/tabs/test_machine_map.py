@@ -16,7 +16,7 @@ from tri_glide_kinematics.panel.tabs.machine_map import (
     colored,
     span_of,
 )
-from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.settings import IK_NODE
 
 FACTS = MachineFacts({parameter.name: parameter.default for parameter in IK_NODE})
 DRIVE = (10.0, 80.0, 50.0)

@@ -20,7 +20,7 @@ from tri_glide_kinematics.panel.feeds import SwingFeed
 from tri_glide_kinematics.panel.machine_facts import MachineFacts
 from tri_glide_kinematics.panel.machine_link import MachineLink
 from tri_glide_kinematics.panel.tabs import OperatorRequests, Shaping, SwingTab
-from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.settings import IK_NODE
 from tri_glide_kinematics.simulation import PlatformMode, SimulatedSwing, SwingModel
 
 pytestmark = pytest.mark.nodes

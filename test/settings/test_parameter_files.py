@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from tri_glide_kinematics.ros.parameters import (
+from tri_glide_kinematics.settings import (
     IK_NODE,
     ParameterError,
     ParameterSource,

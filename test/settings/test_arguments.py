@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.ros.parameters import (
+from tri_glide_kinematics.settings import (
     FK_NODE,
     ArgumentError,
     check_arguments,

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tri_glide_kinematics.ros.parameters import NODES, document
+from tri_glide_kinematics.settings import NODES, document
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
-CONFIG = Path(__file__).parents[3] / "config" / "tri_glide.yaml"
+CONFIG = Path(__file__).parents[2] / "config" / "tri_glide.yaml"
 TABLES = {name: {entry.name: entry for entry in table} for name, table in NODES.items()}
 
 

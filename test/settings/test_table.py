@@ -6,7 +6,7 @@ from array import array
 import pytest
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError
-from tri_glide_kinematics.ros.parameters import (
+from tri_glide_kinematics.settings import (
     Parameter,
     ParameterError,
     change_text,

@@ -23,17 +23,15 @@ from rclpy.node import Node
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
-from tri_glide_kinematics.ros.parameters.arguments import (
+from tri_glide_kinematics.settings import (
     PARAMETERS_OF_ALL,
-    check_names,
-    check_sources,
-    sources_of,
-)
-from tri_glide_kinematics.ros.parameters.table import (
     Parameter,
     ParameterError,
     Values,
     change_text,
+    check_names,
+    check_sources,
+    sources_of,
     start_text,
 )
 

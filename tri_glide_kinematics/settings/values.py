@@ -20,8 +20,8 @@ from tri_glide_kinematics.motion.trajectory import (
     PlatformSpeedLimit,
     SliderLimits,
 )
-from tri_glide_kinematics.ros.parameters.table import Parameter, ParameterError, Values
-from tri_glide_kinematics.ros.parameters.tables import (
+from tri_glide_kinematics.settings.table import Parameter, ParameterError, Values
+from tri_glide_kinematics.settings.tables import (
     DRIVES,
     FORCE_LIMITS,
     MASSES,

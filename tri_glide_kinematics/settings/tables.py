@@ -1,6 +1,6 @@
 """The parameters of each node.
 
-``python -m tri_glide_kinematics.ros.parameters.tables`` prints a page.
+``python -m tri_glide_kinematics.settings.tables`` prints a page.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from tri_glide_kinematics.motion.shaping import (
     MOST_DAMPING,
     ShaperKind,
 )
-from tri_glide_kinematics.ros.parameters.table import Parameter, markdown_table
+from tri_glide_kinematics.settings.table import Parameter, markdown_table
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 # No force is larger: the limit of a direction in which none is asked for [N].
@@ -847,7 +847,7 @@ ROS declares `use_sim_time` for each node. With `true`, stamps are those of `/cl
 nobody publishes it. The motion goes by the steady clock of this computer all the same, so leave it
 `false` for a machine.
 
-This page is made by `python -m tri_glide_kinematics.ros.parameters.tables > docs/parameters.md`."""
+This page is made by `python -m tri_glide_kinematics.settings.tables > docs/parameters.md`."""
 
 
 def document() -> str:
