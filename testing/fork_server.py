@@ -26,7 +26,7 @@ from tri_glide_kinematics.ros.starting import NUMPY_SETTINGS
 MODULES = (
     "rclpy.executors",
     "tri_glide_kinematics.nodes.calibration_node",
-    "tri_glide_kinematics.nodes.drive",
+    "tri_glide_kinematics.commands.drive",
     "tri_glide_kinematics.nodes.fk_node",
     "tri_glide_kinematics.nodes.ik_node",
     "tri_glide_kinematics.nodes.mechanism_node",

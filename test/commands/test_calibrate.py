@@ -9,7 +9,7 @@ import yaml
 from calibration_samples import measured
 
 from tri_glide_kinematics.calibration.fit import save_measurements
-from tri_glide_kinematics.figures.calibration_command import PARAMETERS, PICTURE, REPORT, main
+from tri_glide_kinematics.commands.calibrate import PARAMETERS, PICTURE, REPORT, main
 
 EXAMPLE = Path(__file__).parents[2] / "config" / "measurements_example.yaml"
 

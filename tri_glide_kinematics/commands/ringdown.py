@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tri_glide_kinematics.commands import ringdown_of_files
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.figures import ringdown_command
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -23,7 +23,7 @@ SERVICE = "calibration_node/find_modes"
 NAME = "swing"
 
 # Completion is made of it.
-make_parser = ringdown_command.make_parser
+make_parser = ringdown_of_files.make_parser
 
 # Until the service is found, and until it is taken to be gone [s].
 START_TIMEOUT = 10.0
@@ -41,7 +41,7 @@ def main() -> int:
     arguments = sys.argv[1:]
     if "--ros-args" in arguments:
         arguments = arguments[: arguments.index("--ros-args")]
-    return ringdown_command.main(arguments, _measured)
+    return ringdown_of_files.main(arguments, _measured)
 
 
 def _measured(by_heights: bool) -> Sequence[Path]:

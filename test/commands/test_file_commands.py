@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tri_glide_kinematics.nodes import draw_motion, judge
+from tri_glide_kinematics.commands import draw_motion, judge
 from tri_glide_kinematics.recordings import load_recording
 
 CONFIG = Path(__file__).parents[2] / "config"

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.nodes.draw_motion import add_machine_arguments
+from tri_glide_kinematics.commands.draw_motion import add_machine_arguments
 from tri_glide_kinematics.picture_commands import find_file, use_one_thread
 
 

@@ -55,7 +55,7 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
     print(text)
     folder.mkdir(parents=True, exist_ok=True)
     write_file(folder / REPORT, f"{text}\n")
-    from tri_glide_kinematics.figures.calibration_pictures import calibration_figure
+    from tri_glide_kinematics.figures import calibration_figure
     from tri_glide_kinematics.picture_commands import save_figure
 
     save_figure(calibration_figure(calibration), folder / PICTURE, 110)

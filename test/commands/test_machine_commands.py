@@ -9,7 +9,7 @@ import pytest
 import yaml
 from PIL import Image
 
-from tri_glide_kinematics.nodes import describe_machine, draw_machine, size
+from tri_glide_kinematics.commands import describe_machine, draw_machine, size
 from tri_glide_kinematics.settings import SIMULATOR_NODE, file_values
 
 CONFIG = Path(__file__).parents[2] / "config"

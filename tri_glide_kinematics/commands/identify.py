@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.nodes.draw_motion import add_parameter_arguments
+from tri_glide_kinematics.commands.draw_motion import add_parameter_arguments
 from tri_glide_kinematics.picture_commands import exit_code, find_file
 
 FIRST_LINE = "# Moves that tell the most of masses and friction; written by identify."

@@ -74,7 +74,7 @@ def _find(options: argparse.Namespace, measure: Measure | None) -> None:
     if isinstance(found, CombinedModes):
         print(f"All swings together\n{combined_report(found)}\n")
     if options.picture is not None:
-        from tri_glide_kinematics.figures.ringdown_picture import ringdown_figure
+        from tri_glide_kinematics.figures import ringdown_figure
         from tri_glide_kinematics.picture_commands import save_figure
 
         options.picture.parent.mkdir(parents=True, exist_ok=True)

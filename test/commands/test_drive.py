@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tri_glide_kinematics.commands.drive import check_on_machine, main
 from tri_glide_kinematics.control import TEACH_SPEED
-from tri_glide_kinematics.nodes.drive import check_on_machine, main
 from tri_glide_kinematics.programs import is_program, load_program, load_settings
 from tri_glide_kinematics.settings import IK_NODE, file_values
 

@@ -14,8 +14,8 @@ from tri_glide_kinematics.calibration.ringdown import (
     load_recording,
     save_recording,
 )
+from tri_glide_kinematics.commands.ringdown_of_files import SHAPERS, main
 from tri_glide_kinematics.figures import ringdown_figure
-from tri_glide_kinematics.figures.ringdown_command import SHAPERS, main
 from tri_glide_kinematics.motion.shaping import ShaperKind
 
 EXAMPLE = str(Path(__file__).parents[2] / "config" / "ringdown_example.csv")

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.nodes.draw_motion import add_node_argument
+from tri_glide_kinematics.commands.draw_motion import add_node_argument
 from tri_glide_kinematics.picture_commands import (
     MILLIMETRES,
     command_parser,

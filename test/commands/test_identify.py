@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tri_glide_kinematics.commands import identify
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.motion import MotionKind, SliderLimits
-from tri_glide_kinematics.nodes import identify
 from tri_glide_kinematics.programs import load_drive, time_steps
 from tri_glide_kinematics.settings import (
     IK_NODE,
