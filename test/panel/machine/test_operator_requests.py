@@ -16,9 +16,14 @@ from viser import GuiEvent, ViserServer
 
 from testing.client import Probe
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.panel.button_jogs import RENEWALS
-from tri_glide_kinematics.panel.machine_link import LATEST_ONLY, NOBODY, MachineLink
-from tri_glide_kinematics.panel.tabs import OperatorRequests, OperatorsInput
+from tri_glide_kinematics.panel.machine import (
+    LATEST_ONLY,
+    NOBODY,
+    RENEWALS,
+    MachineLink,
+    OperatorRequests,
+    OperatorsInput,
+)
 
 pytestmark = pytest.mark.nodes
 

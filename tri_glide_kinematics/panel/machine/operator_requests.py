@@ -12,9 +12,9 @@ from typing import Any
 import viser
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.button_jogs import LONGEST_GAP, HeldJog
-from tri_glide_kinematics.panel.machine_link import MachineLink
-from tri_glide_kinematics.panel.message_history import MessageHistory
+from tri_glide_kinematics.panel.machine.button_jogs import LONGEST_GAP, HeldJog
+from tri_glide_kinematics.panel.machine.link import MachineLink
+from tri_glide_kinematics.panel.machine.message_history import MessageHistory
 from tri_glide_kinematics.vectors import Vector3
 
 

@@ -19,7 +19,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from tri_glide_interfaces.msg import MachineState, MotionState
 from tri_glide_kinematics.motion.trajectory import SliderState
-from tri_glide_kinematics.panel.machine_status import MachineStatus
+from tri_glide_kinematics.panel.machine.status import MachineStatus
 from tri_glide_kinematics.ros.cdr import STAMP_END, STAMP_OFFSET, byte_order
 from tri_glide_kinematics.ros.loop import UrgentInputs
 from tri_glide_kinematics.ros.outputs import (

@@ -18,8 +18,8 @@ from std_srvs.srv import SetBool, Trigger
 
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
-from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
-from tri_glide_kinematics.panel.machine_status import place_text
+from tri_glide_kinematics.panel.machine.facts import NAMES, MachineFacts
+from tri_glide_kinematics.panel.machine.status import place_text
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.settings import IK_NODE, Values
 from tri_glide_kinematics.vectors import Vector3

@@ -9,7 +9,7 @@ from strategies import DEFAULT_LIMITS
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.control import PAUSED, Cause, OperatingState
-from tri_glide_kinematics.panel.machine_status import (
+from tri_glide_kinematics.panel.machine import (
     CAUSES,
     COLORS,
     FAULT,
