@@ -10,7 +10,7 @@ from strategies import DEFAULT_LIMITS
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.motion.path import PlatformPath
-from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.settings import IK_NODE
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, ArmTooShortError, TriGlide
 from tri_glide_kinematics.wording import number_text, unit_question, vector_text
 from tri_glide_kinematics.workspace import Workspace

@@ -26,12 +26,12 @@ from tri_glide_kinematics.ros.starting import NUMPY_SETTINGS
 MODULES = (
     "rclpy.executors",
     "tri_glide_kinematics.nodes.calibration_node",
-    "tri_glide_kinematics.nodes.drive",
+    "tri_glide_kinematics.commands.drive",
     "tri_glide_kinematics.nodes.fk_node",
     "tri_glide_kinematics.nodes.ik_node",
     "tri_glide_kinematics.nodes.mechanism_node",
     "tri_glide_kinematics.nodes.simulator_node",
-    "tri_glide_kinematics.ros.parameters.arguments",
+    "tri_glide_kinematics.settings.arguments",
     "tri_glide_kinematics.ros.starting.realtime",
     "tri_glide_kinematics.ros.starting.transport",
 )

@@ -12,7 +12,7 @@ from rcl_interfaces.msg import Parameter, ParameterValue
 from sensor_msgs.msg import JointState
 
 from testing.machine import JOINTS
-from tri_glide_kinematics.ros.parameters import NODES
+from tri_glide_kinematics.settings import NODES
 
 any_float = st.floats() | st.floats(-1.0, 1.0)
 texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)

@@ -27,29 +27,29 @@ class Command(NamedTuple):
 
 COMMANDS = {
     "calibrate": Command(
-        "figures.calibration_command", "find the true geometry of a machine from measurements"
+        "commands.calibrate", "find the true geometry of a machine from measurements"
     ),
     "describe_machine": Command(
-        "nodes.describe_machine", "a machine as URDF for RViz and as MJCF for MuJoCo"
+        "commands.describe_machine", "a machine as URDF for RViz and as MJCF for MuJoCo"
     ),
     "draw_machine": Command(
-        "nodes.draw_machine", "maps of a machine, and the surface of its workspace"
+        "commands.draw_machine", "maps of a machine, and the surface of its workspace"
     ),
     "draw_mechanism": Command(
         "mechanisms.pictures.command", "pictures of a four-bar linkage or an F-mechanism"
     ),
     "draw_motion": Command(
-        "nodes.draw_motion", "the motion of a program, of points or a drive file, as a picture"
+        "commands.draw_motion", "the motion of a program, of points or a drive file, as a picture"
     ),
     "drive": Command(
-        "nodes.drive", "with --check: prove a program or points; to drive them needs ROS 2"
+        "commands.drive", "with --check: prove a program or points; to drive them needs ROS 2"
     ),
-    "identify": Command("nodes.identify", "masses and friction from the efforts of the drives"),
-    "judge": Command("nodes.judge", "tell whether recorded setpoints keep all limits"),
+    "identify": Command("commands.identify", "masses and friction from the efforts of the drives"),
+    "judge": Command("commands.judge", "tell whether recorded setpoints keep all limits"),
     "ringdown": Command(
-        "nodes.ringdown", "find the modes of a machine from recordings of its swings"
+        "commands.ringdown", "find the modes of a machine from recordings of its swings"
     ),
-    "size": Command("nodes.size", "from what a machine has to do to its lengths and motors"),
+    "size": Command("commands.size", "from what a machine has to do to its lengths and motors"),
 }
 
 # Words that complete a command line: what has come, and what fits there. Where no word fits, the

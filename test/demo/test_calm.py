@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.demo.calm_demo import PERIOD, Swing, is_calm, table
+from tri_glide_kinematics.demo.calm_demo import PERIOD, Swing, is_calm, save_swings, table
 from tri_glide_kinematics.demo.client import DemoError
-from tri_glide_kinematics.demo.pictures import save_swings
 
 REST, MOVING, FADING = 20, 100, 3000
 SIZE, DECAY = 1e-3, 3.0  # m of swing, 1/s

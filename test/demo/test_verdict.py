@@ -20,10 +20,10 @@ from tri_glide_kinematics.demo.calibration_demo import (
     ring,
     table,
     touch_places,
+    verdict_figure,
     without_plane_motion,
     wrong_machine,
 )
-from tri_glide_kinematics.demo.pictures import verdict_figure
 from tri_glide_kinematics.tri_glide import TriGlide
 
 TARGETS = np.array([(x, y, PLATE) for x, y in [(0.0, 0.0), *ring(RADIUS, 6)]])

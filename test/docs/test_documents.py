@@ -15,9 +15,9 @@ from documents import PAGES, ROOT, anchors, blocks, commands, prose, text
 from message_filling import filled, interface
 
 from tri_glide_kinematics.command_line import COMMANDS, PROGRAM
-from tri_glide_kinematics.nodes.drive import check_on_machine
+from tri_glide_kinematics.commands.drive import check_on_machine
 from tri_glide_kinematics.programs import is_program, load_program, load_settings
-from tri_glide_kinematics.ros.parameters import tables as parameters
+from tri_glide_kinematics.settings import tables as parameters
 
 PACKAGE = "tri_glide_kinematics"
 IDS = [str(page.relative_to(ROOT)) for page in PAGES]

@@ -12,7 +12,7 @@ from policies import allowed
 
 import tri_glide_kinematics
 from tri_glide_kinematics.command_line import COMMANDS, PROGRAM
-from tri_glide_kinematics.ros.parameters import NODES
+from tri_glide_kinematics.settings import NODES
 
 PAGE = ROOT / "docs" / "stability.md"
 PACKAGE = "tri_glide_kinematics"

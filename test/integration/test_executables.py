@@ -15,8 +15,8 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters
 
 from testing.forks import ForkedNodes
 from testing.processes import TIMEOUT, launched, python_path
-from tri_glide_kinematics.ros.parameters import NODES
 from tri_glide_kinematics.ros.starting import executable
+from tri_glide_kinematics.settings import NODES
 
 
 @pytest.fixture
@@ -283,7 +283,7 @@ def test_parameters_are_described_with_unit_and_bounds(client, nodes):
 
 def test_documentation_of_the_parameters_is_printed(ros_domain):
     run = subprocess.run(
-        [sys.executable, "-m", "tri_glide_kinematics.ros.parameters.tables"],
+        [sys.executable, "-m", "tri_glide_kinematics.settings.tables"],
         capture_output=True,
         text=True,
         check=True,

@@ -215,7 +215,9 @@ def test_the_command_lets_the_machine_swing(searching, machine, nodes):
     machine.wait_for_measured_rest()
     picture, modes = searching.folder / "swing.png", searching.folder / "modes.yaml"
     arguments = ["--machine", "--picture", str(picture), "--write", str(modes)]
-    command = nodes.start_module("tri_glide_kinematics.nodes.ringdown", arguments, "ringdown", {})
+    command = nodes.start_module(
+        "tri_glide_kinematics.commands.ringdown", arguments, "ringdown", {}
+    )
     assert command.process.wait(SEARCH) == 0, command.output
     assert "All swings together\nMode 1: frequency " in command.output
     assert (searching.folder / "swing_9.png").exists()
@@ -226,7 +228,7 @@ def test_the_command_lets_the_machine_swing(searching, machine, nodes):
 def test_ctrl_c_of_the_command_stops_the_machine(searching, machine, client, nodes):
     machine.start(None, SWINGING)
     command = nodes.start_module(
-        "tri_glide_kinematics.nodes.ringdown", ["--machine"], "ringdown", {}
+        "tri_glide_kinematics.commands.ringdown", ["--machine"], "ringdown", {}
     )
     command.exit_codes = (130,)
     machine.wait_for_state("moving")

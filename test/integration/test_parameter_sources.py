@@ -8,7 +8,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from tri_glide_kinematics.ros.parameters import is_for, sections_of
+from tri_glide_kinematics.settings import is_for, sections_of
 
 SECTIONS = (
     "/ik_node",

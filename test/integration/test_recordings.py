@@ -9,7 +9,7 @@ from rclpy.serialization import serialize_message
 from testing.commands import LIMITS
 from testing.machine import JOINTS
 from tri_glide_kinematics.recordings import DEFINITION, MESSAGE, judge, load_recording
-from tri_glide_kinematics.ros.parameters import IK_NODE, machine_of, workspace_limits_of
+from tri_glide_kinematics.settings import IK_NODE, machine_of, workspace_limits_of
 from tri_glide_kinematics.workspace import Workspace
 
 # The client of a test may be kept from its turns: so gaps are none of this.

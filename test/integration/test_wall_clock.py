@@ -7,7 +7,7 @@ from rcl_interfaces.srv import ListParameters
 
 from testing.commands import KINEMATICS, assert_within_limits
 from testing.wall_clock import HOUR, WallClock
-from tri_glide_kinematics.ros.parameters import NODES
+from tri_glide_kinematics.settings import NODES
 
 FAR = (0.05, 0.03, 0.32)
 SETTINGS = (-HOUR, 2.0 * HOUR, HOUR, -3.0 * HOUR, 0.0)

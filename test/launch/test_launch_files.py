@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from tri_glide_kinematics.ros.outputs import AllJointStates
-from tri_glide_kinematics.ros.parameters import FK_NODE
+from tri_glide_kinematics.settings import FK_NODE
 
 ROOT = Path(__file__).parents[2]
 FILES = sorted((ROOT / "launch").glob("*.launch.py"))

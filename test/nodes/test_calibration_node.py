@@ -17,7 +17,7 @@ from tri_glide_kinematics.nodes.calibration_node import (
     shaper_kind_of,
     swing_settings_of,
 )
-from tri_glide_kinematics.ros.parameters import CALIBRATION_NODE
+from tri_glide_kinematics.settings import CALIBRATION_NODE
 
 VALUES = {entry.name: entry.default for entry in CALIBRATION_NODE}
 

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import pytest
 from viser import _messages as messages
 
+from tri_glide_kinematics.panel.machine import OperatorRequests
 from tri_glide_kinematics.panel.program_files import (
     LARGEST,
     NO_FILE,
@@ -18,7 +19,6 @@ from tri_glide_kinematics.panel.program_files import (
     ProgramFolder,
     Uploads,
 )
-from tri_glide_kinematics.panel.tabs import OperatorRequests
 
 OPERATOR, OTHER = 0, 1
 CONTENT = os.urandom(3 * PIECE + 17)

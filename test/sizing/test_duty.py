@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.motion import plan_move, time_path
-from tri_glide_kinematics.ros.parameters import (
+from tri_glide_kinematics.settings import (
     FK_NODE,
     IK_NODE,
     SIMULATOR_NODE,

@@ -3,8 +3,8 @@
 A ``controller`` is made of the ``operation`` of a machine, a ``commanded_motion`` and a
 ``command_queue``.
 For other rooms: ``controller``, ``status`` and ``operating_state``; ``supervision`` and
-``newest_target`` for its bounds; ``health``, ``controller_health`` and ``loop_statistics`` for what
-a node says about itself; ``simulated_sliders`` and ``simulated_swing``.
+``newest_target`` for its bounds; ``health`` and ``loop_statistics`` for what a node says about
+itself.
 """
 
 from typing import TYPE_CHECKING
@@ -63,18 +63,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.operation import BrokenError as BrokenError
     from tri_glide_kinematics.control.operation import Operation as Operation
     from tri_glide_kinematics.control.operation import StartingPlace as StartingPlace
-    from tri_glide_kinematics.control.simulated_drives import PositionControl as PositionControl
-    from tri_glide_kinematics.control.simulated_drives import Setpoint as Setpoint
-    from tri_glide_kinematics.control.simulated_drives import SimulatedDrives as SimulatedDrives
-    from tri_glide_kinematics.control.simulated_sliders import DriveTime as DriveTime
-    from tri_glide_kinematics.control.simulated_sliders import SimulatedPlate as SimulatedPlate
-    from tri_glide_kinematics.control.simulated_sliders import SimulatedSliders as SimulatedSliders
-    from tri_glide_kinematics.control.simulated_sliders import SliderFaults as SliderFaults
-    from tri_glide_kinematics.control.simulated_sliders import TrueMachine as TrueMachine
-    from tri_glide_kinematics.control.simulated_swing import PlatformMode as PlatformMode
-    from tri_glide_kinematics.control.simulated_swing import PlatformState as PlatformState
-    from tri_glide_kinematics.control.simulated_swing import SimulatedSwing as SimulatedSwing
-    from tri_glide_kinematics.control.simulated_swing import SwingModel as SwingModel
     from tri_glide_kinematics.control.streams import LEAST_PAUSE as LEAST_PAUSE
     from tri_glide_kinematics.control.streams import SLOWEST_STREAM as SLOWEST_STREAM
     from tri_glide_kinematics.control.streams import Streams as Streams

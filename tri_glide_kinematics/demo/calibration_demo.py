@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
@@ -38,13 +38,14 @@ from tri_glide_kinematics.calibration.fit import (
 )
 from tri_glide_kinematics.calibration.session import report, save_parameters, solved
 from tri_glide_kinematics.demo.client import START_TIMEOUT, DemoError
-from tri_glide_kinematics.demo.command import (
+from tri_glide_kinematics.demo.running import (
     PATIENCE,
     in_millimetres,
     ros_that_ctrl_c_ends,
     run_command,
     say,
 )
+from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.ros.loop import OtherTurns
 from tri_glide_kinematics.ros.outputs import LATCHED
@@ -55,9 +56,15 @@ from tri_glide_kinematics.ros.starting import (
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 MOVE_TIMEOUT = 30.0  # s
 ANSWER_TIMEOUT = 60.0  # s; a probe answers when it is back
 NAP = 0.05  # s
+# The longest arrow of the picture, as a part of the radius.
+ARROW = 0.35
 # The simulated sliders follow late: they rest if poses one after the other agree [m].
 RESTING_POSES = 20
 RESTING = 1e-7
@@ -342,6 +349,91 @@ CONTACT_DELAY = 0.001
 FEWEST, MOST = 7, 13
 
 
+def verdict_figure(targets: FloatArray, verdict: Verdict, radius: float) -> Figure:
+    """Return a page with the errors at the ``targets``, shape (n, 3), within a ``radius`` [m]."""
+    # Drawing is imported late: it takes as long as starting the nodes.
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13.0, 8.5), layout="constrained")
+    grid = figure.add_gridspec(2, 3, height_ratios=(1.5, 1.0))
+    maps = (
+        ("before", verdict.before),
+        ("after", verdict.after),
+        ("after, in itself*", verdict.in_itself),
+    )
+    largest = max(float(np.linalg.norm(errors[:, :2], axis=1).max()) for _, errors in maps)
+    for column, (name, errors) in enumerate(maps):
+        _draw_arrows(figure.add_subplot(grid[0, column]), targets, errors, radius, largest, name)
+    bars = None
+    for axis, letter in enumerate("xyz"):
+        bars = figure.add_subplot(grid[1, axis], sharey=bars)
+        _draw_bars(bars, verdict, axis, letter)
+    figure.suptitle("Position error of the platform")
+    figure.supxlabel(
+        "* without the shift in x and y and the turn about z that no such data can tell", fontsize=9
+    )
+    return figure
+
+
+def save_verdict(folder: Path, targets: FloatArray, verdict: Verdict, radius: float) -> Path:
+    """Save the page, and return the path of the picture."""
+    picture = folder / "calibration_demo.png"
+    save_figure(verdict_figure(targets, verdict, radius), picture, 110)
+    return picture
+
+
+def _draw_arrows(
+    axes: Axes, targets: FloatArray, errors: FloatArray, radius: float, largest: float, name: str
+) -> None:
+    """Draw errors in x and y as arrows, and write those in z beside them. Shapes (n, 3) [m].
+
+    The ``largest`` error in x and y of all maps gives them one scale [m].
+    """
+    x, y = 1e3 * targets[:, 0], 1e3 * targets[:, 1]
+    length = 1e3 * radius * ARROW / largest
+    style: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "width": 0.008}
+    arrows = axes.quiver(
+        x, y, length * errors[:, 0], length * errors[:, 1], color="tab:red", **style
+    )
+    if name == "before":
+        axes.quiverkey(arrows, 0.25, 0.94, 1e-3 * length, "1 mm", labelpos="E")
+    axes.scatter(x, y, s=12, color="black", zorder=3)
+    for place_x, place_y, error in zip(x, y, errors[:, 2]):
+        text = f"z {1e6 * error:+.3g}"
+        axes.annotate(
+            text, (place_x, place_y), (0, -12), textcoords="offset points", ha="center", fontsize=8
+        )
+    reach = 1e3 * radius * 1.35
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="x [mm]", ylabel="y [mm]")
+    axes.set_aspect("equal")
+    longest = 1e6 * float(np.linalg.norm(errors[:, :2], axis=1).max())
+    axes.set_title(f"{name}\nlongest arrow {longest:.0f} µm; z in µm")
+
+
+def _draw_bars(axes: Axes, verdict: Verdict, axis: int, letter: str) -> None:
+    """Draw the largest errors and what was predicted, on a scale of powers of ten."""
+    pairs = (
+        ("before", verdict.before, None),
+        ("after", verdict.after, verdict.predicted),
+        ("after,\nin itself*", verdict.in_itself, verdict.predicted_in_itself),
+    )
+    for place, (_, errors, predicted) in enumerate(pairs):
+        height = 1e6 * float(np.abs(errors[:, axis]).max())
+        axes.bar(place, height, color="tab:blue", width=0.6)
+        axes.text(place, height, f"{height:.3g}", ha="center", va="bottom", fontsize=9)
+        if predicted is not None:
+            expected = 2e6 * float(predicted[:, axis].max())
+            axes.hlines(expected, place - 0.4, place + 0.4, color="tab:orange", linewidth=2.5)
+    axes.plot([], [], color="tab:orange", linewidth=2.5, label="2 predicted standard deviations")
+    axes.set_yscale("log")
+    axes.margins(y=0.25)
+    axes.set_xticks(range(len(pairs)), [name for name, _, _ in pairs])
+    axes.set_ylabel("µm")
+    axes.set_title(f"largest error in {letter}")
+    if axis == 0:
+        axes.legend(fontsize=8)
+
+
 def demonstrate(folder: Path, seed: int, touches: int) -> int:
     """Start the nodes, calibrate, judge, and return the exit code."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -384,9 +476,6 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
     calibration = solved(load_measurements(measurements))
     verdict = Verdict.of(before, after, calibration)
     print(f"\n{report(calibration)}\n\n{table(verdict)}\n")
-    # Drawing is imported late: it takes as long as starting the nodes.
-    from tri_glide_kinematics.demo.pictures import save_verdict
-
     say(f"picture: {save_verdict(folder, after.targets, verdict, RADIUS)}")
     say(f"measurements: {measurements}; to look at them: calibrate {measurements}")
     say("as right as predicted" if verdict.is_good else "FAILED: not as right as predicted")

@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
@@ -26,16 +27,22 @@ from std_srvs.srv import Trigger
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.demo.client import DEEP_QUEUE, MACHINE, START_TIMEOUT, DemoError
-from tri_glide_kinematics.demo.command import PATIENCE, ros_that_ctrl_c_ends, run_command, say
+from tri_glide_kinematics.demo.running import PATIENCE, ros_that_ctrl_c_ends, run_command, say
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
+from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.ros.loop import OtherTurns
 from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.ros.starting import NodeProcesses, default_parameter_file
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 FREQUENCY, DAMPING = 15.0, 0.03  # Hz, of the mode along each axis
 PERIOD = 0.002  # s, of the setpoints
+FINEST = 1e-7  # m; below, a distance is drawn as this
 UNSHAPED = "none"
 SHAPERS = (UNSHAPED, "ei")
 
@@ -319,6 +326,41 @@ def is_calm(swings: Sequence[Swing]) -> bool:
     )
 
 
+def swing_figure(swings: Sequence[Swing], close: float) -> Figure:
+    """Return a page with how the platform came to rest, and what counts as there [m]."""
+    # Drawing is imported late: it takes as long as starting the nodes.
+    from matplotlib.figure import Figure
+
+    motions = list(dict.fromkeys(swing.motion for swing in swings))
+    figure = Figure(figsize=(13.0, 5.0), layout="constrained")
+    shared: Axes | None = None
+    for number, motion in enumerate(motions, start=1):
+        axes = figure.add_subplot(1, len(motions), number, sharey=shared)
+        shared = shared or axes
+        for swing in swings:
+            if swing.motion == motion:
+                heights = 1e3 * np.maximum(swing.distances, FINEST)
+                (line,) = axes.plot(swing.times, heights, label=f"shaper {swing.shaper}")
+                axes.axvline(swing.arrival, color=line.get_color(), linestyle=":")
+        axes.axhline(1e3 * close, color="gray", linestyle="--")
+        axes.set_yscale("log")
+        axes.set(title=motion, xlabel="time [s]")
+        axes.grid(alpha=0.3)
+    if shared is not None:
+        shared.set_ylabel("distance from where it comes to rest [mm]")
+        shared.legend()
+    figure.suptitle("Swing of the platform (dotted: its setpoints have come to rest)")
+    return figure
+
+
+def save_swings(folder: Path, swings: Sequence[Swing], close: float) -> Path:
+    """Save the page, and return the path of the picture; its ``folder`` is made if needed."""
+    folder.mkdir(parents=True, exist_ok=True)
+    picture = folder / "calm_demo.png"
+    save_figure(swing_figure(swings, close), picture, 110)
+    return picture
+
+
 def demonstrate(folder: Path) -> int:
     """Start the nodes, drive, judge, and return the exit code."""
     namespace = f"/tri_glide_demo_{os.getpid()}"
@@ -337,9 +379,6 @@ def demonstrate(folder: Path) -> int:
         with ros_that_ctrl_c_ends():
             swings = drive(CalmClient(namespace))
     print(f"\n{table(swings)}\n")
-    # Drawing is imported late: it takes as long as starting the nodes.
-    from tri_glide_kinematics.demo.pictures import save_swings
-
     say(f"picture: {save_swings(folder, swings, CLOSE)}")
     good = is_calm(swings)
     say("calm, and sooner there" if good else "FAILED: see the table")

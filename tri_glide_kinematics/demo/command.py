@@ -4,30 +4,30 @@ from __future__ import annotations
 
 import argparse
 import os
-import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import rclpy
-from rclpy.utilities import ok
 
 from tri_glide_kinematics.demo.client import TOLERANCE, DemoClient, Leg, MachineSettings
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.demo.running import (
+    PATIENCE,
+    in_millimetres,
+    ros_that_ctrl_c_ends,
+    run_command,
+    say,
+)
 from tri_glide_kinematics.motion.limit_use import LIMIT_TOLERANCE, CommandStream, LimitUse
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.motion.trajectory import QUANTITIES, SliderLimits
-from tri_glide_kinematics.ros.starting import (
-    COMPUTER,
-    NodeProcesses,
-    choose_transport,
-    default_parameter_file,
-    raise_at_signals,
-    shut_down,
-)
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.picture_commands import save_figure
+from tri_glide_kinematics.ros.starting import NodeProcesses, default_parameter_file
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.figures import Span
 
 POSES: tuple[tuple[str, Vector3], ...] = (
     ("A", (0.00, 0.00, 0.30)),
@@ -55,6 +55,10 @@ PATH = FlatPath.of(
 )
 HOME: tuple[str, Vector3] = ("home", (0.00, 0.00, 0.25))
 
+TARGET_STYLE = {"marker": "o", "color": "tab:red", "markersize": 4}
+START_STYLE = {"marker": "^", "color": "tab:green", "markersize": 7, "markerfacecolor": "none"}
+END_STYLE = {"marker": "s", "color": "tab:green", "markersize": 6, "markerfacecolor": "none"}
+
 
 def drive(client: DemoClient, legs: list[Leg]) -> MachineSettings:
     """Drive to all targets, and append each leg to ``legs`` as it ends.
@@ -76,16 +80,6 @@ def drive(client: DemoClient, legs: list[Leg]) -> MachineSettings:
     legs.append(client.follow("path", HOME[1], PATH, settings.joints))
     say(f"path: setpoints at most {1e3 * legs[-1].deviation:.3f} mm from it as programmed")
     return settings
-
-
-def say(text: str) -> None:
-    """Print one line of progress at once."""
-    print(f"demo: {text}", flush=True)
-
-
-def in_millimetres(vector: Vector3) -> str:
-    """Return a vector [m] as text [mm]."""
-    return "(" + ", ".join(f"{1000.0 * value:7.2f}" for value in vector) + ")"
 
 
 def is_good(leg: Leg, use: LimitUse, tolerance: float) -> bool:
@@ -117,32 +111,42 @@ def _line(leg: Leg, use: LimitUse, stream: CommandStream, limits: SliderLimits) 
     return line
 
 
-# A busy computer may let the simulated machine wait for longer than a real one ever falls silent,
-# and follow from farther behind.
-PATIENCE = ("-p", "measured_timeout:=2.0", "-p", "tracking_error_limit:=0.3")
+def save_picture(
+    folder: Path,
+    legs: Sequence[Leg],
+    path: FloatArray,
+    stream: CommandStream,
+    settings: MachineSettings,
+) -> Path:
+    """Draw the motion and return the path of the picture; its ``folder`` is made if there is none.
 
-
-@contextmanager
-def ros_that_ctrl_c_ends() -> Iterator[None]:
-    """Use rclpy, and leave Ctrl-C to it: an exception raised within its C++ code may get lost.
-
-    Raises:
-        KeyboardInterrupt: if the signal came, whatever else went wrong then.
+    The ``path`` has the measured positions of the platform. Shape (m, 3) [m].
     """
-    # rclpy calls the handler that it finds beside its own.
-    before = signal.signal(signal.SIGINT, lambda *_: None)
-    rclpy.init()
-    try:
-        yield
-    except Exception:
-        if ok():
-            raise
-    finally:
-        interrupted = not ok()
-        shut_down()
-        signal.signal(signal.SIGINT, before)
-    if interrupted:
-        raise KeyboardInterrupt
+    # Drawing is imported late: it takes as long as starting the nodes.
+    from tri_glide_kinematics.figures import Mark, motion_figure
+
+    marks, spans = [], []
+    for before, leg in zip((None, *legs), legs):
+        if leg.target:
+            marks.append(Mark(leg.name, leg.target, TARGET_STYLE))
+        else:
+            if before:
+                marks.append(Mark(f"{leg.name} starts", before.reached, START_STYLE))
+            marks.append(Mark(f"{leg.name} ends", leg.reached, END_STYLE))
+        if leg.target is None or leg.tolerance:
+            spans.append(_span(leg, stream))
+    figure = motion_figure(stream, path, settings.limits, settings.travel, marks, spans)
+    folder.mkdir(parents=True, exist_ok=True)
+    picture = folder / "demo.png"
+    save_figure(figure, picture, 110)
+    return picture
+
+
+def _span(leg: Leg, stream: CommandStream) -> Span:
+    from tri_glide_kinematics.figures import Span
+
+    last = min(leg.end, len(stream.times)) - 1
+    return Span(leg.name, float(stream.times[leg.first]), float(stream.times[last]))
 
 
 def demonstrate(folder: Path) -> int:
@@ -162,28 +166,10 @@ def demonstrate(folder: Path) -> int:
     use = LimitUse.of(stream, settings.limits)
     print(f"\n{table(legs, use, stream, settings.limits)}\n")
     good = all(is_good(leg, use, TOLERANCE) for leg in legs)
-    # Drawing is imported late: it takes as long as starting the nodes.
-    from tri_glide_kinematics.demo.pictures import save_picture
-
     picture = save_picture(folder, legs, np.array(client.path), stream, settings)
     say(f"picture: {picture}")
     say("every target reached, no limit broken" if good else "FAILED: see the table")
     return 0 if good else 1
-
-
-def run_command(name: str, demonstrate: Callable[[], int]) -> int:
-    """Run a demonstration on this computer alone, and return the exit code of its command."""
-    raise_at_signals()
-    try:
-        # For this process and the nodes that it starts.
-        say(choose_transport(COMPUTER).text)
-        return demonstrate()
-    except KeyboardInterrupt:
-        say("interrupted; all nodes are stopped")
-        return 128 + signal.SIGINT
-    except (KinematicsError, OSError) as error:
-        print(f"{name}: error: {error}", file=sys.stderr)
-        return 1
 
 
 def main() -> int:

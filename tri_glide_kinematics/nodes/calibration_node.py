@@ -50,7 +50,7 @@ from tri_glide_kinematics.calibration.session import (
     save_parameters,
 )
 from tri_glide_kinematics.checks import non_negative
-from tri_glide_kinematics.control import WAS_STOPPED, TrueMachine
+from tri_glide_kinematics.control import WAS_STOPPED
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import file_in
 from tri_glide_kinematics.motion.shaping import ShaperKind
@@ -58,17 +58,18 @@ from tri_glide_kinematics.nodes.probe_driver import ProbeDriver, Resting
 from tri_glide_kinematics.nodes.swing_driver import SwingDriver
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.inputs import SliderMeasurements
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
-from tri_glide_kinematics.ros.parameters import (
+from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
+from tri_glide_kinematics.settings import (
     CALIBRATION_NODE,
     NO_SHAPER,
-    LiveParameters,
     Values,
     check_joint_names,
     machine_of,
     workspace_limits_of,
 )
-from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
+from tri_glide_kinematics.simulation import TrueMachine
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.workspace import Workspace
 

@@ -13,15 +13,11 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.cdr import FIRST, StampedTriples
 from tri_glide_kinematics.ros.inputs import SliderMeasurements
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.outputs import AllJointStates, DiagnosticsPublisher
-from tri_glide_kinematics.ros.parameters import (
-    FK_NODE,
-    LiveParameters,
-    check_joint_names,
-    machine_of,
-)
 from tri_glide_kinematics.ros.serving import PatientServices
+from tri_glide_kinematics.settings import FK_NODE, check_joint_names, machine_of
 
 
 class FkNode(Node):

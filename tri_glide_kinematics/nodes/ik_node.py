@@ -36,6 +36,7 @@ from tri_glide_kinematics.ros.inputs import (
     MotionActions,
     SliderMeasurements,
 )
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle, PlanningTime
 from tri_glide_kinematics.ros.messages import (
     LATEST_OUTPUTS,
@@ -52,9 +53,10 @@ from tri_glide_kinematics.ros.outputs import (
     MotionStates,
     StateReports,
 )
-from tri_glide_kinematics.ros.parameters import (
+from tri_glide_kinematics.ros.serving import PatientServices
+from tri_glide_kinematics.ros.starting import FatalError
+from tri_glide_kinematics.settings import (
     IK_NODE,
-    LiveParameters,
     Values,
     check_holding,
     check_joint_names,
@@ -67,8 +69,6 @@ from tri_glide_kinematics.ros.parameters import (
     true_travel_of,
     workspace_limits_of,
 )
-from tri_glide_kinematics.ros.serving import PatientServices
-from tri_glide_kinematics.ros.starting import FatalError
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace, places_inside

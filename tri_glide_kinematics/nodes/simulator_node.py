@@ -17,7 +17,25 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool
 
-from tri_glide_kinematics.control import (
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.reason_log import ReasonLog
+from tri_glide_kinematics.ros.cdr import FIRST, SECOND, THIRD, StampedTriples
+from tri_glide_kinematics.ros.inputs import SliderMeasurements, StampedReading
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
+from tri_glide_kinematics.ros.loop import Cycle
+from tri_glide_kinematics.ros.serving import PatientServices
+from tri_glide_kinematics.settings import (
+    SIMULATOR_NODE,
+    ParameterError,
+    Values,
+    check_joint_names,
+    check_travel,
+    forces_of,
+    machine_of,
+    position_control_of,
+    swing_of,
+)
+from tri_glide_kinematics.simulation import (
     DriveTime,
     PlatformState,
     Setpoint,
@@ -28,24 +46,6 @@ from tri_glide_kinematics.control import (
     SliderFaults,
     TrueMachine,
 )
-from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.reason_log import ReasonLog
-from tri_glide_kinematics.ros.cdr import FIRST, SECOND, THIRD, StampedTriples
-from tri_glide_kinematics.ros.inputs import SliderMeasurements, StampedReading
-from tri_glide_kinematics.ros.loop import Cycle
-from tri_glide_kinematics.ros.parameters import (
-    SIMULATOR_NODE,
-    LiveParameters,
-    ParameterError,
-    Values,
-    check_joint_names,
-    check_travel,
-    forces_of,
-    machine_of,
-    position_control_of,
-    swing_of,
-)
-from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
 

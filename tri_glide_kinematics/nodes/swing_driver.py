@@ -30,7 +30,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.ros.loop import UrgentInputs
 from tri_glide_kinematics.ros.outputs import read_motion
-from tri_glide_kinematics.ros.parameters import CALIBRATION_NODE, IK_NODE, Values
+from tri_glide_kinematics.settings import CALIBRATION_NODE, IK_NODE, Values
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 

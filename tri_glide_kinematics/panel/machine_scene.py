@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from viser import _messages as messages
 
 from tri_glide_kinematics.description import Parts
-from tri_glide_kinematics.panel.machine_facts import MachineFacts
+from tri_glide_kinematics.panel.machine import MachineFacts
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 Quaternion = tuple[float, float, float, float]

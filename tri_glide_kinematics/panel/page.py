@@ -20,10 +20,9 @@ from viser import _messages as messages
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.admission import QUERY, Admission
-from tri_glide_kinematics.panel.button_jogs import RENEWALS
 from tri_glide_kinematics.panel.guard import guarded_server
+from tri_glide_kinematics.panel.machine import RENEWALS, Entry
 from tri_glide_kinematics.panel.machine_scene import light_plainly
-from tri_glide_kinematics.panel.message_history import Entry
 from tri_glide_kinematics.panel.program_files import PIECE
 
 PING_PERIOD = 0.5  # s

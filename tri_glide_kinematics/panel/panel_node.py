@@ -17,31 +17,41 @@ from rclpy.parameter import parameter_value_to_python
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.files import SETTINGS, state_folder
 from tri_glide_kinematics.panel.admission import default_token_file, is_loopback, kept_token
-from tri_glide_kinematics.panel.button_jogs import JogWatch, Steps
-from tri_glide_kinematics.panel.feeds import Feeds
-from tri_glide_kinematics.panel.machine_facts import NAMES, MachineFacts
-from tri_glide_kinematics.panel.machine_link import NOBODY, Identity, MachineLink
-from tri_glide_kinematics.panel.machine_status import FAULT, READY, WARNING, outside_text
+from tri_glide_kinematics.panel.machine import (
+    FAULT,
+    NAMES,
+    NOBODY,
+    READY,
+    WARNING,
+    Feeds,
+    Identity,
+    JogWatch,
+    MachineFacts,
+    MachineLink,
+    OperatorRequests,
+    PagesBar,
+    Steps,
+    outside_text,
+    pages_text,
+)
 from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
 from tri_glide_kinematics.panel.program_files import ProgramFolder, Uploads
 from tri_glide_kinematics.panel.tabs import (
     DriveTab,
     LiveView,
-    OperatorRequests,
-    PagesBar,
     PointsTab,
     ProgramTab,
     SwingTab,
-    pages_text,
     pose_of,
 )
 from tri_glide_kinematics.programs import default_kept_file
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
-from tri_glide_kinematics.ros.parameters import PANEL_NODE, LiveParameters, Values
 from tri_glide_kinematics.ros.program_run import ProgramLink
 from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.ros.starting import default_parameter_file
+from tri_glide_kinematics.settings import PANEL_NODE, Values
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 POINTS_FILE = "taught_points.yaml"

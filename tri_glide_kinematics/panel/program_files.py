@@ -14,7 +14,7 @@ from viser import _messages as messages
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import OutsideFolderError, file_in
-from tri_glide_kinematics.panel.tabs import OperatorRequests
+from tri_glide_kinematics.panel.machine import OperatorRequests
 
 # What the list of programs shows where none is chosen: no file is called so.
 NO_FILE = "choose a program"

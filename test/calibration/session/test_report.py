@@ -21,7 +21,7 @@ from tri_glide_kinematics.calibration.session import (
     save_parameters,
     solved,
 )
-from tri_glide_kinematics.ros.parameters import IK_NODE, ParameterError, machine_of, sections_of
+from tri_glide_kinematics.settings import IK_NODE, ParameterError, machine_of, sections_of
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 

@@ -18,7 +18,6 @@ from motion_machine import (
     within,
 )
 
-from tri_glide_kinematics.control import PlatformMode, SimulatedSwing, SwingModel
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
     MotionEngine,
@@ -33,6 +32,7 @@ from tri_glide_kinematics.motion import (
 from tri_glide_kinematics.motion.engine import HeldMotion
 from tri_glide_kinematics.motion.engine.execution import PlanHolder
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperByPlace, ShaperKind, Shaping
+from tri_glide_kinematics.simulation import PlatformMode, SimulatedSwing, SwingModel
 from tri_glide_kinematics.vectors import Vector3
 
 LEFT, NEAR, MIDDLE, RIGHT = ((x, 0.0, 0.27) for x in (-0.09, -0.07, 0.0, 0.09))

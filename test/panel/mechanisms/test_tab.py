@@ -12,7 +12,7 @@ from mechanisms_rig import NAP, Rig, mechanism_nodes, page_server
 
 from tri_glide_interfaces.srv import SolveFMechanism
 from tri_glide_kinematics.panel.mechanisms import NONE, view_of
-from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.settings import IK_NODE
 
 pytestmark = pytest.mark.nodes
 

@@ -7,7 +7,7 @@ import pytest
 from strategies import is_inside
 
 from tri_glide_kinematics.control import TEACH_SPEED
-from tri_glide_kinematics.panel.machine_facts import MachineFacts
+from tri_glide_kinematics.panel.machine import MachineFacts
 from tri_glide_kinematics.panel.tabs.machine_map import (
     COLORS,
     OPACITY,
@@ -16,7 +16,7 @@ from tri_glide_kinematics.panel.tabs.machine_map import (
     colored,
     span_of,
 )
-from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.settings import IK_NODE
 
 FACTS = MachineFacts({parameter.name: parameter.default for parameter in IK_NODE})
 DRIVE = (10.0, 80.0, 50.0)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine_facts import MachineFacts
+from tri_glide_kinematics.panel.machine import MachineFacts
 from tri_glide_kinematics.panel.machine_scene import Pose
 from tri_glide_kinematics.panel.markup import bar, note, table
 from tri_glide_kinematics.panel.tabs import edge_distance, edge_row, numbers_table
-from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.settings import IK_NODE
 
 FACTS = MachineFacts({parameter.name: parameter.default for parameter in IK_NODE})
 POSITION = (0.02, -0.01, 0.25)

@@ -15,9 +15,8 @@ from mechanisms_rig import page_server
 from viser import GuiEvent
 
 from testing.client import Probe
-from tri_glide_kinematics.panel.machine_link import MachineLink
+from tri_glide_kinematics.panel.machine import MachineLink, OperatorRequests
 from tri_glide_kinematics.panel.tabs import (
-    OperatorRequests,
     Point,
     PointsFileError,
     PointsTab,

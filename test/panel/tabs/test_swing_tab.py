@@ -15,13 +15,16 @@ from viser import GuiEvent
 
 from testing.client import Probe
 from testing.swings import strongest_frequency
-from tri_glide_kinematics.control import PlatformMode, SimulatedSwing, SwingModel
 from tri_glide_kinematics.panel.curves import SWING_SPAN
-from tri_glide_kinematics.panel.feeds import SwingFeed
-from tri_glide_kinematics.panel.machine_facts import MachineFacts
-from tri_glide_kinematics.panel.machine_link import MachineLink
-from tri_glide_kinematics.panel.tabs import OperatorRequests, Shaping, SwingTab
-from tri_glide_kinematics.ros.parameters import IK_NODE
+from tri_glide_kinematics.panel.machine import (
+    MachineFacts,
+    MachineLink,
+    OperatorRequests,
+    SwingFeed,
+)
+from tri_glide_kinematics.panel.tabs import Shaping, SwingTab
+from tri_glide_kinematics.settings import IK_NODE
+from tri_glide_kinematics.simulation import PlatformMode, SimulatedSwing, SwingModel
 
 pytestmark = pytest.mark.nodes
 

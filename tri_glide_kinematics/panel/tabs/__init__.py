@@ -12,13 +12,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.tabs.live_view import edge_row as edge_row
     from tri_glide_kinematics.panel.tabs.live_view import numbers_table as numbers_table
     from tri_glide_kinematics.panel.tabs.live_view import pose_of as pose_of
-    from tri_glide_kinematics.panel.tabs.operator_requests import Controls as Controls
-    from tri_glide_kinematics.panel.tabs.operator_requests import (
-        OperatorRequests as OperatorRequests,
-    )
-    from tri_glide_kinematics.panel.tabs.operator_requests import OperatorsInput as OperatorsInput
-    from tri_glide_kinematics.panel.tabs.operator_requests import PagesBar as PagesBar
-    from tri_glide_kinematics.panel.tabs.operator_requests import pages_text as pages_text
     from tri_glide_kinematics.panel.tabs.points_tab import Point as Point
     from tri_glide_kinematics.panel.tabs.points_tab import PointsFileError as PointsFileError
     from tri_glide_kinematics.panel.tabs.points_tab import PointsTab as PointsTab

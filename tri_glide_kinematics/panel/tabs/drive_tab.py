@@ -8,14 +8,14 @@ from typing import Any
 import viser
 
 from tri_glide_kinematics.control import TEACH_SPEED
-from tri_glide_kinematics.panel.button_jogs import RENEWALS
-from tri_glide_kinematics.panel.machine_facts import MachineFacts
-from tri_glide_kinematics.panel.markup import note
-from tri_glide_kinematics.panel.tabs.operator_requests import (
+from tri_glide_kinematics.panel.machine import (
+    RENEWALS,
     Event,
+    MachineFacts,
     OperatorRequests,
     OperatorsInput,
 )
+from tri_glide_kinematics.panel.markup import note
 from tri_glide_kinematics.vectors import Vector3
 
 HOLD = "hold"

@@ -14,7 +14,12 @@ import numpy as np
 import viser
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine_facts import Bounds, MachineFacts
+from tri_glide_kinematics.panel.machine import (
+    Bounds,
+    MachineFacts,
+    OperatorRequests,
+    OperatorsInput,
+)
 from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
 from tri_glide_kinematics.panel.markup import bar, code, note, table
 from tri_glide_kinematics.panel.program_files import NO_FILE, Uploads
@@ -31,7 +36,6 @@ from tri_glide_kinematics.panel.program_reading import (
     points_of_line,
     shown_text,
 )
-from tri_glide_kinematics.panel.tabs.operator_requests import OperatorRequests, OperatorsInput
 from tri_glide_kinematics.programs import (
     Dialect,
     PathRun,

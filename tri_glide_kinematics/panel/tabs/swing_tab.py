@@ -8,12 +8,16 @@ from typing import NamedTuple
 import viser
 
 from tri_glide_kinematics.panel.curves import SwingCurves
-from tri_glide_kinematics.panel.feeds import SteadyTimes, SwingFeed
-from tri_glide_kinematics.panel.machine_facts import MachineFacts
-from tri_glide_kinematics.panel.machine_link import TABLE
+from tri_glide_kinematics.panel.machine import (
+    TABLE,
+    MachineFacts,
+    OperatorRequests,
+    OperatorsInput,
+    SteadyTimes,
+    SwingFeed,
+)
 from tri_glide_kinematics.panel.markup import note
-from tri_glide_kinematics.panel.tabs.operator_requests import OperatorRequests, OperatorsInput
-from tri_glide_kinematics.ros.parameters import NO_SHAPER, Values
+from tri_glide_kinematics.settings import NO_SHAPER, Values
 from tri_glide_kinematics.wording import number_text
 
 SHAPERS = TABLE["shaper"].choices

@@ -17,7 +17,7 @@ from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.trajectory import SampledPlan, SliderState
 from tri_glide_kinematics.ros.cdr import FIRST, SECOND, THIRD, StampedTriples, joint_trajectory
-from tri_glide_kinematics.ros.parameters import Values
+from tri_glide_kinematics.settings import Values
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 RELIABLE = QoSProfile(depth=10)

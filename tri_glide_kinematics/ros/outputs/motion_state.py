@@ -21,7 +21,7 @@ from tri_glide_kinematics.ros.cdr import (
     StampedTriples,
     byte_order,
 )
-from tri_glide_kinematics.ros.parameters import Values
+from tri_glide_kinematics.settings import Values
 from tri_glide_kinematics.vectors import Vector3
 
 TOPIC = "~/motion_state"

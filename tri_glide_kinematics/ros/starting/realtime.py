@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tri_glide_kinematics.ros.parameters import Values
+from tri_glide_kinematics.settings import Values
 
 if TYPE_CHECKING:
     from rclpy.node import Node

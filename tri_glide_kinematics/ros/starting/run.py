@@ -137,7 +137,8 @@ def run(module: str, class_name: str) -> int:
 
     from tri_glide_kinematics.errors import KinematicsError
     from tri_glide_kinematics.ros.cdr import read_within_bytes
-    from tri_glide_kinematics.ros.parameters import (
+    from tri_glide_kinematics.ros.starting.transport import choose_transport
+    from tri_glide_kinematics.settings import (
         NODES,
         check_arguments,
         help_text,
@@ -145,7 +146,6 @@ def run(module: str, class_name: str) -> int:
         in_words,
         sources_of,
     )
-    from tri_glide_kinematics.ros.starting.transport import choose_transport
 
     name = module.rpartition(".")[2]
     arguments = sys.argv[1:]

@@ -1,0 +1,121 @@
+"""The command ringdown, and its picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from tri_glide_kinematics.calibration.ringdown import (
+    Recording,
+    find_modes,
+    load_recording,
+    save_recording,
+)
+from tri_glide_kinematics.commands.ringdown_of_files import SHAPERS, main
+from tri_glide_kinematics.figures import ringdown_figure
+from tri_glide_kinematics.motion.shaping import ShaperKind
+
+EXAMPLE = str(Path(__file__).parents[2] / "config" / "ringdown_example.csv")
+
+
+def test_a_file_becomes_numbers_a_picture_and_parameters(tmp_path, capsys):
+    picture, modes = tmp_path / "new" / "swing.png", tmp_path / "modes.yaml"
+    arguments = [EXAMPLE, "--picture", str(picture), "--write", str(modes), "--shaper", "zvd"]
+    assert main(arguments) == 0
+    said = capsys.readouterr().out
+    assert "Mode 2: frequency 23.9" in said
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert yaml.safe_load(modes.read_text())["ik_node"]["ros__parameters"]["shaper"] == "zvd"
+
+
+def test_several_swings_are_combined(tmp_path, capsys):
+    recording = load_recording(EXAMPLE)
+    files = [tmp_path / f"swing_{number}.csv" for number in (1, 2)]
+    for number, file in enumerate(files):
+        save_recording(file, recording.between(12.4 + 0.1 * number, 14.0), "of an example")
+    picture, modes = tmp_path / "swing.png", tmp_path / "modes.yaml"
+    arguments = [*map(str, files), "--picture", str(picture), "--write", str(modes)]
+    assert main(arguments) == 0
+    said = capsys.readouterr().out
+    assert f"{files[0]}\nMeasured: " in said
+    assert "All swings together\nMode 1: " in said
+    assert "seen in 2 of 2 swings" in said
+    assert sorted(tmp_path.glob("*.png")) == [tmp_path / f"swing_{place}.png" for place in (1, 2)]
+    values = yaml.safe_load(modes.read_text())["ik_node"]["ros__parameters"]
+    assert len(values["mode_frequencies"]) == 2
+
+
+def test_where_nothing_is_known_there_is_a_picture_and_no_parameter_file(tmp_path, capsys):
+    picture, modes = tmp_path / "swing.png", tmp_path / "modes.yaml"
+    arguments = [EXAMPLE, "--to", "12.5", "--picture", str(picture), "--write", str(modes)]
+    assert main(arguments) == 1
+    said = capsys.readouterr()
+    assert "NOT KNOWN" in said.out
+    assert said.err.startswith(
+        "ringdown: error: the modes are not known: the recording is too short"
+    )
+    assert picture.exists()
+    assert not modes.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["none.csv"], "none.csv: cannot be read: No such file"),
+        ([EXAMPLE, "--from", "99"], "from 99 to inf s there are 0 samples"),
+        ([EXAMPLE, "--picture", "/proc/no/p.png"], "cannot write to /proc/no/p.png"),
+        ([EXAMPLE, "--write", "/proc/no/m.yaml"], "/proc/no/m.yaml: cannot be written"),
+    ],
+)
+def test_a_mistake_gets_one_line(capsys, arguments, words):
+    assert main(arguments) == 1
+    error = capsys.readouterr().err
+    assert error.startswith("ringdown: error: ")
+    assert words in error
+    assert error.count("\n") == 1
+
+
+def test_a_machine_is_measured_instead_of_a_file(capsys):
+    asked = []
+
+    def measure(by_heights):
+        asked.append(by_heights)
+        return [Path(EXAMPLE)]
+
+    assert main(["--machine", "--heights"], measure) == 0
+    assert asked == [True]
+    assert "Mode 1: frequency" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "arguments", [[], ["--machine"], [EXAMPLE, "--machine"], [EXAMPLE, "--heights"]]
+)
+def test_files_or_a_machine_are_needed(arguments):
+    with pytest.raises(SystemExit):
+        main(arguments)
+
+
+@pytest.mark.parametrize("arguments", [["--from", "soon"], ["--to", "nan"], ["--shaper", "best"]])
+def test_a_wrong_option_is_refused(arguments):
+    with pytest.raises(SystemExit):
+        main([EXAMPLE, *arguments])
+
+
+def test_the_command_knows_all_kinds_of_shapers():
+    assert tuple(kind.value for kind in ShaperKind) == SHAPERS
+
+
+def test_the_picture_shows_each_axis_the_residuals_and_the_modes():
+    times = np.arange(500) / 500.0
+    values = np.exp(-5.0 * times) * np.cos(100.0 * times)
+    noise = 1e-3 * np.random.default_rng(1).standard_normal((500, 2))
+    figure = ringdown_figure(find_modes(Recording(times, values[:, None] + noise)))
+    *axes, residuals, spectra = figure.axes
+    assert [each.get_ylabel() for each in axes] == [f"{name} without drift [mm]" for name in "xy"]
+    measured, fitted = axes[0].get_lines()[:2]
+    assert fitted.get_ydata() == pytest.approx(measured.get_ydata(), abs=5.0)
+    assert len(residuals.get_lines()) == 3
+    assert "15.9" in spectra.texts[0].get_text()

@@ -1,0 +1,100 @@
+"""The command ``calibrate``: from measurements to a report, a picture, a parameter file.
+
+Slow modules are imported after the command line has been read, so that a mistake in it is
+told at once and Ctrl-C ends the process while modules are still being loaded.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from tri_glide_kinematics.picture_commands import command_parser, exit_code, find_file
+
+REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Calibrate from the command line.
+
+    Returns:
+        Exit code: 0 if there is a calibration, 1 after an error, 130 after Ctrl-C.
+    """
+    options = make_parser().parse_args(arguments)
+    return exit_code(
+        "calibrate",
+        options.output,
+        lambda: _calibrate(find_file(options.file), options.output, options.next, options.force),
+    )
+
+
+def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> None:
+    """Calibrate, tell of it and write all files.
+
+    Raises:
+        KinematicsError: if there is no calibration, or one that no node should use.
+    """
+    from tri_glide_kinematics.calibration.fit import load_measurements
+    from tri_glide_kinematics.calibration.session import (
+        SavingError,
+        contradiction,
+        proposed,
+        report,
+        save_parameters,
+        solved,
+    )
+    from tri_glide_kinematics.files import write_file
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    content = load_measurements(file)
+    calibration = solved(content)
+    text = report(calibration, *proposed(content, calibration, proposals))
+    print(text)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_file(folder / REPORT, f"{text}\n")
+    from tri_glide_kinematics.figures import calibration_figure
+    from tri_glide_kinematics.picture_commands import save_figure
+
+    save_figure(calibration_figure(calibration), folder / PICTURE, 110)
+    print(f"\nreport: {folder / REPORT}\npicture: {folder / PICTURE}")
+    if calibration.is_contradicted and not is_forced:
+        reason = contradiction(calibration)
+        raise SavingError(f"no parameter file without --force: {reason}")
+    save_parameters(folder / PARAMETERS, calibration.machine, calibration.nominal)
+    print(f"parameter file for all nodes: {folder / PARAMETERS}")
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
+    parser = command_parser(
+        "Find the machine that explains measurements best: touches of a plate, measured positions, "
+        "distances between positions. Writes a report, a picture and a parameter file that all "
+        "nodes take.",
+        "measurements, or the name of a file that is installed in config/",
+    )
+    parser.add_argument(
+        "--next",
+        type=_count,
+        default=5,
+        metavar="N",
+        help="how many measurements to propose, 0 to 100 (default: 5)",
+    )
+    parser.add_argument(
+        "--force",
+        action="store_true",
+        help="write the parameter file even if measurements and assumptions contradict each other",
+    )
+    return parser
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) > 100:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 to 100")
+    return int(text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

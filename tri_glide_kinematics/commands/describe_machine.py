@@ -1,0 +1,97 @@
+"""The command ``describe_machine``: a machine as URDF and as MJCF; without ROS.
+
+Slow modules are imported after the command line has been read, so that a mistake in it is
+told at once and Ctrl-C ends the process while modules are still being loaded.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from tri_glide_kinematics.commands.draw_motion import add_node_argument
+from tri_glide_kinematics.picture_commands import exit_code, find_file
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Describe a machine from the command line.
+
+    Args:
+        arguments: of the command; None for those of the process.
+
+    Returns:
+        Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
+    """
+    parser = make_parser()
+    options = parser.parse_args(arguments)
+    distance = options.rod_distance
+    if distance is not None and not 0.0 < distance < math.inf:
+        parser.error(f"--rod-distance {distance:g}: must be greater than 0 m")
+    targets = [each for each in (options.urdf, options.mjcf) if each]
+    folder = targets[0].parent if targets else Path()
+    return exit_code("describe_machine", folder, lambda: _describe(options))
+
+
+def _describe(options: argparse.Namespace) -> None:
+    """Write the files, or the URDF to standard output.
+
+    Raises:
+        KinematicsError: if the parameters are those of no machine.
+        OSError: if a file cannot be written.
+    """
+    from tri_glide_kinematics.description import mjcf_text, urdf_text
+    from tri_glide_kinematics.files import write_file
+    from tri_glide_kinematics.settings import IK_NODE, description_of, file_values, forces_of
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    first, *later = (str(find_file(file)) for file in options.files)
+    node = f"/{options.node.strip('/')}"
+    values = file_values(first, node, IK_NODE, *later)
+    description = description_of(values, options.rod_distance)
+    if options.urdf is None and options.mjcf is None:
+        print(urdf_text(description), end="")
+    if options.urdf is not None:
+        options.urdf.parent.mkdir(parents=True, exist_ok=True)
+        write_file(options.urdf, urdf_text(description))
+        print(f"URDF: {options.urdf}")
+    if options.mjcf is not None:
+        forces = forces_of(values, description.machine)
+        text = mjcf_text(description, None if forces is None else forces.masses)
+        options.mjcf.parent.mkdir(parents=True, exist_ok=True)
+        write_file(options.mjcf, text)
+        print(f"MJCF: {options.mjcf}{'' if forces else ', with masses that are assumed'}")
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
+    parser = argparse.ArgumentParser(
+        description="Describe a machine for other programs: as URDF for RViz and Foxglove, and as "
+        "MJCF for MuJoCo. It needs no ROS and no machine. Without --urdf and --mjcf it prints "
+        "the URDF.",
+    )
+    parser.add_argument(
+        "files",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="parameters of the machine; those of config/ are found by their name alone; of two "
+        "files, the later one wins, as that of a calibration",
+    )
+    add_node_argument(parser)
+    parser.add_argument("--urdf", type=Path, metavar="FILE", help="write the URDF to this file")
+    parser.add_argument("--mjcf", type=Path, metavar="FILE", help="write the MJCF to this file")
+    parser.add_argument(
+        "--rod-distance",
+        type=float,
+        metavar="METRES",
+        help="distance of the two rods of an arm (default: 0.072 of the longest arm)",
+    )
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

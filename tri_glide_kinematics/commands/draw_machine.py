@@ -1,0 +1,139 @@
+"""The command ``draw_machine``: maps of a machine, and the surface of its workspace; without ROS.
+
+Slow modules are imported after the command line has been read, so that a mistake in it is
+told at once and Ctrl-C ends the process while modules are still being loaded.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from tri_glide_kinematics.commands.draw_motion import add_node_argument
+from tri_glide_kinematics.picture_commands import (
+    MILLIMETRES,
+    command_parser,
+    exit_code,
+    find_file,
+    save_figure,
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Draw a machine from the command line.
+
+    Args:
+        arguments: of the command; None for those of the process.
+
+    Returns:
+        Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
+    """
+    parser = make_parser()
+    options = parser.parse_args(arguments)
+    if not 0.0 < options.resolution < math.inf:
+        parser.error(f"--resolution {options.resolution:g}: must be greater than 0 m")
+    return exit_code("draw_machine", options.output, lambda: _draw(options))
+
+
+def _draw(options: argparse.Namespace) -> None:
+    """Draw the maps and write all files.
+
+    Raises:
+        KinematicsError: if the file has no machine, or one without a workspace.
+        OSError: if a file cannot be written.
+    """
+    from tri_glide_kinematics.errors import KinematicsError
+    from tri_glide_kinematics.figures import machine_figure
+    from tri_glide_kinematics.files import write_file
+    from tri_glide_kinematics.settings import (
+        IK_NODE,
+        file_values,
+        limits_of,
+        machine_of,
+        workspace_limits_of,
+    )
+    from tri_glide_kinematics.sizing import (
+        NoCylinderError,
+        glb_bytes,
+        inscribed_height,
+        inscribed_radius,
+        stl_bytes,
+        surface,
+    )
+    from tri_glide_kinematics.workspace import Workspace
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    file = find_file(options.file)
+    values = file_values(str(file), options.node, IK_NODE)
+    workspace = Workspace(machine_of(values), workspace_limits_of(values))
+    deviations = None
+    if options.measurements is not None:
+        from tri_glide_kinematics.calibration.fit import load_measurements
+        from tri_glide_kinematics.calibration.session import solved
+
+        calibration = solved(load_measurements(find_file(options.measurements)))
+        deviations = calibration.position_uncertainties
+    mesh = surface(workspace)
+    if not len(mesh.triangles):
+        raise KinematicsError(f"{file}: the platform may be nowhere")
+    print(f"{file}: the platform may be in {1e3 * mesh.volume:.3f} litres")
+    try:
+        radius = inscribed_radius(workspace)
+        print(f"widest level disc about the axis: radius {MILLIMETRES * radius:.3f} mm")
+        bottom, top = inscribed_height(workspace, 0.5 * radius)
+        print(
+            f"tallest cylinder of half that radius: z from {MILLIMETRES * bottom:.3f} to "
+            f"{MILLIMETRES * top:.3f} mm"
+        )
+    except NoCylinderError as error:
+        print(f"about the axis: {error}")
+    folders = [each.parent for each in (options.stl, options.glb) if each]
+    for folder in (options.output, *folders):
+        folder.mkdir(parents=True, exist_ok=True)
+    for target, content in ((options.stl, stl_bytes), (options.glb, glb_bytes)):
+        if target is not None:
+            write_file(target, content(mesh))
+            print(f"surface: {target}")
+    velocities = limits_of(values).with_velocity_scaled(values["speed_scale"]).velocity
+    figure = machine_figure(workspace, velocities, options.resolution, file.name, deviations)
+    picture = options.output / f"{file.stem}_machine.png"
+    save_figure(figure, picture, 100)
+    print(f"picture: {picture}")
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
+    parser = command_parser(
+        "Draw maps of a machine: condition number, speed, force, resolution, stiffness, and cuts "
+        "through its workspace. It needs no ROS and no machine.",
+        "parameters of the machine; those of config/ are found by their name alone",
+    )
+    add_node_argument(parser)
+    parser.add_argument(
+        "--resolution",
+        type=float,
+        default=1e-5,
+        metavar="METRES",
+        help="step of the drives (default: 0.00001)",
+    )
+    parser.add_argument(
+        "--measurements",
+        type=Path,
+        metavar="FILE",
+        help="measurements of a calibration, whose uncertainty is drawn, too",
+    )
+    parser.add_argument(
+        "--stl", type=Path, metavar="FILE", help="write the surface of the workspace in STL, in mm"
+    )
+    parser.add_argument(
+        "--glb", type=Path, metavar="FILE", help="write it as binary glTF, in metres"
+    )
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

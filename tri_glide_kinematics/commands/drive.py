@@ -1,0 +1,448 @@
+"""The command ``drive``: a program in G-code, or a file of moves, paths and waits, is driven.
+
+A program is a file that ends in .gcode, .nc, .ngc or .tap; all others are files of steps in YAML.
+Nothing moves before all of a file is understood and, of a program, proved inside the workspace.
+
+Ctrl-C, or a closed terminal, lets the platform come to rest, on its path if it follows one. Ctrl-C
+once more switches the outputs off and ends the command, while the platform may still move.
+
+ROS is loaded to drive only: ``--check`` needs none.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import select
+import signal
+import sys
+import termios
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.control import TEACH_SPEED, in_teach_mode
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.files import PARAMETERS, SETTINGS
+from tri_glide_kinematics.keys import UNITS
+from tri_glide_kinematics.picture_commands import find_file
+from tri_glide_kinematics.programs import (
+    POINTS_ENDING,
+    PROGRAM_ENDINGS,
+    DriveFile,
+    Output,
+    Program,
+    ProgramCheck,
+    ProgressLine,
+    RunState,
+    check_program,
+    default_kept_file,
+    from_line,
+    in_millimetres,
+    is_program,
+    line_to_go_on_from,
+    load_drive,
+    load_program,
+    load_settings,
+    table,
+)
+from tri_glide_kinematics.settings import (
+    FORCE_LIMITS,
+    IK_NODE,
+    Values,
+    check_holding,
+    file_values,
+    machine_of,
+    motion_limits_of,
+    shaper_of,
+    workspace_limits_of,
+)
+from tri_glide_kinematics.workspace import Workspace, places_inside
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from tri_glide_kinematics.ros.program_run import ProgramLink, ProgramRun
+
+ENDINGS_TEXT = ", ".join(PROGRAM_ENDINGS)
+
+# How long one listens before one looks up [s].
+NAP = 0.02
+
+# After a program was checked, what came meanwhile is taken in for this long [s].
+CATCHING_UP = 0.1
+
+# How often the line of progress is written [s].
+PROGRESS_PERIOD = 0.1
+
+
+class NoMachineError(KinematicsError):
+    """Nobody offers the actions; the text says what was looked for."""
+
+
+def check_on_machine(
+    program: Program, values: Values, *, is_teaching: bool = False
+) -> ProgramCheck:
+    """Prove a program on the machine that the parameters of ``ik_node`` describe.
+
+    ``is_teaching`` is whether its teach mode is switched on.
+
+    Raises:
+        KinematicsError: if a place of the program is not inside the workspace, or the parameters
+            describe no machine.
+    """
+    machine, bounds = machine_of(values), workspace_limits_of(values)
+    limits = motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
+    check_holding(limits, places_inside(machine, bounds))
+    if is_teaching:
+        limits = in_teach_mode(limits, machine)
+    return check_program(program, Workspace(machine, bounds), limits, shaper_of(values))
+
+
+def _tell_check(
+    program: Program, values: Values, line: int = 1, *, is_teaching: bool = False
+) -> None:
+    """Prove a program, or its rest from a ``line`` on, and print what is known about it.
+
+    Raises:
+        KinematicsError: as for ``check_on_machine``.
+    """
+    check = check_on_machine(program, values, is_teaching=is_teaching)
+    for told in program.told:
+        print(f"drive: {program.file}: line {told.line}: {told.word} is not done: {told.reason}")
+    begin = f", from line {line} on" if line > 1 else ""
+    shaper = ", without the time that the shaper takes in bends" if check.is_shaped else ""
+    print(
+        f"drive: {program.file}: {program.lines} lines{begin}, inside the workspace: "
+        f"{check.duration:.2f} s, {in_millimetres(check.length, 1)}{shaper}",
+        flush=True,
+    )
+    speeds = (values["platform_speed_limit"] or math.inf, TEACH_SPEED if is_teaching else math.inf)
+    if min(speeds) < math.inf:
+        speed = in_millimetres(min(speeds), 0, "mm/s")
+        why = "in the teach mode" if min(speeds) < speeds[0] else "by platform_speed_limit"
+        print(f"drive: the platform moves at {speed} at most, {why}", flush=True)
+    forces = [entry.name for entry in FORCE_LIMITS if any(values[entry.name])]
+    if forces:
+        print(f"drive: the forces keep {' and '.join(forces)}", flush=True)
+
+
+class _Terminal:
+    """Drives one file: says what is done, and hears Enter and Ctrl-C."""
+
+    def __init__(self, node: Node) -> None:
+        from tri_glide_kinematics.ros.loop import OtherTurns
+
+        self._node = node
+        self._turns = OtherTurns(node)
+        self._progress = ProgressLine()
+        self._said = -math.inf
+
+    def listen(self) -> None:
+        """Take in what comes back."""
+        self._turns.spin_once(NAP)
+
+    def parameters(self) -> Values:
+        """Return the parameters of the machine.
+
+        Raises:
+            NoMachineError: if nobody tells them.
+        """
+        from rclpy.parameter import parameter_value_to_python
+        from rclpy.parameter_client import AsyncParameterClient
+
+        from tri_glide_kinematics.ros.program_run import START_TIMEOUT
+
+        server = self._node.get_namespace().rstrip("/") + "/ik_node"
+        client = AsyncParameterClient(self._node, "ik_node")
+        end = time.monotonic() + START_TIMEOUT
+        answer = None
+        while answer is None or not answer.done():
+            if time.monotonic() > end:
+                raise NoMachineError(
+                    f"nobody tells the parameters of {server} after {START_TIMEOUT:g} s: is it "
+                    "running, in this domain and this namespace?"
+                )
+            if answer is None and client.services_are_ready():
+                answer = client.get_parameters([entry.name for entry in IK_NODE])
+            self.listen()
+        told = map(parameter_value_to_python, answer.result().values)
+        return {entry.name: entry.checked(value) for entry, value in zip(IK_NODE, told)}
+
+    def is_teaching(self, link: ProgramLink) -> bool:
+        """Return whether the teach mode is switched on.
+
+        Raises:
+            NoMachineError: if nobody tells it.
+        """
+        from tri_glide_kinematics.ros.program_run import START_TIMEOUT
+
+        end = time.monotonic() + START_TIMEOUT
+        while link.machine is None:
+            if time.monotonic() > end:
+                raise NoMachineError(
+                    f"nobody tells the state of the machine after {START_TIMEOUT:g} s"
+                )
+            self.listen()
+        return bool(link.machine.teach_mode)
+
+    def catch_up(self) -> None:
+        """Take in what has come meanwhile."""
+        end = time.monotonic() + CATCHING_UP
+        while time.monotonic() < end:
+            self.listen()
+
+    def drive(self, run: ProgramRun, came: Sequence[int], behind: object) -> None:
+        """Look after a ``run`` to its end; ``came`` has the signals that have come.
+
+        The first one lets the platform come to rest; the second one is not waited for. Without a
+        terminal it goes on ``behind`` a stop, if there is one that somebody has let it pass.
+        """
+        is_asked = False
+        while run.state is not RunState.ENDED and len(came) < 2:
+            run.look()
+            if came and run.state in (RunState.RUNNING, RunState.WAITING):
+                self.say("interrupted: the platform comes to rest")
+                run.stop("interrupted")
+            if run.state is RunState.WAITING:
+                is_asked = is_asked or self._ask(run, behind)
+                if is_asked and select.select([sys.stdin], [], [], 0.0)[0]:
+                    is_asked = False
+                    if sys.stdin.readline():
+                        run.go_on()
+                    else:
+                        run.stop("the input has ended")
+            elif run.state is RunState.RUNNING:
+                self._show(run.doing)
+            self.listen()
+        if run.state is not RunState.ENDED:
+            run.let_go()
+            self.catch_up()
+
+    def say(self, text: str) -> None:
+        """Say something that stays."""
+        self._write(self._progress.say, text)
+
+    def _write(self, write: Callable[[str], None], text: str) -> None:
+        try:
+            write(text)
+        except OSError:
+            # Nobody reads it any more, as if the terminal were closed.
+            os.kill(os.getpid(), signal.SIGHUP)
+
+    def _ask(self, run: ProgramRun, behind: object) -> bool:
+        """Ask for Enter; return whether there is anybody who could press it."""
+        if not sys.stdin.isatty():
+            if run.waits_at is not None and run.waits_at == behind:
+                run.go_on()
+                return False
+            what = run.waits_at.kind.value if run.waits_at else "a single block"
+            run.stop(f"{what} waits for Enter, and there is no terminal: the program stops here")
+            return False
+        # An Enter of before was not meant for this stop.
+        termios.tcflush(sys.stdin, termios.TCIFLUSH)
+        self.say(f"{run.doing}: press Enter to go on")
+        return True
+
+    def _show(self, text: str) -> None:
+        now = time.monotonic()
+        if now - self._said >= PROGRESS_PERIOD:
+            self._said = now
+            self._write(self._progress.show, text)
+
+
+def _begin(options: argparse.Namespace) -> int:
+    """Return the line where a program begins, as somebody has chosen it."""
+    return int(vars(options)["from"])
+
+
+def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
+    """Drive the content of a file, and return the exit code."""
+    import rclpy
+    from rclpy.node import Node
+    from rclpy.signals import SignalHandlerOptions
+
+    from tri_glide_kinematics.ros.program_run import ProgramLink, ProgramRun
+    from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down
+
+    choose_transport()
+    # Signals are handled here alone: rclpy's handlers would end all talk with the machine before it
+    # is told to stop. While nothing has moved, they end the process.
+    rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = Node("drive")
+        terminal, link = _Terminal(node), ProgramLink(node)
+        kept = None
+        if isinstance(work, Program):
+            kept = options.progress or default_kept_file(node.get_namespace())
+            line = line_to_go_on_from(kept, work) if options.go_on else _begin(options)
+            work = from_line(work, line)
+            values, is_teaching = terminal.parameters(), terminal.is_teaching(link)
+        # From here on a stop ends it, also while it is checked.
+        run = ProgramRun(
+            link,
+            work,
+            single_block=options.single_block,
+            kept=kept,
+            say=terminal.say,
+        )
+        if isinstance(work, Program):
+            _tell_check(work, values, line, is_teaching=is_teaching)
+            terminal.catch_up()
+        # They are counted: the second one ends the command, not the process.
+        signals = EndSignals()
+        signals.call(lambda: None)
+        # Whoever goes on where the program ended at a stop lets it pass.
+        first = next((step for step in work.steps if not isinstance(step, Output)), None)
+        terminal.drive(run, signals.came, first if options.go_on else None)
+        signals.ignore()
+    finally:
+        shut_down()
+    print(f"\n{table(run.reports)}\n")
+    if signals.came:
+        where = f" at line {run.line}" if run.line else ""
+        print(f"drive: interrupted{where}")
+        if run.state is not RunState.ENDED:
+            print("drive: not waited for: the platform may still move")
+        return 128 + signals.came[0]
+    return 0 if run.is_whole else 1
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "file",
+        type=Path,
+        help="program or YAML file; those of config/ are found by their name alone",
+    )
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="check the file and drive nothing; of a program, tell its duration and length",
+    )
+    parser.add_argument(
+        "--settings",
+        type=Path,
+        metavar="FILE",
+        help=f"what a program does not say: dialect, offsets, tools, home (default: {SETTINGS})",
+    )
+    parser.add_argument(
+        "--parameters",
+        type=Path,
+        metavar="FILE",
+        help="parameters of the machine that --check takes, which needs no running ik_node "
+        f"(default: {PARAMETERS}); a program that is driven is checked with those of ik_node",
+    )
+    parser.add_argument(
+        "--optional-stops", action="store_true", help="M1 waits for Enter, as M0 and M6 do"
+    )
+    parser.add_argument(
+        "--unit", choices=tuple(UNITS), help="of points whose columns name none in their heads"
+    )
+    begin = parser.add_mutually_exclusive_group()
+    begin.add_argument(
+        "--from",
+        type=int,
+        default=1,
+        metavar="LINE",
+        help="begin at this line of a program; what the lines before it have set holds",
+    )
+    begin.add_argument(
+        "--go-on",
+        action="store_true",
+        help="begin at the line that was driven when the program was last driven and not ended",
+    )
+    parser.add_argument(
+        "--single-block",
+        action="store_true",
+        help="wait for Enter before each line of a program that does something",
+    )
+    parser.add_argument(
+        "--progress",
+        type=Path,
+        metavar="FILE",
+        help="where it is kept how far a program came (default: a file for each machine in "
+        "tri_glide_kinematics/ in $XDG_STATE_HOME, ~/.local/state)",
+    )
+    return parser
+
+
+def main() -> int:
+    """Drive a file from the command line; the exit code is 0 if all of it has been driven."""
+    words = sys.argv
+    if "--ros-args" in words:
+        # Without ROS they are unknown arguments like others.
+        with suppress(ModuleNotFoundError):
+            from rclpy.utilities import remove_ros_args
+
+            words = remove_ros_args(words)
+    parser = make_parser()
+    arguments = parser.parse_args(words[1:])
+
+    def refuse(names: Iterable[str], reason: str) -> None:
+        for name in names:
+            parser.error(f"--{name.replace('_', '-')} {reason}")
+
+    given = {name for name, value in vars(arguments).items() if value != parser.get_default(name)}
+    if not is_program(arguments.file):
+        refuse(
+            given - {"file", "check"},
+            "is for programs and points: their names end in " + ENDINGS_TEXT,
+        )
+    elif arguments.file.suffix.lower() != POINTS_ENDING:
+        refuse(given & {"unit"}, f"is for points: their names end in {POINTS_ENDING}")
+    if _begin(arguments) < 1:
+        refuse(("from",), f"is {_begin(arguments)}, must be at least 1, the first line")
+    if arguments.check:
+        refuse(
+            given & {"go_on", "single_block", "progress"},
+            "is not for --check, which drives nothing",
+        )
+    else:
+        refuse(
+            given & {"parameters"}, "is for --check: what is driven has the parameters of ik_node"
+        )
+    try:
+        file = find_file(arguments.file)
+        work: Program | DriveFile
+        if is_program(file):
+            settings_file = find_file(arguments.settings or Path(SETTINGS))
+            print(f"drive: {file} with the settings of {settings_file}", flush=True)
+            settings = load_settings(settings_file)
+            stops = arguments.optional_stops
+            work = load_program(file, replace(settings, optional_stop=stops), arguments.unit)
+        else:
+            work = load_drive(file)
+        if not arguments.check:
+            return _drive(work, arguments)
+        if isinstance(work, Program):
+            parameters = find_file(arguments.parameters or Path(PARAMETERS))
+            values = file_values(str(parameters), "/ik_node", IK_NODE)
+            line = _begin(arguments)
+            rest = from_line(work, line)
+            _tell_check(rest, values, line)
+        else:
+            count = len(work.steps)
+            print(f"drive: {file} has {count} step{'' if count == 1 else 's'}")
+        return 0
+    except KinematicsError as error:
+        print(f"drive: error: {error}", file=sys.stderr)
+        return 1
+    except ModuleNotFoundError as error:
+        print(
+            f"drive: error: the Python module {error.name!r} is missing; without ROS 2 there is "
+            "--check",
+            file=sys.stderr,
+        )
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,206 @@
+"""The way from the panel to the machine: what is sent to ``ik_node``.
+
+``stop`` and ``jog`` are called by the thread that hears the page, and wait for nobody. All else is
+called where the node spins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from geometry_msgs.msg import TwistStamped
+from rclpy.node import Node
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_srvs.srv import SetBool, Trigger
+
+from tri_glide_kinematics.motion.engine import GoalCode
+from tri_glide_kinematics.motion.path import FlatPath
+from tri_glide_kinematics.panel.machine.facts import NAMES, MachineFacts
+from tri_glide_kinematics.panel.machine.status import place_text
+from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
+from tri_glide_kinematics.settings import IK_NODE, Values
+from tri_glide_kinematics.vectors import Vector3
+
+# A twist that is lost is renewed by the next one.
+LATEST_ONLY = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+AT_REST = (0.0, 0.0, 0.0)
+TABLE = {parameter.name: parameter for parameter in IK_NODE}
+
+# Identifiers of those that publish the state.
+Identity = frozenset[bytes]
+NOBODY: Identity = frozenset()
+
+Say = Callable[[str], object]
+
+
+class MachineLink:
+    """Clients and publishers of the panel, all made at its start: a new client is slow.
+
+    What ``ik_node`` refuses and counts in its state is told from there, in the words of the page.
+
+    Attributes:
+        server: full name of ``ik_node``.
+        on_resume: is asked first whether it goes on by itself when ``resume`` is pressed.
+        asked: the place that was asked for last, None if it was a path [m].
+    """
+
+    def __init__(self, node: Node, on_refusal: Say) -> None:
+        """Send as a part of ``node``; ``on_refusal`` gets what is not done, and why."""
+        self._on_refusal = on_refusal
+        self._twist = TwistStamped()
+        self._twists = node.create_publisher(TwistStamped, "target_twist", LATEST_ONLY)
+        self._triggers = {
+            name: node.create_client(Trigger, f"ik_node/{name}")
+            for name in ("stop", "pause", "resume")
+        }
+        self._enable = node.create_client(SetBool, "ik_node/enable")
+        self._teach_mode = node.create_client(SetBool, "ik_node/teach_mode")
+        self._parameters = AsyncParameterClient(node, "ik_node")
+        self._node = node
+        self._goals = GoalSender(node)
+        self.server = self._goals.server
+        self.on_resume: Callable[[], bool] = lambda: False
+        self.asked: Vector3 | None = None
+        self._goal: SentGoal | None = None
+        self._wanted_scale: float | None = None
+        self._is_setting = False
+
+    @property
+    def identity(self) -> Identity:
+        """Which ``ik_node`` it is, empty if there is none that can be stopped.
+
+        One that was started anew is another one. One that was killed is seen for a while beside it.
+        """
+        if not self._triggers["stop"].service_is_ready():
+            return NOBODY
+        publishers = self._node.get_publishers_info_by_topic("ik_node/machine_state")
+        return frozenset(bytes(each.endpoint_gid) for each in publishers)
+
+    def stop(self) -> None:
+        """Ask for a stop, from any thread."""
+        self._triggers["stop"].call_async(Trigger.Request())
+
+    def jog(self, velocity: Vector3 = AT_REST) -> None:
+        """Send a twist [m/s], from any thread."""
+        linear = self._twist.twist.linear
+        linear.x, linear.y, linear.z = velocity
+        self._twists.publish(self._twist)
+
+    def trigger(self, name: str) -> None:
+        """Ask for ``pause`` or ``resume``."""
+        if name != "resume" or not self.on_resume():
+            self._call(name, self._triggers[name], Trigger.Request())
+
+    def enable(self, data: bool) -> None:
+        """Enable or disable the machine."""
+        self._call("enable" if data else "disable", self._enable, SetBool.Request(data=data))
+
+    def set_teach_mode(self, on: bool) -> None:
+        """Switch the teach mode ``on`` or off."""
+        self._call("teach mode", self._teach_mode, SetBool.Request(data=on))
+
+    def move_to(self, position: Vector3, speed: float = 0.0) -> SentGoal:
+        """Go to a position [m]; with a ``speed`` [m/s] straight, and no faster than that."""
+        self.asked = position
+        return self._sent(self._goals.move_to(position, speed=speed))
+
+    def follow(self, points: Sequence[Vector3], tolerance: float, speed: float) -> SentGoal:
+        """Go through some points [m], at their corners within a ``tolerance`` [m].
+
+        Raises:
+            KinematicsError: if this is no path.
+        """
+        path = FlatPath.of(
+            [0] * len(points),
+            [number for point in points for number in point],
+            [],
+            [speed],
+            tolerance,
+        )
+        self.asked = None
+        return self._sent(self._goals.follow(path))
+
+    def set_speed_scale(self, scale: float) -> None:
+        """Set by how much velocities are reduced; of several wishes the newest is sent."""
+        self._wanted_scale = scale
+        if not self._is_setting:
+            self._send_scale()
+
+    def set_parameters(
+        self, what: str, values: Values, then: Callable[[], None] = lambda: None
+    ) -> bool:
+        """Ask ``ik_node`` to set all of these parameters or none; return whether it is there.
+
+        A refusal calls them ``what``. Once there is an answer, ``then`` is called.
+        """
+        if not self._parameters.services_are_ready():
+            self._on_refusal(f"{what}: nobody answers as {self.server}")
+            return False
+
+        def take(future: Any) -> None:
+            result = future.result().result
+            if not result.successful:
+                self._on_refusal(f"{what}: {result.reason}")
+            then()
+
+        parameters = [Parameter(name, value=value) for name, value in values.items()]
+        self._parameters.set_parameters_atomically(parameters).add_done_callback(take)
+        return True
+
+    def ask_for_facts(self, on_answer: Callable[[MachineFacts], None]) -> None:
+        """Ask ``ik_node`` for its parameters."""
+
+        def take(future: Any) -> None:
+            values = map(parameter_value_to_python, future.result().values)
+            found = {
+                name: TABLE[name].checked(tuple(value) if TABLE[name].is_array else value)
+                for name, value in zip(NAMES, values)
+            }
+            on_answer(MachineFacts(found))
+
+        self._parameters.get_parameters(list(NAMES)).add_done_callback(take)
+
+    @property
+    def goal(self) -> SentGoal | None:
+        """The newest goal that was sent and has not ended."""
+        if self._goal is not None and self._goal.result is not None:
+            goal, self._goal = self._goal, None
+            if goal.result.code == GoalCode.NOT_REACHED:
+                place = goal.result.position
+                measured = place_text((place.x, place.y, place.z))
+                self._on_refusal(f"not reached: the platform is measured at {measured}")
+        return self._goal
+
+    def cancel(self) -> None:
+        """Take back the newest goal, even if it is still on its way."""
+        if self.goal is not None:
+            self.goal.cancel()
+
+    def forget(self) -> None:
+        """Wait no more for the end of a goal, as nobody may tell it."""
+        self._goal = None
+
+    def _sent(self, goal: SentGoal) -> SentGoal:
+        self._goal = goal
+        return goal
+
+    def _call(self, what: str, client: Any, request: Any) -> None:
+        if not client.service_is_ready():
+            self._on_refusal(f"{what}: nobody answers as {self.server}")
+            return
+
+        def take(future: Any) -> None:
+            # A refusal to enable is counted.
+            if not future.result().success and client is not self._enable:
+                self._on_refusal(f"{what}: {future.result().message}")
+
+        client.call_async(request).add_done_callback(take)
+
+    def _send_scale(self) -> None:
+        scale, self._wanted_scale = self._wanted_scale, None
+        self._is_setting = scale is not None and self.set_parameters(
+            "speed scale", {"speed_scale": scale}, self._send_scale
+        )

@@ -1,0 +1,300 @@
+"""Requests of the operator: the node fulfils those of the page that has the controls."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import viser
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.panel.machine.button_jogs import LONGEST_GAP, HeldJog
+from tri_glide_kinematics.panel.machine.link import MachineLink
+from tri_glide_kinematics.panel.machine.message_history import MessageHistory
+from tri_glide_kinematics.vectors import Vector3
+
+
+@dataclass
+class Controls:
+    """The page that has the controls, and the one that asks for them.
+
+    The first page has them until it gives them up or vanishes. Then the page that asks gets them.
+    If none does, a page has to take them: nobody who only looks on is made the operator.
+
+    Attributes:
+        holder: number of the page that has them, None if nobody does.
+        asking: pages that ask the holder for them, the first one first.
+        pages: all that are open, the oldest first.
+    """
+
+    holder: int | None = None
+    asking: list[int] = field(default_factory=list)
+    pages: list[int] = field(default_factory=list)
+
+    def opened(self, page: int) -> None:
+        """Note that a ``page`` is there; alone, it gets the controls."""
+        if page in self.pages:
+            return
+        self.pages.append(page)
+        if len(self.pages) == 1:
+            self.holder = page
+
+    def closed(self, page: int) -> None:
+        """Note that a ``page`` has vanished: if it had the controls, whoever asks gets them."""
+        self._forget(page)
+        if page in self.pages:
+            self.pages.remove(page)
+        self.give(page)
+
+    def ask(self, page: int) -> bool:
+        """Take the controls if nobody has them, or ask for them; return whether they are taken."""
+        if page not in self.pages:
+            return False
+        if self.holder is None:
+            self.holder = page
+            self._forget(page)
+        elif self.holder != page and page not in self.asking:
+            self.asking.append(page)
+        return self.holder == page
+
+    def give(self, page: int) -> None:
+        """Give the controls of a ``page`` to the first that asks, or to nobody."""
+        if self.holder == page:
+            self.holder = self.asking.pop(0) if self.asking else None
+
+    def _forget(self, page: int) -> None:
+        if page in self.asking:
+            self.asking.remove(page)
+
+
+def name_of(page: int) -> str:
+    """Return what a page is called on all of them."""
+    return f"page {page + 1}"
+
+
+# A refusal is shown for so long [s].
+REFUSAL_SHOWN = 12.0
+
+Wish = Callable[[], None]
+Event = Any
+
+
+class OperatorRequests:
+    """The requests of the operator, and who has the controls.
+
+    Stop and the renewals of a held jog go to the machine straight from the thread that hears the
+    page. Everything else is a wish, which the node's own thread fulfils. Stop drops all wishes that
+    are older than itself, but not the changes of inputs: they move nothing, and are shown already.
+
+    Attributes:
+        controls: who has them.
+        link: to the machine.
+        refusal: what was refused last, and why; empty after a while.
+        history: of what all pages were told.
+        stops: how often Stop was pressed.
+    """
+
+    def __init__(self, link: MachineLink, on_stop: Wish) -> None:
+        """Send by ``link``; ``on_stop`` ends, where the node spins, what is still on its way."""
+        self.controls = Controls()
+        self.link = link
+        self.refusal = ""
+        self.history = MessageHistory()
+        self.stops = 0
+        self._on_stop = on_stop
+        self._refused_at = 0.0
+        self._hold = HeldJog()
+        # With whether they outlast Stop.
+        self._wishes: deque[tuple[Wish, bool]] = deque()
+        self._wishes_lock = threading.Lock()
+
+    def refuse(self, reason: str, log: str = "") -> None:
+        """Show why something is not done; ``log`` is what ``ik_node`` has written about it."""
+        self.refusal, self._refused_at = reason, time.monotonic()
+        self.history.add("refusal", reason, log)
+
+    def may(self, page: int) -> bool:
+        """Tell whether a ``page`` may act, and say who may if it may not."""
+        holder = self.controls.holder
+        if holder == page:
+            return True
+        who = "nobody: take them first" if holder is None else name_of(holder)
+        self.refuse(f"{name_of(page)}: nothing done, as the controls are with {who}")
+        return False
+
+    def wish(self, wish: Wish, *, outlasts_stop: bool = False) -> None:
+        """Have something done where the node spins; what ``outlasts_stop`` moves nothing."""
+        with self._wishes_lock:
+            self._wishes.append((wish, outlasts_stop))
+
+    def on(self, wish: Callable[[Any], None]) -> Callable[[Event], Any]:
+        """Return a callback of viser that fulfils a wish, if its page has the controls.
+
+        The ``wish`` gets the value of what was pressed.
+        """
+
+        async def call(event: Event) -> None:
+            if event.client_id is None:
+                return
+            if self.may(event.client_id):
+                value = getattr(event.target, "value", None)
+                # viser takes any text for a choice.
+                if value not in getattr(event.target, "options", (value,)):
+                    self.refuse(f"nothing done: there is no choice {str(value)[:20]!r}")
+                    return
+                self.wish(lambda: wish(value))
+
+        return call
+
+    def fulfil(self) -> None:
+        """Do what is wished; called where the node spins."""
+        while (wish := self._next()) is not None:
+            try:
+                wish()
+            except KinematicsError as error:
+                self.refuse(str(error))
+        if self.refusal and time.monotonic() - self._refused_at > REFUSAL_SHOWN:
+            self.refusal = ""
+
+    async def stop(self, _: Event) -> None:
+        """Stop the machine: any page may, at any time."""
+        self.link.stop()
+        self._hold.end()
+        with self._wishes_lock:
+            self._wishes = deque(each for each in self._wishes if each[1])
+        # A wish that is being fulfilled at this moment comes to its end before this.
+        self.wish(self._on_stop)
+        self.stops += 1
+
+    async def release(self, event: Event) -> None:
+        """End the jog of a page at once."""
+        self._end_hold(event.client_id)
+
+    def hold(self, event: Event, direction: Vector3, speed: float) -> None:
+        """Jog at a ``speed`` [m/s] while a button is held: called again and again."""
+        page = event.client_id
+        if not self.may(page):
+            # Should it get the controls now, it has to press again.
+            self._hold.bar(page)
+        elif self._hold.renew(page, direction, time.monotonic()):
+            x, y, z = direction
+            self.link.jog((speed * x, speed * y, speed * z))
+
+    def end_hold(self) -> None:
+        """Let a button that is held move nothing before it was released."""
+        self._hold.end()
+
+    def follow_twist_timeout(self, timeout: float) -> None:
+        """End a hold before ``ik_node`` does, which then takes the next twist as a new jog [s]."""
+        self._hold.longest_gap = min(LONGEST_GAP, 0.9 * timeout)
+
+    def give(self, page: int) -> None:
+        """Give up the controls of a page, and end what it did."""
+        if self._end_hold(page):
+            self._hold.bar(page)
+        self.controls.give(page)
+
+    async def opened(self, client: viser.ClientHandle) -> None:
+        """Note that a page is there."""
+        self.controls.opened(client.client_id)
+
+    async def closed(self, client: viser.ClientHandle) -> None:
+        """Note that a page has vanished, and end what it did."""
+        self._end_hold(client.client_id)
+        self.controls.closed(client.client_id)
+
+    def answers(self, page: int, is_there: bool) -> None:
+        """Take a page that does not answer for one that has vanished, until it does again."""
+        if is_there:
+            self.controls.opened(page)
+            return
+        self._end_hold(page)
+        # When it comes back, it has to press again.
+        self._hold.bar(page)
+        self.controls.closed(page)
+
+    def _next(self) -> Wish | None:
+        with self._wishes_lock:
+            return self._wishes.popleft()[0] if self._wishes else None
+
+    def _end_hold(self, page: int) -> bool:
+        is_jog = self._hold.release(page)
+        if is_jog:
+            self.link.jog()
+        return is_jog
+
+
+class OperatorsInput:
+    """An input that only the page with the controls changes; on the others it goes back.
+
+    Attributes:
+        value: that the operator, or the program, has set last.
+    """
+
+    def __init__(
+        self,
+        requests: OperatorRequests,
+        handle: Any,
+        on_change: Callable[[Any], None] | None = None,
+    ) -> None:
+        """Take over an input of viser; ``on_change``, which moves nothing, gets what is set."""
+        self.value = handle.value
+        self._requests = requests
+        self._handle = handle
+        self._on_change = on_change
+        handle.on_update(self._take)
+
+    def set(self, value: Any) -> None:
+        """Set it by the program."""
+        self.value = value
+        self._handle.value = value
+
+    async def _take(self, event: Event) -> None:
+        if event.client_id is None:
+            return
+        if not self._requests.may(event.client_id):
+            self._handle.value = self.value
+            return
+        self.value = value = event.target.value
+        on_change = self._on_change
+        if on_change is not None:
+            self._requests.wish(lambda: on_change(value), outlasts_stop=True)
+
+
+class PagesBar:
+    """Buttons with which a page takes, asks for, and gives up the controls."""
+
+    def __init__(self, gui: viser.GuiApi, requests: OperatorRequests) -> None:
+        """Add them to the open container of ``gui``."""
+        group = gui.add_button_group("Controls", ("take", "give up"))
+
+        async def on_click(event: Event) -> None:
+            page = event.client_id
+            if event.target.value == "give up":
+                requests.give(page)
+            else:
+                requests.controls.ask(page)
+
+        group.on_click(on_click)
+
+
+def pages_text(controls: Controls, page: int) -> str:
+    """Return what a ``page`` is told about the others; empty if it is alone and in control."""
+    holder, others = controls.holder, len(controls.pages) - 1
+    if holder is None:
+        return "nobody has the controls: take them here (Stop always works)"
+    if holder == page:
+        asking = ", ".join(name_of(each) for each in controls.asking)
+        if asking:
+            return f"{asking} asks for the controls: give them up for that"
+        return f"you have the controls; {_pages(others)} looking on" if others else ""
+    asked = " (asked for)" if page in controls.asking else ""
+    return f"you are {name_of(page)}; {name_of(holder)} has the controls{asked} (Stop always works)"
+
+
+def _pages(count: int) -> str:
+    return "1 other page is" if count == 1 else f"{count} other pages are"
