@@ -150,7 +150,11 @@ def test_a_program_runs_is_paused_jogged_and_goes_on_where_it_was(
     panel.wait_until_at((0.0, 0.0, 0.26))
 
 
-def test_a_run_that_is_stopped_goes_on_from_its_line(panel: Panel, operator: Page) -> None:
+def test_a_run_that_is_stopped_goes_on_from_its_line(
+    panel: Panel, operator: Page, tmp_path: Path
+) -> None:
+    upload(operator, tmp_path / "square.ngc", SQUARE)
+    wait_for_text(panel, operator, "-20 to 60 mm")
     operator.click(button("run"))
     wait_for_text(panel, operator, "running: line 4 of 8")
     operator.click(button("stop"))
@@ -240,10 +244,12 @@ def test_a_run_ends_when_another_ik_node_was_started(
 
 
 def test_a_page_that_only_looks_on_may_stop_a_program(
-    panel: Panel, operator: Page, chromium: Browser
+    panel: Panel, operator: Page, chromium: Browser, tmp_path: Path
 ) -> None:
     """It is the last one: the operator's page is hidden by then."""
     panel.recover()
+    upload(operator, tmp_path / "wide.ngc", square_to(61))
+    wait_for_text(panel, operator, "-20 to 61 mm")
     # A node that was just started takes no motion before it is sure of the machine.
     panel.wait_for_state(operator, "idle")
     operator.click(button("run"))
