@@ -12,6 +12,8 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from itertools import count as count_up
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -50,11 +52,37 @@ def slices(count: int) -> Iterator[str]:
     yield "M84 X Y E\n"
 
 
+def layers(count: int) -> Iterator[str]:
+    """Yield layers of outlines, wide rows and short moves that reverse, as a slicer mixes them."""
+    yield from islice(_layers(), count - 1)
+    yield "M107\n"
+
+
+def _layers() -> Iterator[str]:
+    yield "G21 G90\n"
+    for layer in count_up():
+        for radius in (28.0, 27.6, 8.0):
+            yield f"G0 F9000 X{radius} Y0 Z{280.0 + 0.2 * (layer % 200):.3f}\n"
+            steps = int(2.0 * np.pi * radius / 0.6)
+            angles = 2.0 * np.pi / steps * np.arange(1, steps + 1)
+            waves = radius + 0.3 * np.sin(9.0 * angles)
+            for x, y in zip(waves * np.cos(angles), waves * np.sin(angles)):
+                yield f"G1 F1800 X{x:.3f} Y{y:.3f} E{0.02 * layer:.5f}\n"
+        for rows, width, step in ((70, 20.0, 0.4), (120, 0.8, 0.3)):
+            left, y = -25.0 + 15.0 * (0.618 * layer % 1.0), -15.0 + 15.0 * (0.755 * layer % 1.0)
+            yield f"G0 F9000 X{left:.3f} Y{y:.3f}\n"
+            for row in range(rows):
+                x, y = left + (width if row % 2 == 0 else 0.0), y + step
+                yield f"G1 F3000 X{x:.3f} Y{y - step:.3f} E{0.02 * layer:.5f}\n"
+                yield f"G1 F3000 X{x:.3f} Y{y:.3f} E{0.02 * layer:.5f}\n"
+
+
 PROGRAMS = {
     "cut at 20 mm/s": (Dialect.NIST, lambda count: cut(count, 1200)),
     "cut at 100 mm/s": (Dialect.NIST, lambda count: cut(count, 6000)),
     "cut as fast as may be": (Dialect.NIST, lambda count: cut(count, 60000)),
     "slices": (Dialect.MARLIN, slices),
+    "layers": (Dialect.MARLIN, layers),
 }
 
 

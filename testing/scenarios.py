@@ -33,16 +33,18 @@ HEALTHY = {
 }
 
 LIVE_VALUES: dict[str, Callable[[random.Random], Any]] = {
-    "velocity_limits": lambda source: _three(source, 0.1, LIMITS.velocity[0]),
+    "velocity_limits": lambda source: _three(source, 1e-3, LIMITS.velocity[0]),
     "acceleration_limits": lambda source: _three(source, 2.0, LIMITS.acceleration[0]),
     "jerk_limits": lambda source: _three(source, 50.0, LIMITS.jerk[0]),
     "speed_scale": lambda source: source.uniform(0.05, 1.0),
+    "platform_speed_limit": lambda source: 10.0 ** source.uniform(-4.0, 0.0),
 }
 NORMAL_VALUES = {
     "velocity_limits": list(LIMITS.velocity),
     "acceleration_limits": list(LIMITS.acceleration),
     "jerk_limits": list(LIMITS.jerk),
     "speed_scale": 1.0,
+    "platform_speed_limit": 0.0,
     "twist_timeout": 0.1,
     **PATIENCE,
 }
@@ -199,4 +201,4 @@ def parameter_storm(machine: Machine, duration: float) -> int:
 
 
 def _three(source: random.Random, low: float, high: float) -> list[float]:
-    return [source.uniform(low, high) for _ in range(3)]
+    return [low * (high / low) ** source.random() for _ in range(3)]

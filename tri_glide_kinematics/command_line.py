@@ -7,6 +7,7 @@ imported when it is asked for, so that help is there at once.
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 import sys
 from importlib import import_module
@@ -74,7 +75,7 @@ ZSH = "autoload -U +X compinit && compinit\nautoload -U +X bashcompinit && bashc
 def main() -> int:
     """Run the command that the command line names, and return its exit code."""
     # While modules are still being loaded, Ctrl-C just ends the process.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, lambda *_: os._exit(128 + signal.SIGINT))
     name = sys.argv[1] if len(sys.argv) > 1 else ""
     if name in COMMANDS:
         # Help and errors name the program as it was called.

@@ -94,7 +94,7 @@ def exit_code(name: str, output: Path, work: Callable[[], None]) -> int:
         0 if it is done, 1 after an error, 130 after Ctrl-C.
     """
     use_one_thread()
-    handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    handler = signal.signal(signal.SIGINT, lambda *_: os._exit(128 + signal.SIGINT))
     try:
         work()
     except KinematicsError as error:

@@ -18,6 +18,8 @@ from testing.processes import TIMEOUT, launched, python_path
 from tri_glide_kinematics.ros.starting import executable
 from tri_glide_kinematics.settings import NODES
 
+EXECUTABLES = executable("ik_node").parent
+
 
 @pytest.fixture
 def installed_nodes(ros_domain, tmp_path, namespace):
@@ -241,6 +243,26 @@ def test_a_section_that_looks_like_the_nodes_own_is_told(client, nodes, tmp_path
     node = nodes.start("simulator_node", arguments=["--params-file", str(path)])
     text = f"/simulator_nod is not this node, {client.namespace}/simulator_node"
     client.wait_for(lambda: text in node.output, "the warning")
+
+
+@pytest.mark.parametrize(
+    "name", sorted(path.name for path in EXECUTABLES.iterdir() if path.name != "tri-glide")
+)
+def test_ctrl_c_while_modules_are_loaded_ends_in_silence(ros_domain, tmp_path, name):
+    # Found first, and one of them is imported: as if somebody had pressed it just then.
+    press = "import os, signal, time\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(60.0)\n"
+    for module in ("numpy", "argparse"):
+        (tmp_path / f"{module}.py").write_text(press)
+    path = os.pathsep.join(filter(None, [str(tmp_path), os.environ.get("PYTHONPATH")]))
+    run = subprocess.run(
+        [executable(name)],
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        env={**os.environ, "PYTHONPATH": path},
+    )
+    is_node = "starting.run import run" in (EXECUTABLES / name).read_text()
+    assert (run.returncode, run.stderr) == (0 if is_node else 128 + signal.SIGINT, "")
 
 
 def test_missing_ruckig_gets_one_line(ros_domain, tmp_path):

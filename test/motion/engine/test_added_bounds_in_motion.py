@@ -176,3 +176,30 @@ def test_a_stop_keeps_the_forces(kind):
         moving.stop()
         assert moving.time_to_rest < before
         assert largest_force(moving, bound) <= 20.0 * (1.0 + 1e-6)
+
+
+@each_kind
+def test_in_a_storm_of_limits_those_hold_that_are_in_force(kind):
+    """Lower ones come into force when the motion keeps them: until then it is faster than they."""
+    rng = np.random.default_rng(5)
+    moving = engine(kind)
+    most = beyond = 0.0
+    before = moving.state.heights
+    for cycle in range(600):
+        if cycle % 60 == 0:
+            moving.move_to(np.array((0.0, 0.0, 0.3)) + rng.uniform(-0.07, 0.07, 3))
+        if cycle % 30 == 20:
+            values = tuple((10.0 ** rng.uniform(-3.0, 0.0, 3)).tolist())
+            newest = SliderLimits(values, LIMITS.acceleration, LIMITS.jerk)
+            slow = PlatformSpeedLimit(MACHINE, 10.0 ** rng.uniform(-4.0, 0.0))
+            moving.set_limits(newest.with_added(slow), 1.0)
+        heights = moving.step(DT).heights
+        velocities = np.abs(np.subtract(heights, before)) / DT
+        most = max(most, (velocities / moving.limits.velocity).max())
+        for bound in moving.limits.added:
+            most = max(most, speeds(np.array([before, heights])).max() / bound.speed)
+        if moving.limits_pending:
+            beyond = max(beyond, (velocities / newest.velocity).max())
+        before = heights
+    assert 0.9 < most <= 1.0 + 1e-6
+    assert beyond > 2.0

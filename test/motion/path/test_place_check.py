@@ -111,6 +111,17 @@ def test_beyond_reach_the_reason_is_that_of_the_workspace():
     assert caught.value.reason == str(reason.value)
 
 
+def test_a_path_into_the_rounding_of_a_bound_is_refused():
+    """Its end has a condition number that is taken for rounding, alone; around it nothing is."""
+    end = (0.1, 0.02, 0.25)
+    condition = MACHINE.condition_number(end) / (1.0 + 1.5e-9)
+    workspace = Workspace(MACHINE, replace(DEFAULT_LIMITS, max_condition_number=condition))
+    workspace.check_position(end)
+    with pytest.raises(PathPlaceError, match="too near the edge") as caught:
+        at_once(check_place(PlatformPath.through([(0.0, 0.0, 0.25), end]).driven, workspace))
+    assert caught.value.position == pytest.approx(end)
+
+
 def test_a_workspace_that_is_widened_is_wider():
     place = (0.1105, 0.0, 0.25)
     path = PlatformPath.through([place, (0.0, 0.0, 0.25)])

@@ -10,6 +10,7 @@ from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     CubicPlan,
     RuckigPlanner,
+    SliderLimitError,
     SliderLimits,
     SliderState,
     StraightPlan,
@@ -44,16 +45,23 @@ class SliderMotion:
         """
         if state.velocities == AT_REST and state.accelerations == AT_REST:
             plan = yield from self._from_rest(state, heights, limits)
-            plan.check_sliders(limits)
+            try:
+                plan.check_sliders(limits)
+            except SliderLimitError as error:
+                # By ruckig's rounding.
+                plan = yield from self._from_rest(state, heights, limits, error.slowdown)
+                plan.check_sliders(limits)
             return plan
         bounds = (limits.velocity, limits.acceleration, limits.jerk)
         plan = CubicPlan(state, self._ruckig.to_rest_at(heights, *state, bounds))
         return (yield from checked(plan, limits))
 
     def _from_rest(
-        self, state: SliderState, heights: Vector3, limits: SliderLimits
+        self, state: SliderState, heights: Vector3, limits: SliderLimits, slowdown: float = 1.0
     ) -> Interruptible[CubicPlan]:
         """Return the fastest plan along the straight line in slider space to ``heights`` [m].
+
+        It takes ``slowdown`` times as long.
 
         It keeps the added bounds; whether the sliders keep theirs is for the caller to check.
 
@@ -84,7 +92,7 @@ class SliderMotion:
             (phases,) = self._leader.to_rest_at(
                 [longest], [0.0], [0.0], [0.0], bounds, downwards=others
             )
-            slower = usable.slower
+            slower = slowdown * usable.slower
             phases = [(slower * duration, each / slower**3) for duration, each in phases]
             # Four phases of seven come after that.
             fastest = total_duration(phases[:-4])

@@ -85,8 +85,7 @@ class EndSignals:
         if self._stop is not None:
             self._stop()
         elif len(self.came) > 1:
-            signal.signal(number, signal.SIG_DFL)
-            os.kill(os.getpid(), number)
+            os._exit(0)
 
 
 # What pip is to install where a module is missing, and what does in its place. The Python of Ubuntu
@@ -119,7 +118,7 @@ def run(module: str, class_name: str) -> int:
     arguments. The exit code is 0 after a signal, 1 if the node could not start or go on.
     """
     # Until they are handled below, all signals just end the process.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, lambda *_: os._exit(0))
     for name, value in NUMPY_SETTINGS.items():
         os.environ.setdefault(name, value)
     # While a node starts, nothing becomes garbage.
