@@ -35,7 +35,7 @@ LONGEST_MESSAGE = 64 * 1024
 LINES_PER_SECOND = 1
 # A file that a page sends: not for viser, which would keep whatever comes in its memory.
 OF_FILES = (messages.FileTransferPart, messages.FileTransferStartUpload)
-# What our pages say; viser reads other things, too.
+# Kinds of messages that our pages send; viser reads others, too.
 SAID_BY_PAGES = (
     *OF_FILES,
     messages.GuiButtonHoldMessage,

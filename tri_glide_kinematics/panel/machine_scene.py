@@ -94,7 +94,7 @@ def turn(handle: Any, wxyz: Quaternion) -> None:
     handle._impl.api._queue_scene_message(messages.SetOrientationMessage(handle.name, wxyz))
 
 
-# What moved by less is not sent: it would not be seen [m].
+# A shorter move of a part is not sent: it would not be seen [m].
 SMALLEST_MOVE = 2e-5
 
 RGB = tuple[int, int, int]

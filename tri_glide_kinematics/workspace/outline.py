@@ -21,7 +21,7 @@ LEVELS = 9
 DIRECTIONS = 48
 MERIDIANS = 12
 
-# Where the middle is looked for when it is not inside: so many places, from bottom to top.
+# Number of heights, from bottom to top, at which a place inside is looked for if the middle is not.
 PLACES = 65
 
 # No workspace is wider or taller [m].

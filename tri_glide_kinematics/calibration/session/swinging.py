@@ -41,7 +41,7 @@ SETTLING = 0.02
 # Before anything moves, so many samples have to come in this time [s].
 FEWEST_SAMPLES = 10
 LONGEST_WAIT = 3.0
-# Who is silent for longer is gone; after a longer gap of our own nobody knows what happened [s].
+# A machine that is silent for longer is gone; a longer gap of our own leaves its state unknown [s].
 LONGEST_SILENCE = 1.0
 # A slow machine takes long, and a target that is not reached is waited for [s].
 LONGEST_MOVE = 120.0

@@ -242,7 +242,8 @@ _NEARER = 0.25
 _LONGEST_PASSAGE = 0.05
 # Below this radius the branch cannot be told from another one any more.
 _SMALLEST_RADIUS = 3e-8
-# So many arcs must cover this length [rad]; a branch that is nearly singular throughout does not.
+# A leg of 5000 arcs must cover this length [rad]; on a branch that is nearly singular throughout it
+# does not.
 _LEG = 5000
 _LEG_LENGTH = 0.01
 _HALVINGS = 40

@@ -144,7 +144,7 @@ class ProgramTab:
         self._check: ProgramCheck | None = None
         # How long the steps take from each one on, by the check [s].
         self._left: FloatArray = np.zeros(1)
-        # What the proof depends on, besides the program, and whether it is another one since.
+        # Bounds for which the proof holds, and whether the machine has others since.
         self._bounds: Bounds | None = None
         self._is_outdated = False
         self._error = ""
@@ -218,7 +218,7 @@ class ProgramTab:
         bounds, self._bounds = self._bounds, facts.bounds
         if bounds in (None, self._bounds) or self._read is None:
             return
-        # What is proved at this moment is proved anew.
+        # A proof that is under way begins anew, with the new bounds.
         is_check = self._process is not None
         self._is_outdated |= not is_check and bool(self._check or self._error)
         self._check, self._error = None, ""
