@@ -53,6 +53,7 @@ UNSEEN = 1e-5
 LONGEST_REASON = 500  # characters
 UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
 
+# Reading takes less of the processor than the nodes that share the computer.
 NICENESS = 5
 SCRIPT = "from tri_glide_kinematics.panel.program_reading import main; main()"
 

@@ -17,6 +17,7 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.tracing import TOLERANCE
 from tri_glide_kinematics.workspace.workspace import Workspace
 
+# Rings of the outline, directions in each, and lines from ring to ring: enough to look smooth.
 LEVELS = 9
 DIRECTIONS = 48
 MERIDIANS = 12

@@ -89,6 +89,7 @@ WORST_FIT = 0.2
 
 # Largest length that is taken from a file; it is the bound of the nodes' parameters, too [m].
 LARGEST_LENGTH = 10.0
+# A shorter arm is in another unit [m].
 SHORTEST_ARM = 0.001
 
 IN_MILLIMETRES = "is it in millimetres (unit: mm)?"

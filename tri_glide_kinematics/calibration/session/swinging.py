@@ -24,7 +24,9 @@ class SwingingError(KinematicsError):
 
 
 X_Y_Z: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+# Most directions in one recording.
 MOST_DIRECTIONS = 9
+# Bounds and default of a move, and of the time for which its swing is recorded.
 LENGTHS, LENGTH = (0.001, 0.5), 0.02  # m
 DURATIONS, DURATION = (0.2, 60.0), 2.0  # s
 

@@ -43,7 +43,11 @@ Array = NDArray[np.float64]
 # extremum that approaches zero on one side of an interval and leaves it on the other is searched
 # for its least distance.
 
+# Step of central differences over the crank angle [rad]: near the cube root of rounding, where
+# their error is least.
 _DIFFERENCE = 1e-6
+# Halvings of an interval between two samples, and steps of Newton's method to an extremum from a
+# sample, or from where it was one halving before.
 _BISECTIONS = 25
 _NEWTON_STEPS = 6
 _TRACKING_STEPS = 2
@@ -105,6 +109,7 @@ def _extremum(
 _MOST_TURNS = 50
 # Positions of a trace and of the survey agree this well, beside a fold too [rad, size].
 _SAME = 1e-5
+# Longest step along a branch [rad]: the tubes of the arcs make it shorter where the curve bends.
 _LARGEST_STEP = 0.5
 
 

@@ -96,6 +96,7 @@ def tube(frame: Frame, longest: float) -> Tube:
 
 Array = NDArray[np.float64]
 
+# Bounds of loops that end by their tolerance before, but for rounding.
 _BISECTIONS = 80
 _ITERATIONS = 30
 # Residual of the bifurcation equations, lengths relative to the size, that counts as zero.
@@ -246,6 +247,7 @@ _SMALLEST_RADIUS = 3e-8
 # does not.
 _LEG = 5000
 _LEG_LENGTH = 0.01
+# A step is halved so often until its end lies in the tube: down to 1e-12 of it.
 _HALVINGS = 40
 
 

@@ -27,6 +27,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import direction
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+# Cells of a turn: values at the ends of each, and a bound of the bend, tell whether it holds roots.
 CELLS = 64
 CELL_WIDTH = 2.0 * math.pi / CELLS
 _BEND = CELL_WIDTH**2 / 8.0

@@ -73,6 +73,8 @@ def multiples(period: float, start: float, stop: float) -> list[float]:
 
 # Points of a followed branch at requested values of the drive, all at once.
 
+# Halvings of an arc, which end below the rounding of its parts; and those before Newton's method,
+# which are as good as its start has to be.
 _BISECTIONS = 60
 _NEWTON_STEPS = 4
 _INVERSIONS = 30

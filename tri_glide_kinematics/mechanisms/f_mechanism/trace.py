@@ -193,6 +193,7 @@ class FMechanismTrace:
 
 # Rod gap of a start, relative to the size, that is still corrected instead of refused.
 _NEAR_POSE = 1e-6
+# A branch is closed if it comes back to its start within this [rad, size].
 _CLOSED = 1e-8
 
 

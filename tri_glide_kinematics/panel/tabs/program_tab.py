@@ -51,8 +51,8 @@ UPLOAD = '<label class="tri-glide-upload">Upload a program<input type="file" dat
 LIST_PERIOD = 1.0  # s between two looks into the folder
 SHOW_PERIOD = 0.2  # s between two texts of the present line
 LONGEST_LINE = 80  # characters of it that are shown
-MOST_TOLD = 5
-MOST_LINES = 100_000_000
+MOST_TOLD = 5  # words that a program has and the machine does not do
+MOST_LINES = 100_000_000  # of a program, for the field of a line: more than any file has
 
 COLORS: dict[int, RGB] = {CUT: (0, 30, 130), RAPID: (110, 110, 110), OUTSIDE: (220, 0, 0)}
 PRESENT: RGB = (230, 0, 200)
