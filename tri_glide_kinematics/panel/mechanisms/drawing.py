@@ -194,10 +194,9 @@ def _set_points(node: LineSegmentsHandle | PointCloudHandle, points: FloatArray)
 
 
 def _box_around(picture: Picture) -> FloatArray:
-    branch = picture.branch
     groups = [picture.pivots, *(position.points for position in picture.positions)]
-    if branch is not None:
-        groups.append(branch.points.reshape(-1, 2))
+    if picture.branch is not None:
+        groups.append(picture.branch.extent)
     return bounds(np.concatenate(groups), margin=0.0)
 
 

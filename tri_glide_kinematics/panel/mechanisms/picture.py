@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from tri_glide_kinematics.equal_numbers import first_smallest
-from tri_glide_kinematics.mechanisms.pictures import Skeleton
+from tri_glide_kinematics.mechanisms.pictures import Skeleton, bounds
 from tri_glide_kinematics.vectors import FloatArray, Point
 from tri_glide_kinematics.wording import number_text
 
@@ -166,6 +167,11 @@ class Branch:
     points: FloatArray
     marks: tuple[Mark, ...]
     text: str
+
+    @cached_property
+    def extent(self) -> FloatArray:
+        """Corners of a box around all points, which is asked for in each drawing. (2, 2) [m]."""
+        return bounds(self.points, margin=0.0)
 
     @property
     def events(self) -> str:
