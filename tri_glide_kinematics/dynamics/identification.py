@@ -45,7 +45,7 @@ ANY_ARMS = (
     *(*ARM_MASSES, *ARM_MOMENTS, *ARM_INERTIAS, *COULOMB, *VISCOUS),
 )
 
-# What most machines have not.
+# Default: most machines have no counterweights [kg].
 NO_COUNTERWEIGHTS: Mapping[str, float] = dict.fromkeys(COUNTERWEIGHTS, 0.0)
 
 # Slower sliders tell little of their friction: near rest it may be anything [m/s].

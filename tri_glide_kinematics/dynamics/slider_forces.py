@@ -548,7 +548,7 @@ def _against_dry_friction(
     )
     for _ in range(GUESSES):
         x, left = _balanced(matrix, driving, dry, signs)
-        # What moves against its friction stops; what friction does not hold begins to move.
+        # A slider that moves against its friction stops; one that friction does not hold begins.
         found = tuple(
             sign
             if friction == 0.0 or (each * sign > 0.0 if sign else abs(rest) <= friction)

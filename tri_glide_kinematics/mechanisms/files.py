@@ -36,7 +36,7 @@ class MechanismFileError(FileError):
 
 Mechanism = FourBar | FMechanism | LandingGear
 
-# Where there is no other place.
+# Default of points that a file may leave out [m].
 _ORIGIN = [0.0, 0.0]
 _LINKS = ("crank", "coupler", "rocker", "ground")
 _JOINTS = ("crank_pivot", "crank_pin", "rocker_pin", "rocker_pivot")

@@ -28,7 +28,7 @@ QUERY = "token"
 # The cookie lasts for so long after the page was last opened [s].
 COOKIE_AGE = 365 * 24 * 3600
 HOST = re.compile(r"(?P<name>\[[0-9A-Fa-f:.]+\]|[^\s:/?#@\[\]]+)(?::(?P<port>[0-9]{1,5}))?")
-# So much of what somebody sent is told to others.
+# Longest part of a foreign text that is told to others [characters].
 SHOWN = 80
 
 

@@ -96,7 +96,7 @@ def serve(port: int, points_file: str, namespace: str, endings: list[str]) -> No
             nodes.append(ShownNode(name, log, begin))
 
         for name in NODES:
-            # What stands last wins; mechanism_node has no parameters.
+            # The last file wins; mechanism_node has no parameters.
             parameters = file if name != "mechanism_node" else ()
             patience = PATIENCE if name == "ik_node" else ()
             start(name, [*quiet, *parameters, *patience])

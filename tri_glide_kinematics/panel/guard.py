@@ -29,13 +29,13 @@ from tri_glide_kinematics.panel.admission import Admission, Request, shown
 from tri_glide_kinematics.reason_log import ReasonLog
 
 FORBIDDEN, OK = 403, 200
-WRONG_VERSION = 1002
+WRONG_VERSION = 1002  # "protocol error" of RFC 6455
 # A page says little: where its camera is, what is pressed, a text in a field [bytes].
 LONGEST_MESSAGE = 64 * 1024
-LINES_PER_SECOND = 1
+LINES_PER_SECOND = 1  # of the log: whoever knocks again and again does not fill it
 # A file that a page sends: not for viser, which would keep whatever comes in its memory.
 OF_FILES = (messages.FileTransferPart, messages.FileTransferStartUpload)
-# What our pages say; viser reads other things, too.
+# Kinds of messages that our pages send; viser reads others, too.
 SAID_BY_PAGES = (
     *OF_FILES,
     messages.GuiButtonHoldMessage,

@@ -94,7 +94,7 @@ def turn(handle: Any, wxyz: Quaternion) -> None:
     handle._impl.api._queue_scene_message(messages.SetOrientationMessage(handle.name, wxyz))
 
 
-# What moved by less is not sent: it would not be seen [m].
+# A shorter move of a part is not sent: it would not be seen [m].
 SMALLEST_MOVE = 2e-5
 
 RGB = tuple[int, int, int]
@@ -108,8 +108,8 @@ PROGRAMMED: RGB = (150, 150, 150)
 DRIVEN: RGB = (26, 153, 255)
 TRACE: RGB = (230, 90, 20)
 TARGET: RGB = (220, 40, 30)
-COMMANDED_OPACITY = 0.3
-AMBIENT_LIGHT = 2.0
+COMMANDED_OPACITY = 0.3  # the measured machine is seen through the commanded one
+AMBIENT_LIGHT = 2.0  # intensity, as viser counts it
 
 _ROOTS = (
     *("tower_0", "tower_1", "tower_2", "floor", "measured", "commanded", "target", "workspace"),

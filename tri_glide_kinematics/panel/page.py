@@ -75,7 +75,7 @@ async def _answer(socket: Socket) -> None:
 # After so long without a word from us, the page says so [ms].
 SILENCE = 3000
 
-# So often the pages are woken that may have something to be sent [s].
+# Time between two wakings of the pages that may have something to be sent [s].
 WAKE_PERIOD = 0.5
 
 Log = Callable[[str], object]

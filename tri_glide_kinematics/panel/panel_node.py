@@ -60,7 +60,7 @@ FRAMES = 30.0  # 1/s
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 PATIENCE = 5.0  # s after which it is asked again
 LONGEST_NOTICE = 500  # characters
-# What may be said of a place that was asked for.
+# Refusals that are about the place that was asked for.
 PLACE_REFUSALS = (MachineState.REFUSAL_UNREACHABLE, MachineState.REFUSAL_OUTSIDE_WORKSPACE)
 STRIP_PERIOD = 0.5  # s after which a page is told again what it knows
 

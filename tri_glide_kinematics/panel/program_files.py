@@ -16,7 +16,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import OutsideFolderError, file_in
 from tri_glide_kinematics.panel.machine import OperatorRequests
 
-# What the list of programs shows where none is chosen: no file is called so.
+# Entry of the list of programs while none is chosen: no file is called so.
 NO_FILE = "choose a program"
 
 # Of one file: some 2,000,000 lines [bytes].

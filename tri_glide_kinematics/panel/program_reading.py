@@ -35,7 +35,7 @@ from tri_glide_kinematics.programs import (
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
 
-# What a piece of the path looks like. What joins two paths is not drawn.
+# Looks of a piece of the path. A piece that joins two paths is not drawn.
 CUT, RAPID, OUTSIDE, NOTHING = range(4)
 
 # A piece that is drawn is no longer, so that what is outside is seen to begin there [m], and an arc
@@ -53,11 +53,12 @@ UNSEEN = 1e-5
 LONGEST_REASON = 500  # characters
 UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
 
+# Reading takes less of the processor than the nodes that share the computer.
 NICENESS = 5
 SCRIPT = "from tri_glide_kinematics.panel.program_reading import main; main()"
 
 
-# What differs when another file is in place of one, or something else is in it.
+# A mark differs when another file has taken the place, or its contents have changed.
 Mark = tuple[int, ...]
 
 

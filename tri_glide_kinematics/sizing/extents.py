@@ -19,6 +19,7 @@ from tri_glide_kinematics.workspace import Bound, Face, Workspace
 # A radius is found to this [m].
 RADIUS_TOLERANCE = 1e-7
 
+# Cells along each side at first, and how often they are halved: it ends by the tolerance before.
 FIRST_CELLS = 16
 MOST_HALVINGS = 60
 

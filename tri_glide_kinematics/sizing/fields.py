@@ -20,7 +20,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.dynamics import Constants, Masses
-from tri_glide_kinematics.tri_glide import TriGlideGeometry, extreme_singular_values_batch
+from tri_glide_kinematics.tri_glide import (
+    TriGlideGeometry,
+    extreme_singular_values_batch,
+    jacobian_rows,
+)
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # Errors of the three sliders with the same size and any signs; the opposite signs give the same.
@@ -99,13 +103,10 @@ class Cells:
             lengths: of the arms. Shape (3, 1) or (3, n) [m].
             radius: of all cells [m].
         """
-        distances = np.hypot(across[:, 0], across[:, 1])
-        rows = np.ones((3, 3, across.shape[2]))
-        farthest = distances + radius
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            rise = np.sqrt((lengths - distances) * (lengths + distances))
+            distances, rise, rows = jacobian_rows(across, lengths)
+            farthest = distances + radius
             least = np.sqrt((lengths - farthest) * (lengths + farthest))
-            rows[:, :2] = across / rise[:, np.newaxis]
             bends = lengths**2 / least**3
             largest, smallest = extreme_singular_values_batch(rows)
             following, preceding = rows[[1, 2, 0]], rows[[2, 0, 1]]

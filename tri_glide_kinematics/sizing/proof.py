@@ -24,7 +24,7 @@ ROUNDING = 1e-9
 FIRST_CELLS = 8
 MOST_HALVINGS = 40
 
-# So many cells at a time are looked at; a quantity that needs more has no bound.
+# Most cells that are looked at together; a quantity that needs more has no bound.
 MOST_CELLS = 200_000
 
 # From the center of a cell to those of its quarters, in half sides of a quarter.

@@ -39,6 +39,7 @@ ANGLES = (math.radians(1.0), math.radians(88.0))
 FIRST_GRID = 45
 FINE_GRID = 11
 STARTS = 4
+# Each round shrinks the grid to this part: after all of them it is 1e-4 of the first one.
 ROUNDS = 18
 SHRINKING = 0.6
 
@@ -47,6 +48,7 @@ TOGETHER = 60_000
 
 # Room that a machine leaves to each demand, so that it can be proved.
 ROOM = 2.0 * TIGHTNESS
+# Attempts to prove a machine: each adds the places where the one before failed.
 ATTEMPTS = 8
 
 # How tight bounds are of a machine that does not do what is wished.

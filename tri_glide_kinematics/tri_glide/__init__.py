@@ -6,12 +6,14 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.tri_glide.batch import BLOCK as BLOCK
+    from tri_glide_kinematics.tri_glide.conditioning import ball_that_keeps as ball_that_keeps
     from tri_glide_kinematics.tri_glide.conditioning import (
         extreme_singular_values as extreme_singular_values,
     )
     from tri_glide_kinematics.tri_glide.conditioning import (
         extreme_singular_values_batch as extreme_singular_values_batch,
     )
+    from tri_glide_kinematics.tri_glide.conditioning import jacobian_rows as jacobian_rows
     from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY as DEFAULT_GEOMETRY
     from tri_glide_kinematics.tri_glide.geometry import ArmsNeverMeetError as ArmsNeverMeetError
     from tri_glide_kinematics.tri_glide.geometry import (

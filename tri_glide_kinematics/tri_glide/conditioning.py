@@ -1,21 +1,29 @@
-"""Extreme singular values of 3 x 3 matrices in closed form.
+r"""Extreme singular values of 3 x 3 matrices in closed form, and what they say around a place.
 
 The eigenvalue formula of a symmetric 3 x 3 matrix (Smith, "Eigenvalues of a symmetric 3 x 3
 matrix", Comm. ACM 4, 1961) is exact to rounding for the largest eigenvalue only, as all its terms
 are then positive. So the smallest singular value is found as the inverse of the largest one of
 the inverse matrix, whose columns are cross products of the rows.
+
+Per metre of the platform the Jacobian changes by at most $K = \sqrt{\sum_i (L_i^2/s_i^3)^2}$ with
+the rises $s_i$, and each singular value by no more than the Jacobian does.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from math import acos, cos, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.vectors import Vector3, cross, dot
+from tri_glide_kinematics.vectors import FloatArray, Vector3, cross, dot
 
 Matrix3 = tuple[Vector3, Vector3, Vector3]
+
+# A float, or an array of them.
+Number = Any
 
 # Below this the eigenvalues are equal, and the angle between them has no meaning.
 NO_SPREAD = 1e-100
@@ -57,6 +65,74 @@ def extreme_singular_values_batch(
     determinant = np.einsum("jn,jn->n", matrices[0], columns[0])
     largest = _largest_batch(both)
     return largest[:count], determinant / largest[count:]
+
+
+def jacobian_rows(
+    across: FloatArray, lengths: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the Jacobian at many places; an arm that does not reach gives NaN or infinity.
+
+    Args:
+        across: from the platform to each anchor. Shape (3, 2, n) [m].
+        lengths: of the arms. Shape (3, 1) or (3, n) [m].
+
+    Returns:
+        Horizontal length and rise of each arm, both of shape (3, n) [m], and the rows, of shape
+        (3, 3, n).
+    """
+    distances = np.hypot(across[:, 0], across[:, 1])
+    rises = np.sqrt((lengths - distances) * (lengths + distances))
+    rows = np.ones((3, 3, across.shape[2]))
+    np.divide(across, rises[:, np.newaxis], out=rows[:, :2])
+    return distances, rises, rows
+
+
+def ball_that_keeps(
+    margin: Number,
+    smallest: Number,
+    max_condition: float,
+    lengths: Iterable[float],
+    distances: Iterable[Number],
+    granted: float,
+    smaller: Callable[[Number, Number], Number] = min,
+    larger: Callable[[Number, Number], Number] = max,
+) -> tuple[Number, Number]:
+    """Return a radius in which the condition number is kept, and the slope of the Jacobian there.
+
+    Args:
+        margin: smallest singular value less the part of the largest that it has to be.
+        smallest: singular value.
+        max_condition: largest condition number.
+        lengths: of the arms, three numbers [m].
+        distances: horizontal length of each arm, three numbers or arrays [m].
+        granted: as far beyond the edge a place may be [m].
+        smaller: of two numbers; of two arrays ``np.minimum``.
+        larger: likewise.
+
+    Returns:
+        Radius [m], and by how much the Jacobian changes in it per metre at most [1/m].
+    """
+    arms = list(zip(lengths, distances))
+    first, second, third = [length - distance for length, distance in arms]
+    # The slope of the margin is that of the Jacobian times the factor.
+    factor = 1.0 + 1.0 / max_condition
+    # A first guess of the radius, with some rise of every arm left, bounds the slope; that bounds
+    # the radius.
+    radius = larger(margin / (factor * _steepest(arms, 0.0)), granted)
+    radius = smaller(radius, 0.5 * smaller(smaller(first, second), third))
+    slope = _steepest(arms, radius)
+    granted = smaller(granted, 0.5 * smallest / slope)
+    return smaller(radius, larger(margin / (factor * slope), granted)), slope
+
+
+def _steepest(arms: list[tuple[float, Number]], radius: Number) -> Number:
+    """Return the largest slope of the Jacobian within ``radius`` [1/m]."""
+    total = 0.0
+    for length, distance in arms:
+        farthest = distance + radius
+        rise_squared = (length - farthest) * (length + farthest)
+        total = total + length**4 / rise_squared**3
+    return sqrt(total) if isinstance(total, float) else np.sqrt(total)
 
 
 def _largest_singular_value(a: Vector3, b: Vector3, c: Vector3) -> float:

@@ -224,12 +224,7 @@ class TriGlide:
             WrongAssemblyModeError: if the platform is not below the plane of the carriages.
                 Both are an UnreachableError.
         """
-        try:
-            x, y, z = position
-            if not (type(x) is type(y) is type(z) is float):
-                x, y, z = plain_floats("position", (x, y, z), 3)
-        except (TypeError, ValueError):
-            x, y, z = plain_floats("position", position, 3)
+        x, y, z = _three("position", position)
         _, _, q1, _, _, q2, _, _, q3 = arms = self._arms(x, y)
         # Written so that NaN and infinity fail a comparison and cost nothing otherwise.
         if q1 > 0.0 and q2 > 0.0 and q3 > 0.0 and z * 0.0 == 0.0:
@@ -255,18 +250,8 @@ class TriGlide:
         Raises:
             KinematicsError: as in ``inverse``, for the velocity too.
         """
-        try:
-            x, y, z = position
-            if not (type(x) is type(y) is type(z) is float):
-                x, y, z = plain_floats("position", (x, y, z), 3)
-        except (TypeError, ValueError):
-            x, y, z = plain_floats("position", position, 3)
-        try:
-            dx, dy, dz = velocity
-            if not (type(dx) is type(dy) is type(dz) is float):
-                dx, dy, dz = plain_floats("velocity", (dx, dy, dz), 3)
-        except (TypeError, ValueError):
-            dx, dy, dz = plain_floats("velocity", velocity, 3)
+        x, y, z = _three("position", position)
+        dx, dy, dz = _three("velocity", velocity)
         f1x, f1y, q1, f2x, f2y, q2, f3x, f3y, q3 = arms = self._arms(x, y)
         if q1 > 0.0 and q2 > 0.0 and q3 > 0.0:
             s1 = sqrt(q1)
@@ -305,12 +290,7 @@ class TriGlide:
             SpheresDoNotMeetError: if the arms do not meet.
             PlatformAboveSliderError: if they meet above one of the sliders. Both are a NoPoseError.
         """
-        try:
-            h1, h2, h3 = heights
-            if not (type(h1) is type(h2) is type(h3) is float):
-                h1, h2, h3 = plain_floats("heights", (h1, h2, h3), 3)
-        except (TypeError, ValueError):
-            h1, h2, h3 = plain_floats("heights", heights, 3)
+        h1, h2, h3 = _three("heights", heights)
         d2 = h2 - h1
         d3 = h3 - h1
         px, py, mx, my, n, discriminant = self._meeting_line(d2, d3)
@@ -336,18 +316,8 @@ class TriGlide:
         Raises:
             KinematicsError: as in ``forward``, for the rates too.
         """
-        try:
-            h1, h2, h3 = heights
-            if not (type(h1) is type(h2) is type(h3) is float):
-                h1, h2, h3 = plain_floats("heights", (h1, h2, h3), 3)
-        except (TypeError, ValueError):
-            h1, h2, h3 = plain_floats("heights", heights, 3)
-        try:
-            rate1, rate2, rate3 = height_rates
-            if not (type(rate1) is type(rate2) is type(rate3) is float):
-                rate1, rate2, rate3 = plain_floats("height_rates", (rate1, rate2, rate3), 3)
-        except (TypeError, ValueError):
-            rate1, rate2, rate3 = plain_floats("height_rates", height_rates, 3)
+        h1, h2, h3 = _three("heights", heights)
+        rate1, rate2, rate3 = _three("height_rates", height_rates)
         d2 = h2 - h1
         d3 = h3 - h1
         px, py, mx, my, n, discriminant = self._meeting_line(d2, d3)
@@ -450,7 +420,7 @@ class TriGlide:
         Raises:
             KinematicsError: as in ``inverse``.
         """
-        x, y, _ = place = plain_floats("position", position, 3)
+        x, y, _ = place = _three("position", position)
         self.inverse(place)
         f1x, f1y, q1, f2x, f2y, q2, f3x, f3y, q3 = self._arms(x, y)
         s1, s2, s3 = sqrt(q1), sqrt(q2), sqrt(q3)
@@ -608,6 +578,17 @@ class TriGlide:
         if rises[lowest] <= 0.0:
             return PlatformAboveSliderError(heights, lowest, rises[lowest])
         return NotFiniteError("velocity[2]", inf)
+
+
+def _three(name: str, numbers: Iterable[float]) -> tuple[float, ...]:
+    """Return three numbers as plain floats; those that are such already cost one look."""
+    try:
+        first, second, third = numbers
+    except (TypeError, ValueError):
+        return plain_floats(name, numbers, 3)
+    if type(first) is type(second) is type(third) is float:
+        return first, second, third
+    return plain_floats(name, (first, second, third), 3)
 
 
 def _not_finite(name: str, values: Sequence[float]) -> NotFiniteError | None:

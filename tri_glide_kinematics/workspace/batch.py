@@ -16,7 +16,7 @@ from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace.limits import WorkspaceLimits
 
-# What tracing a way leaves between its samples [m].
+# Largest way out of the workspace that tracing leaves between its samples [m].
 PLACE_TOLERANCE = 6e-5
 
 # Places of a grid along each axis.

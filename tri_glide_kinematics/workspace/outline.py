@@ -17,11 +17,12 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.tracing import TOLERANCE
 from tri_glide_kinematics.workspace.workspace import Workspace
 
+# Rings of the outline, directions in each, and lines from ring to ring: enough to look smooth.
 LEVELS = 9
 DIRECTIONS = 48
 MERIDIANS = 12
 
-# Where the middle is looked for when it is not inside: so many places, from bottom to top.
+# Number of heights, from bottom to top, at which a place inside is looked for if the middle is not.
 PLACES = 65
 
 # No workspace is wider or taller [m].

@@ -21,7 +21,11 @@ from math import hypot, inf, sqrt
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.tri_glide import TriGlideGeometry, extreme_singular_values
+from tri_glide_kinematics.tri_glide import (
+    TriGlideGeometry,
+    ball_that_keeps,
+    extreme_singular_values,
+)
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
 
@@ -100,7 +104,8 @@ class ConditionField:
 
     def __init__(self, geometry: TriGlideGeometry, max_condition: float) -> None:
         """Prepare for a machine and its largest condition number."""
-        self._arms = [(*xy, length) for xy, length in zip(geometry.anchors, geometry.arm_lengths)]
+        self._anchors = geometry.anchors
+        self._lengths = geometry.arm_lengths
         self._sign = 1.0 if geometry.doubled_area > 0.0 else -1.0
         self._max_condition = max_condition
 
@@ -108,7 +113,7 @@ class ConditionField:
         """Return what is known around a place of the platform [m]; None if it is not inside."""
         rows = []
         distances = []
-        for anchor_x, anchor_y, length in self._arms:
+        for (anchor_x, anchor_y), length in zip(self._anchors, self._lengths):
             across_x, across_y = anchor_x - x, anchor_y - y
             distance = hypot(across_x, across_y)
             if not distance < length:
@@ -118,29 +123,14 @@ class ConditionField:
             distances.append(distance)
         largest, smallest = extreme_singular_values((rows[0], rows[1], rows[2]))
         smallest *= self._sign
-        # Positive inside. Its slope is that of the Jacobian times the factor.
+        # Positive inside.
         margin = smallest - largest / self._max_condition
         if not margin >= -ROUNDING * largest / self._max_condition:
             return None
-        factor = 1.0 + 1.0 / self._max_condition
-        # A first guess of the radius, with some rise of every arm left, bounds the slope; that
-        # bounds the radius.
-        room = min([arm[2] - distance for arm, distance in zip(self._arms, distances)])
-        radius = margin / (factor * self._steepest(distances, 0.0))
-        radius = min(max(radius, TOLERANCE), 0.5 * room)
-        slope = self._steepest(distances, radius)
-        granted = min(TOLERANCE, 0.5 * smallest / slope)
-        radius = min(radius, max(margin / (factor * slope), granted))
+        radius, slope = ball_that_keeps(
+            margin, smallest, self._max_condition, self._lengths, distances, TOLERANCE
+        )
         return Surroundings(radius, smallest - slope * radius, slope)
-
-    def _steepest(self, distances: list[float], radius: float) -> float:
-        """Return the largest slope of the Jacobian within ``radius`` [1/m]."""
-        total = 0.0
-        for (_, _, length), distance in zip(self._arms, distances):
-            farthest = distance + radius
-            rise_squared = (length - farthest) * (length + farthest)
-            total += length**4 / rise_squared**3
-        return sqrt(total)
 
 
 def path_probe(

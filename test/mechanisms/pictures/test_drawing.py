@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from strategies import nudged
 
 from tri_glide_kinematics.mechanisms.pictures import (
-    SKELETON,
+    FOUR_BAR,
     DrawnMechanism,
     LengthUnit,
     angle_axis,
@@ -34,7 +34,7 @@ def test_names_stand_where_they_stood():
     places = set()
     for _ in range(50):
         axes = Figure().add_subplot()
-        DrawnMechanism(axes, SKELETON, nudged(rng, points), LengthUnit("m", 1.0), named=True)
+        DrawnMechanism(axes, FOUR_BAR, nudged(rng, points), LengthUnit("m", 1.0), named=True)
         places.add(tuple((*np.round(text.xyann, 6), text.get_va()) for text in axes.texts))
     assert len(places) == 1
 

@@ -11,9 +11,10 @@ from joined_domain import joined_domain
 from mechanisms_rig import Rig, mechanism_nodes, page_server
 
 from testing.browser import DESKTOP, PHONE, browser, find_browser
+from tri_glide_kinematics.mechanisms.pictures import BLUE, GREEN, ORANGE
 from tri_glide_kinematics.panel.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.machine_scene import light_plainly
-from tri_glide_kinematics.panel.mechanisms import BLUE, GREEN, ORANGE, PALE
+from tri_glide_kinematics.panel.mechanisms import PALE, rgb
 
 pytestmark = [
     pytest.mark.nodes,
@@ -120,7 +121,7 @@ def screen(tmp_path_factory):
 
 def places(pixels, colour):
     """Return where a colour is. Shape (n, 2), rows and columns."""
-    away = np.abs(pixels - colour).max(axis=2)
+    away = np.abs(pixels - rgb(colour)).max(axis=2)
     return np.argwhere(away < SAME)
 
 

@@ -48,7 +48,8 @@ def branch_of(questions, values, crank_angle, key):
     return questions.branch(request, ask(questions.trace_service, request))
 
 
-def lengths_of(lines):
+def lengths_of(questions, position):
+    lines = questions.skeleton.lines(position.points)
     return np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
 
 
@@ -68,15 +69,15 @@ def test_a_four_bar_is_asked_and_drawn_as_the_textbook_says():
     positions = questions.positions(solved(questions, values, math.radians(30.0)))
     assert [position.text.split(",")[0] for position in positions] == ["open", "crossed"]
     for position in positions:
-        assert lengths_of(position.lines)[:3] == pytest.approx([0.02, 0.07, 0.09])
-        crank_pivot, crank_pin, rocker_pin, rocker_pivot, point = position.joints
+        assert lengths_of(questions, position)[:3] == pytest.approx([0.02, 0.09, 0.07])
+        crank_pivot, crank_pin, rocker_pin, rocker_pivot, point = position.points
         assert np.array([crank_pivot, rocker_pivot]) == pytest.approx(questions.pivots(values))
         along, across = 0.035, 0.02
         way = (rocker_pin - crank_pin) / 0.07
         left = np.array([-way[1], way[0]])
         assert point == pytest.approx(crank_pin + along * way + across * left)
     # A textbook's number: the open coupler at 88.837241 degrees.
-    _, crank_pin, rocker_pin, *_ = positions[0].joints
+    _, crank_pin, rocker_pin, *_ = positions[0].points
     assert math.degrees(math.atan2(*(rocker_pin - crank_pin)[::-1])) == pytest.approx(88.837241)
 
 
@@ -85,7 +86,7 @@ def test_the_sheet_starts_in_the_position_that_is_given():
     assert math.degrees(questions.crank_angle) == pytest.approx(34.947102)
     positions = questions.positions(solved(questions, values, questions.crank_angle))
     crossed = positions[round(questions.key)]
-    assert crossed.joints[2] == pytest.approx([0.028332, 0.046047])
+    assert crossed.points[2] == pytest.approx([0.028332, 0.046047])
     assert questions.pivots(values)[1] == pytest.approx([-0.074783, 0.004195])
 
 
@@ -124,7 +125,7 @@ def test_a_full_crank_is_traced_once_around_and_the_rocker_turns_back_twice():
     questions, values = questions_of("four_bar_textbook")
     branch = branch_of(questions, values, questions.crank_angle, 0.0)
     assert branch.track.closed
-    curve, pins = branch.paths
+    curve, pins = (branch.points[:, index] for index in questions.paths)
     assert curve[0] == pytest.approx(curve[-1])
     assert len(branch.marks) == 2
     # There the rocker is at an end of its way: the pins farthest apart are the marks.
@@ -139,10 +140,10 @@ def test_positions_of_the_f_mechanism_are_those_of_the_source():
     angles = [math.degrees(position.key) for position in positions]
     assert angles == pytest.approx([-75.688, -55.562, -18.443, -0.982], abs=5e-4)
     for position in positions:
-        # Crank and rod of each leg, then the sides of the platform.
-        lengths = lengths_of(position.lines)
-        assert lengths[[0, 2, 4]] == pytest.approx([0.019, 0.014, 0.016])
-        assert lengths[[1, 3, 5]] == pytest.approx([0.035, 0.034, 0.054])
+        # Cranks, rods, then the sides of the platform.
+        lengths = lengths_of(questions, position)
+        assert lengths[:3] == pytest.approx([0.019, 0.014, 0.016])
+        assert lengths[3:6] == pytest.approx([0.035, 0.034, 0.054])
         assert lengths[6] == pytest.approx(math.hypot(0.040, 0.018))
 
 

@@ -87,8 +87,9 @@ SMALLEST_DEVIATION = 1e-7
 # The nominal machine explains a measurement to within this part of the longest arm.
 WORST_FIT = 0.2
 
-# What the parameters of the nodes may be, too [m].
+# Largest length that is taken from a file; it is the bound of the nodes' parameters, too [m].
 LARGEST_LENGTH = 10.0
+# A shorter arm is in another unit [m].
 SHORTEST_ARM = 0.001
 
 IN_MILLIMETRES = "is it in millimetres (unit: mm)?"

@@ -125,7 +125,7 @@ class Knowledge:
         """
         machine, others = matrix[:, :MACHINE] @ self.scale, matrix[:, MACHINE:]
         if others.shape[1]:
-            # What plates and frames can explain as well says nothing about the machine.
+            # A direction that plates and frames explain as well says nothing about the machine.
             machine = machine - others @ np.linalg.lstsq(others, machine, rcond=None)[0]
         # Rows of zeros, so that there is a direction for each parameter.
         padded = np.concatenate((machine, np.zeros((MACHINE, MACHINE))))

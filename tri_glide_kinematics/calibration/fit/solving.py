@@ -87,6 +87,7 @@ def placement(places: FloatArray, seen: FloatArray) -> FramePlacement:
     return FramePlacement(rotation, seen_center - rotation @ center)
 
 
+# Steps of a fit that has not converged by then, and will not.
 STEPS = 60
 # A step is halved up to so many times if the residuals grow.
 HALVINGS = 30

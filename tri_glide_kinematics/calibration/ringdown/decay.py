@@ -24,8 +24,10 @@ from tri_glide_kinematics.vectors import FloatArray
 
 ComplexArray = NDArray[np.complex128]
 
+# Of the polynomial that a sensor may drift along during a recording.
 DRIFT_DEGREE = 3
 
+# Of a fit; it ends by the bound below before, if it converges.
 MOST_STEPS = 60
 
 # A step that would improve the sum of squares, in variances of the noise, by less is the last.

@@ -47,6 +47,7 @@ PROMISING = 0.5
 
 NO_POLES = np.empty(0, dtype=np.complex128)
 
+# Fewer samples tell of no mode.
 LEAST_SAMPLES = 32
 # In the recording, and samples in each.
 LEAST_PERIODS = 3.0

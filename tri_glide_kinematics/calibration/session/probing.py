@@ -29,7 +29,7 @@ LETTING_GO = 0.1
 LARGEST_DEVIATION = 2e-3
 # Measured heights that are silent for longer end a probe, and so does our own silence [s].
 LONGEST_SILENCE = 0.5
-# Who looks less often than this has not listened [s].
+# A driver that looks less often than this may have missed a contact [s].
 LONGEST_LOOK = 0.05
 # The platform has to move by some part of the way that was asked for in this time, or is held [s].
 PATIENCE = 4.0

@@ -24,7 +24,9 @@ class SwingingError(KinematicsError):
 
 
 X_Y_Z: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+# Most directions in one recording.
 MOST_DIRECTIONS = 9
+# Bounds and default of a move, and of the time for which its swing is recorded.
 LENGTHS, LENGTH = (0.001, 0.5), 0.02  # m
 DURATIONS, DURATION = (0.2, 60.0), 2.0  # s
 
@@ -41,7 +43,7 @@ SETTLING = 0.02
 # Before anything moves, so many samples have to come in this time [s].
 FEWEST_SAMPLES = 10
 LONGEST_WAIT = 3.0
-# Who is silent for longer is gone; after a longer gap of our own nobody knows what happened [s].
+# A machine that is silent for longer is gone; a longer gap of our own leaves its state unknown [s].
 LONGEST_SILENCE = 1.0
 # A slow machine takes long, and a target that is not reached is waited for [s].
 LONGEST_MOVE = 120.0

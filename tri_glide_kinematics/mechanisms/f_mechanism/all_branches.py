@@ -33,8 +33,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.trace import (
     straight_drive,
     trace_branch,
 )
-
-Array = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 # Islands are closed branches so small that they lie between two sampled crank angles.
 #
@@ -43,13 +42,17 @@ Array = NDArray[np.float64]
 # extremum that approaches zero on one side of an interval and leaves it on the other is searched
 # for its least distance.
 
+# Step of central differences over the crank angle [rad]: near the cube root of rounding, where
+# their error is least.
 _DIFFERENCE = 1e-6
+# Halvings of an interval between two samples, and steps of Newton's method to an extremum from a
+# sample, or from where it was one halving before.
 _BISECTIONS = 25
 _NEWTON_STEPS = 6
 _TRACKING_STEPS = 2
 
 
-def find_islands(linkage: Linkage, crank_angles: Array) -> list[float]:
+def find_islands(linkage: Linkage, crank_angles: FloatArray) -> list[float]:
     """Crank angles between the equidistant given ones at which an island is widest [rad]."""
     polynomial = _closure(linkage, crank_angles).polynomial
     row, angle = row_roots(_derivative(polynomial))
@@ -71,7 +74,7 @@ def find_islands(linkage: Linkage, crank_angles: Array) -> list[float]:
     return [math.remainder(float(found), 2.0 * math.pi) for found in low[island]]
 
 
-def _closure(linkage: Linkage, crank_angles: Array) -> Closure:
+def _closure(linkage: Linkage, crank_angles: FloatArray) -> Closure:
     return closure(linkage, pins_at(linkage, linkage.crank_angles(crank_angles)))
 
 
@@ -82,8 +85,8 @@ def _derivative(polynomial: Cubic) -> Cubic:
 
 
 def _extremum(
-    linkage: Linkage, crank_angles: Array, angle: Array, steps: int = _NEWTON_STEPS
-) -> tuple[Array, Array, Array]:
+    linkage: Linkage, crank_angles: FloatArray, angle: FloatArray, steps: int = _NEWTON_STEPS
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Value at the extremum near ``angle``, its slope over the crank angle, and its place."""
     polynomial = _closure(linkage, crank_angles).polynomial
     for _ in range(steps):
@@ -105,6 +108,7 @@ def _extremum(
 _MOST_TURNS = 50
 # Positions of a trace and of the survey agree this well, beside a fold too [rad, size].
 _SAME = 1e-5
+# Longest step along a branch [rad]: the tubes of the arcs make it shorter where the curve bends.
 _LARGEST_STEP = 0.5
 
 
@@ -122,7 +126,7 @@ class FMechanismOverview:
             on branches that are singular everywhere.
     """
 
-    crank_angles: Array
+    crank_angles: FloatArray
     counts: NDArray[np.int64]
     self_motion: NDArray[np.bool_]
     branches: tuple[FMechanismTrace, ...]
@@ -137,7 +141,7 @@ class FMechanismOverview:
 def survey(linkage: Linkage, samples: int) -> FMechanismOverview:
     """Solve at ``samples`` crank angles, and follow every branch found until it closes."""
     spacing = 2.0 * math.pi / samples
-    crank_angles: Array = spacing * np.arange(samples, dtype=np.float64)
+    crank_angles: FloatArray = spacing * np.arange(samples, dtype=np.float64)
     poses = solve_batch(linkage, crank_angles)
     missing = ~np.isnan(poses.angle)
     branches: list[FMechanismTrace] = []

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.mechanisms.f_mechanism.curve import (
     Curve,
@@ -17,7 +16,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.curve import (
     Gradients,
     Symmetric,
 )
-from tri_glide_kinematics.vectors import Vector3, dot, minus, scaled
+from tri_glide_kinematics.vectors import FloatArray, Vector3, dot, minus, scaled
 
 # How far the curve of positions is proven to be one arc: a tube about its tangent.
 
@@ -94,8 +93,8 @@ def tube(frame: Frame, longest: float) -> Tube:
 
 # Singular places of the curve of positions: turning points and bifurcations.
 
-Array = NDArray[np.float64]
 
+# Bounds of loops that end by their tolerance before, but for rounding.
 _BISECTIONS = 80
 _ITERATIONS = 30
 # Residual of the bifurcation equations, lengths relative to the size, that counts as zero.
@@ -220,12 +219,12 @@ def branch_directions(curve: Curve, x: Vector3) -> tuple[Vector3, Vector3] | Non
     return _unit(first), _unit(second)
 
 
-def _unit(vector: Array) -> Vector3:
+def _unit(vector: FloatArray) -> Vector3:
     x, y, z = (vector / np.linalg.norm(vector)).tolist()
     return x, y, z
 
 
-def _matrix(symmetric: Symmetric) -> Array:
+def _matrix(symmetric: Symmetric) -> FloatArray:
     m00, m11, m22, m01, m02, m12 = symmetric
     return np.array([[m00, m01, m02], [m01, m11, m12], [m02, m12, m22]])
 
@@ -242,9 +241,11 @@ _NEARER = 0.25
 _LONGEST_PASSAGE = 0.05
 # Below this radius the branch cannot be told from another one any more.
 _SMALLEST_RADIUS = 3e-8
-# So many arcs must cover this length [rad]; a branch that is nearly singular throughout does not.
+# A leg of 5000 arcs must cover this length [rad]; on a branch that is nearly singular throughout it
+# does not.
 _LEG = 5000
 _LEG_LENGTH = 0.01
+# A step is halved so often until its end lies in the tube: down to 1e-12 of it.
 _HALVINGS = 40
 
 

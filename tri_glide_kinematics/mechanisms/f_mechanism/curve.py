@@ -25,6 +25,7 @@ Symmetric = tuple[float, float, float, float, float, float]
 # rods that are short against the size it is relative to the size and the reach.
 ON_CURVE = 2e-15
 _ON_CURVE_OF_SHORT_RODS = 1e-14
+# Steps of Newton's method from an arc to the curve, or the step along the arc was too long.
 _ITERATIONS = 12
 
 

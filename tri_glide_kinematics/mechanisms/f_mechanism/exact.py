@@ -48,6 +48,7 @@ _LONGEST_CORRECTION = 1e-4
 _SAME_POSITION = 1e-7
 # A place at which rod A is wrong by more than this part does not belong to a fold.
 _NEAR = 1e-3
+# Steps to the position whose rods deviate least, from a place next to it.
 _SETTLING = 2
 
 Polynomial = list[int]

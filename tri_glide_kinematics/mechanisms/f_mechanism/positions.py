@@ -40,7 +40,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.roots import (
     row_order,
     simple_roots,
 )
-from tri_glide_kinematics.vectors import Point
+from tri_glide_kinematics.vectors import FloatArray, Point
 from tri_glide_kinematics.wording import number_text
 
 
@@ -54,9 +54,6 @@ class SelfMotionError(KinematicsError):
             "stand still (self-motion), so it has no finite number of positions"
         )
         self.crank_angle = crank_angle
-
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -128,27 +125,27 @@ class FMechanismPoses:
         linkage: dimensions of the mechanism.
     """
 
-    crank_angles: Array
+    crank_angles: FloatArray
     counts: NDArray[np.int64]
-    angle: Array
-    position: Array
-    angular_velocity: Array
-    velocity: Array
-    residual: Array
-    singularity: Array
+    angle: FloatArray
+    position: FloatArray
+    angular_velocity: FloatArray
+    velocity: FloatArray
+    residual: FloatArray
+    singularity: FloatArray
     self_motion: NDArray[np.bool_]
     linkage: Linkage
 
-    def platform_joints(self) -> Array:
+    def platform_joints(self) -> FloatArray:
         """A2, B2, C2 in the fixed frame, shape (n, 6, 3, 2) [m]."""
         joints = np.array([(joint.real, joint.imag) for joint in self.linkage.joints])
         cosine, sine = np.cos(self.angle)[..., np.newaxis], np.sin(self.angle)[..., np.newaxis]
         x = cosine * joints[:, 0] - sine * joints[:, 1]
         y = sine * joints[:, 0] + cosine * joints[:, 1]
-        places: Array = self.position[..., np.newaxis, :] + np.stack([x, y], axis=-1)
+        places: FloatArray = self.position[..., np.newaxis, :] + np.stack([x, y], axis=-1)
         return places
 
-    def crank_pins(self) -> Array:
+    def crank_pins(self) -> FloatArray:
         """A1, B1, C1, shape (n, 3, 2) [m]."""
         pins = pins_at(self.linkage, self.linkage.crank_angles(self.crank_angles))
         places = np.stack([pins.a, pins.b, pins.c], axis=-1)
@@ -338,7 +335,7 @@ Mask = NDArray[np.bool_]
 _CHUNK = 1024
 
 
-def solve_batch(linkage: Linkage, crank_angles: Array) -> FMechanismPoses:
+def solve_batch(linkage: Linkage, crank_angles: FloatArray) -> FMechanismPoses:
     """All positions at the given crank angles, shape (n,) [rad]."""
     n = len(crank_angles)
     result = FMechanismPoses(
@@ -361,7 +358,7 @@ def solve_batch(linkage: Linkage, crank_angles: Array) -> FMechanismPoses:
     return result
 
 
-def _solve_chunk(linkage: Linkage, angles: Array, result: FMechanismPoses, first: int) -> Mask:
+def _solve_chunk(linkage: Linkage, angles: FloatArray, result: FMechanismPoses, first: int) -> Mask:
     """Write the positions of ordinary rows to ``result``; return which rows are special."""
     pins = pins_at(linkage, linkage.crank_angles(angles))
     condition = closure(linkage, pins)
@@ -419,15 +416,15 @@ def _solve_row(linkage: Linkage, result: FMechanismPoses, row: int) -> None:
         result.singularity[row, slot] = pose.singularity
 
 
-def _points(numbers: Complex) -> Array:
+def _points(numbers: Complex) -> FloatArray:
     return numbers.view(np.float64).reshape(-1, 2)
 
 
-def _apart(row: Index, angle: Array) -> Array:
+def _apart(row: Index, angle: FloatArray) -> FloatArray:
     """Distance of each root to the next one in its row, or to the ends of the circle [rad]."""
     steps = np.full(len(row) + 1, np.pi)
     steps[1:-1] = np.where(row[1:] == row[:-1], angle[1:] - angle[:-1], np.pi)
-    apart: Array = np.minimum(steps[:-1], steps[1:])
+    apart: FloatArray = np.minimum(steps[:-1], steps[1:])
     return apart
 
 

@@ -107,6 +107,7 @@ def pins_at(linkage: Linkage, crank_angles: tuple[Number, Number, Number]) -> Cr
 
 # Gaps of the rod equations, relative to the size and the reach: reached by Newton's method.
 CONVERGED = 1e-14
+# Newton's method gives up before a longer step: its start was too far from a position [rad].
 _LONGEST_STEP = 0.01
 # Rounding error of products of lengths, relative to them.
 LENGTH_ROUNDING_ERROR = 32.0 * float(np.finfo(np.float64).eps)

@@ -23,21 +23,22 @@ from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
     evaluate,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import direction
+from tri_glide_kinematics.vectors import FloatArray
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+# Cells of a turn: values at the ends of each, and a bound of the bend, tell whether it holds roots.
 CELLS = 64
 CELL_WIDTH = 2.0 * math.pi / CELLS
 _BEND = CELL_WIDTH**2 / 8.0
-NODES: Array = -math.pi + CELL_WIDTH * np.arange(CELLS + 1, dtype=np.float64)
+NODES: FloatArray = -math.pi + CELL_WIDTH * np.arange(CELLS + 1, dtype=np.float64)
 
 # Products of so few rows stay below the size from which matrix libraries start threads: waking them
 # costs more than such a product, and a control program has other uses for its processors.
 _BLOCK = 128
 
 
-def _sampling_table() -> Array:
+def _sampling_table() -> FloatArray:
     """Matrix (7, 3 (CELLS + 1)): coefficients to values, first and second derivatives at NODES."""
     rows = np.zeros((7, 3, CELLS + 1))
     rows[0, 0] = 1.0
@@ -56,9 +57,9 @@ _TABLE = _sampling_table()
 class Ends(NamedTuple):
     """Value, slope and curvature of a polynomial at one end of many intervals."""
 
-    value: Array
-    slope: Array
-    curvature: Array
+    value: FloatArray
+    slope: FloatArray
+    curvature: FloatArray
 
 
 class Verdict(NamedTuple):
@@ -92,7 +93,7 @@ def sample(polynomial: Cubic) -> Ends:
     return Ends(samples[..., 0, :], samples[..., 1, :], samples[..., 2, :])
 
 
-def possible_cells(polynomial: Cubic, samples: Ends, tolerance: Array | float) -> Mask:
+def possible_cells(polynomial: Cubic, samples: Ends, tolerance: FloatArray | float) -> Mask:
     """Cells between NODES that may hold a root, shape (..., CELLS).
 
     The chord of a function deviates from it by at most max|f''| width^2 / 8: end values of one
@@ -108,7 +109,12 @@ def possible_cells(polynomial: Cubic, samples: Ends, tolerance: Array | float) -
 
 
 def judge(
-    low: Ends, high: Ends, width: float, third: Array, fourth: Array, tolerance: Array
+    low: Ends,
+    high: Ends,
+    width: float,
+    third: FloatArray,
+    fourth: FloatArray,
+    tolerance: FloatArray,
 ) -> Verdict:
     """Judge intervals of one ``width`` by the samples at their ends.
 
@@ -139,7 +145,7 @@ def judge(
     return Verdict(change & sure, dip, possible & ~sure)
 
 
-def _beyond(low: Array, high: Array, bound: Array) -> Mask:
+def _beyond(low: FloatArray, high: FloatArray, bound: FloatArray) -> Mask:
     """Whether both lie on the same side of zero and farther from it than ``bound``."""
     beyond: Mask = (np.minimum(low, high) > bound) | (np.maximum(low, high) < -bound)
     return beyond
@@ -345,7 +351,7 @@ class _Spans(NamedTuple):
     """Intervals of the platform angle, each in one row of the batch."""
 
     row: Index
-    low: Array
+    low: FloatArray
     start: Ends
     end: Ends
 
@@ -358,20 +364,20 @@ class _Brackets(NamedTuple):
     """Intervals with exactly one zero each, and a first guess of it."""
 
     row: Index
-    low: Array
-    high: Array
+    low: FloatArray
+    high: FloatArray
     positive: Mask
-    guess: Array
+    guess: FloatArray
 
 
 class Roots(NamedTuple):
     """Roots in flat arrays: the ``row`` of each, and its ``angle`` [rad]."""
 
     row: Index
-    angle: Array
+    angle: FloatArray
 
 
-def simple_roots(polynomial: Cubic, tolerance: Array, special: Mask) -> Roots:
+def simple_roots(polynomial: Cubic, tolerance: FloatArray, special: Mask) -> Roots:
     """Roots of the rows that are not ``special``; rows with a double root become it."""
     brackets = _isolate_rows(polynomial, tolerance, special)
     row = np.concatenate([part.row for part in brackets])
@@ -390,7 +396,7 @@ def simple_roots(polynomial: Cubic, tolerance: Array, special: Mask) -> Roots:
     return Roots(row, angle)
 
 
-def row_roots(polynomial: Cubic) -> tuple[Index, Array]:
+def row_roots(polynomial: Cubic) -> tuple[Index, FloatArray]:
     """Simple roots of many polynomials: their rows, ascending, and their angles [rad].
 
     Rows with a double root are missing.
@@ -402,7 +408,7 @@ def row_roots(polynomial: Cubic) -> tuple[Index, Array]:
     return roots.row[simple], roots.angle[simple]
 
 
-def row_order(row: Index, angle: Array) -> Index:
+def row_order(row: Index, angle: FloatArray) -> Index:
     """Order by row, then by angle."""
     return np.argsort(angle + 8.0 * row)
 
@@ -411,7 +417,7 @@ def _rows(polynomial: Cubic, row: Index) -> Cubic:
     return Cubic(*(coefficients[row] for coefficients in polynomial))
 
 
-def _isolate_rows(polynomial: Cubic, tolerance: Array, special: Mask) -> list[_Brackets]:
+def _isolate_rows(polynomial: Cubic, tolerance: FloatArray, special: Mask) -> list[_Brackets]:
     """Brackets of all roots; rows that need a closer look become ``special``."""
     samples = sample(polynomial)
     possible = possible_cells(polynomial, samples, tolerance) & ~special[:, np.newaxis]
@@ -459,7 +465,7 @@ def _secant_brackets(spans: _Spans, width: float) -> _Brackets:
 
 
 def _dip_brackets(
-    polynomial: Cubic, spans: _Spans, width: float, tolerance: Array, special: Mask
+    polynomial: Cubic, spans: _Spans, width: float, tolerance: FloatArray, special: Mask
 ) -> list[_Brackets]:
     """Brackets on both sides of the extremum where the polynomial passes through zero there."""
     row, low = spans.row, spans.low
@@ -486,7 +492,7 @@ def _dip_brackets(
 
 def _bracketed_newton(
     polynomial: Cubic, order: int, brackets: _Brackets, rounds: int = _ROUNDS
-) -> Array:
+) -> FloatArray:
     """Zeros of the derivative of the given order (0 or 1), one in each bracket.
 
     Each round of three iterations goes on with those only that still move.

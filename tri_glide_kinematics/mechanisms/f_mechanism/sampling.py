@@ -17,22 +17,21 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     pins_at,
     rod_jacobian,
 )
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # Values of the drive at which a followed branch is sampled, and those at which it may close.
 
-Array = NDArray[np.float64]
 # Values of the drive to report in the half-open interval (from, to], in this order.
-Stations = Callable[[float, float], Array]
+Stations = Callable[[float, float], FloatArray]
 
 # Values of the drive closer than this are one: an arc meets its end to rounding only [rad].
 SPLIT = 1e-12
 
 
-def explicit_stations(values: Array) -> Stations:
+def explicit_stations(values: FloatArray) -> Stations:
     """Stations at the given ascending values."""
 
-    def between(start: float, stop: float) -> Array:
+    def between(start: float, stop: float) -> FloatArray:
         if stop > start:
             first, last = np.searchsorted(values, (start + SPLIT, stop + SPLIT), side="right")
             return values[first:last]
@@ -45,10 +44,10 @@ def explicit_stations(values: Array) -> Stations:
 def uniform_stations(offset: float, spacing: float) -> Stations:
     """Stations at ``offset`` and all multiples of ``spacing`` from there."""
 
-    def between(start: float, stop: float) -> Array:
+    def between(start: float, stop: float) -> FloatArray:
         low, high = sorted(((start - offset) / spacing, (stop - offset) / spacing))
         multiples = np.arange(math.floor(low), math.ceil(high) + 1, dtype=np.float64)
-        values: Array = offset + spacing * multiples
+        values: FloatArray = offset + spacing * multiples
         if stop > start:
             return values[(values > start + SPLIT) & (values <= stop + SPLIT)]
         return values[(values < start - SPLIT) & (values >= stop - SPLIT)][::-1]
@@ -73,6 +72,8 @@ def multiples(period: float, start: float, stop: float) -> list[float]:
 
 # Points of a followed branch at requested values of the drive, all at once.
 
+# Halvings of an arc, which end below the rounding of its parts; and those before Newton's method,
+# which are as good as its start has to be.
 _BISECTIONS = 60
 _NEWTON_STEPS = 4
 _INVERSIONS = 30
@@ -84,10 +85,10 @@ class Request(NamedTuple):
     """Sample the arc with index ``arc`` where the drive is ``s``, shape (k,) [rad]."""
 
     arc: int
-    s: Array
+    s: FloatArray
 
 
-def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[Request]) -> Array:
+def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[Request]) -> FloatArray:
     """Points (direction of rod A, platform angle, drive) of all requests, shape (m, 3) [rad].
 
     Each starts from the cubic through both ends of its arc and is corrected at its fixed drive. It
@@ -145,7 +146,7 @@ def point_on_arc(curve: Curve, arc: Arc, s: float) -> Vector3:
     return best
 
 
-def _on_arc(arcs: Sequence[Arc], which: NDArray[np.int64], points: Array) -> NDArray[np.bool_]:
+def _on_arc(arcs: Sequence[Arc], which: NDArray[np.int64], points: FloatArray) -> NDArray[np.bool_]:
     """Whether points lie in the tube of their arc and between its ends."""
     centre, tangent, limits = [], [], []
     for arc in arcs:
@@ -166,7 +167,7 @@ def _on_arc(arcs: Sequence[Arc], which: NDArray[np.int64], points: Array) -> NDA
     return result
 
 
-def _cubic_points(arcs: Sequence[Arc], which: NDArray[np.int64], s: Array) -> Array:
+def _cubic_points(arcs: Sequence[Arc], which: NDArray[np.int64], s: FloatArray) -> FloatArray:
     """Points on the Hermite cubics of the arcs where the drive is ``s``."""
     start = np.array([arc.start for arc in arcs])
     end = np.array([arc.end for arc in arcs])
@@ -185,7 +186,7 @@ def _cubic_points(arcs: Sequence[Arc], which: NDArray[np.int64], s: Array) -> Ar
         before = (drive < s) == rising
         low, high = np.where(before, u, low), np.where(before, high, u)
     u = (0.5 * (low + high))[:, np.newaxis]
-    points: Array = start + u * (leaving + u * (second + u * third))
+    points: FloatArray = start + u * (leaving + u * (second + u * third))
     points[:, 2] = s
     return points
 

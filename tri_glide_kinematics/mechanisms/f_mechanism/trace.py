@@ -42,7 +42,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.sampling import (
     same_position,
     sample_arcs,
 )
-from tri_glide_kinematics.vectors import Point, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Point, Vector3
 from tri_glide_kinematics.wording import number_text
 
 
@@ -57,9 +57,6 @@ class NotAPoseError(KinematicsError):
         )
         self.crank_angle = crank_angle
         self.gap = gap
-
-
-Array = NDArray[np.float64]
 
 
 class EventKind(enum.Enum):
@@ -116,17 +113,17 @@ class FMechanismTrace:
         arcs: number of arcs that the branch was followed in.
     """
 
-    crank_angle: Array
-    phase_b: Array
-    phase_c: Array
-    angle: Array
-    position: Array
-    crank_pins: Array
-    platform_joints: Array
-    angular_velocity: Array
-    velocity: Array
-    residual: Array
-    singularity: Array
+    crank_angle: FloatArray
+    phase_b: FloatArray
+    phase_c: FloatArray
+    angle: FloatArray
+    position: FloatArray
+    crank_pins: FloatArray
+    platform_joints: FloatArray
+    angular_velocity: FloatArray
+    velocity: FloatArray
+    residual: FloatArray
+    singularity: FloatArray
     events: tuple[FMechanismEvent, ...]
     arcs: int
     linkage: Linkage
@@ -169,20 +166,20 @@ class FMechanismTrace:
         v = complex(*self.position[index]) + z * linkage.joints[0] - pins.a
         return pose_of(linkage, pins, crank_angle, position_of(linkage, pins, z, v))
 
-    def point(self, platform_point: Point) -> Array:
+    def point(self, platform_point: Point) -> FloatArray:
         """Places in the fixed frame of a point of the platform frame [m]. Shape (m, 2) [m]."""
         return self.position + self._arms(platform_point)
 
-    def point_velocity(self, platform_point: Point) -> Array:
+    def point_velocity(self, platform_point: Point) -> FloatArray:
         """Velocities per unit crank speed of a point of the platform frame. Shape (m, 2) [m/rad].
 
         As ``velocity``, they are those at fixed phases.
         """
         x, y = self._arms(platform_point).T
-        rates: Array = self.angular_velocity[:, np.newaxis] * np.stack([-y, x], axis=-1)
+        rates: FloatArray = self.angular_velocity[:, np.newaxis] * np.stack([-y, x], axis=-1)
         return self.velocity + rates
 
-    def _arms(self, platform_point: Point) -> Array:
+    def _arms(self, platform_point: Point) -> FloatArray:
         """From the platform's origin to a point of the platform. Shape (m, 2) [m]."""
         arms = direction(self.angle) * complex(*platform_point)
         return np.stack([arms.real, arms.imag], axis=-1)
@@ -193,6 +190,7 @@ class FMechanismTrace:
 
 # Rod gap of a start, relative to the size, that is still corrected instead of refused.
 _NEAR_POSE = 1e-6
+# A branch is closed if it comes back to its start within this [rad, size].
 _CLOSED = 1e-8
 
 
@@ -403,5 +401,5 @@ def _event(curve: Curve, kind: EventKind, x: Vector3, index: int) -> FMechanismE
     return FMechanismEvent(kind, crank, phase_b, phase_c, pose, index)
 
 
-def _points(numbers: NDArray[np.complex128]) -> Array:
+def _points(numbers: NDArray[np.complex128]) -> FloatArray:
     return np.stack([numbers.real, numbers.imag], axis=-1)

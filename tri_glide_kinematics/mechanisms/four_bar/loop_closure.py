@@ -121,6 +121,7 @@ _MOST_SLACK = 8.0 * _ANGLE_SLACK
 """No slack of g^2 is more than this: with 1 for the longest link, (g^2)' is 2 and g^2 4 at most."""
 
 _WORK_ROWS = 28
+"""Intermediate results that one chunk keeps, each of them in a row."""
 
 
 _HALF = constant(0.5)

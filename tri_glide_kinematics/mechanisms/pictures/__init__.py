@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
         positions_figure as positions_figure,
     )
-    from tri_glide_kinematics.mechanisms.pictures.four_bar import SKELETON as SKELETON
     from tri_glide_kinematics.mechanisms.pictures.four_bar import angles_figure as angles_figure
     from tri_glide_kinematics.mechanisms.pictures.four_bar import (
         coupler_curve_figure as coupler_curve_figure,
@@ -50,5 +49,15 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.pictures.picture_set import Choice as Choice
     from tri_glide_kinematics.mechanisms.pictures.picture_set import DrawingError as DrawingError
     from tri_glide_kinematics.mechanisms.pictures.picture_set import pictures_of as pictures_of
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import BLUE as BLUE
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import F_MECHANISM as F_MECHANISM
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import FOUR_BAR as FOUR_BAR
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import GREEN as GREEN
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import INK as INK
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import ORANGE as ORANGE
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import PURPLE as PURPLE
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import Skeleton as Skeleton
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import bounds as bounds
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import side_by_side as side_by_side
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

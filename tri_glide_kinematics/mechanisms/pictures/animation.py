@@ -20,13 +20,17 @@ from tri_glide_kinematics.mechanisms.f_mechanism import FMechanismTrace
 from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
 from tri_glide_kinematics.mechanisms.pictures import f_mechanism, four_bar
 from tri_glide_kinematics.mechanisms.pictures.drawing import (
-    INK,
     DrawnMechanism,
     LengthUnit,
-    Skeleton,
-    bounds,
     degrees_text,
     plane_figure,
+)
+from tri_glide_kinematics.mechanisms.pictures.skeleton import (
+    F_MECHANISM,
+    FOUR_BAR,
+    INK,
+    Skeleton,
+    bounds,
 )
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -72,7 +76,7 @@ def f_mechanism_movie(branch: FMechanismTrace, title: str, frames: int) -> Movie
         for index in shown
     )
     unit = LengthUnit.fitting(branch.linkage.size)
-    return Movie(f_mechanism.SKELETON, curve.points[shown], captions, curve.points, unit)
+    return Movie(F_MECHANISM, curve.points[shown], captions, curve.points, unit)
 
 
 def four_bar_movie(
@@ -116,7 +120,7 @@ def four_bar_movie(
         for angle in shown.tolist()
     )
     unit = LengthUnit.fitting(linkage.lengths.longest)
-    return Movie(four_bar.SKELETON, points, captions, paths, unit)
+    return Movie(FOUR_BAR, points, captions, paths, unit)
 
 
 def save_movie(movie: Movie, file: Path, on_frame: Callable[[], None] = lambda: None) -> None:

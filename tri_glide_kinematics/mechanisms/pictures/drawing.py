@@ -17,12 +17,10 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.equal_numbers import SAME_PART, directions, first_largest
+from tri_glide_kinematics.mechanisms.pictures.skeleton import INK, Skeleton
 from tri_glide_kinematics.picture_commands import MILLIMETRES
 from tri_glide_kinematics.vectors import FloatArray
 
-# Colours that stay apart for colour-blind readers as well (Okabe and Ito).
-BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
-INK = "0.15"
 GRID_STYLE: dict[str, Any] = {"alpha": 0.3, "linewidth": 0.6}
 
 _LARGE = 3.0  # m, from which on a mechanism is drawn in metres
@@ -44,37 +42,6 @@ class LengthUnit:
     def fitting(cls, size: float) -> LengthUnit:
         """Return millimetres for all but large mechanisms; ``size`` is the largest length [m]."""
         return cls("m", 1.0) if size >= _LARGE else cls("mm", MILLIMETRES)
-
-
-@dataclass(frozen=True)
-class Link:
-    """A bar between two points of a skeleton, both given by index."""
-
-    start: int
-    end: int
-    colour: str
-    width: float = 2.2
-
-
-@dataclass(frozen=True)
-class Skeleton:
-    """How the points of a mechanism are joined; positions are arrays of shape (k, 2).
-
-    Attributes:
-        names: of the k points, as written beside them.
-        links: bars.
-        plate: indices of the corners of the rigid body with more than two points.
-        plate_colour: of its edge and, lighter, of its face.
-        pivots: indices of the points that are fixed.
-        traced: indices of the points whose paths are of interest, with their colours.
-    """
-
-    names: tuple[str, ...]
-    links: tuple[Link, ...]
-    plate: tuple[int, ...]
-    plate_colour: str
-    pivots: tuple[int, ...]
-    traced: tuple[tuple[int, str], ...]
 
 
 class DrawnMechanism:
@@ -141,9 +108,7 @@ class DrawnMechanism:
 
     def _write_names(self, axes: Axes, points: FloatArray) -> None:
         """Write each name on the side of its point to which no link leads."""
-        edges = [(link.start, link.end) for link in self._skeleton.links]
-        plate = self._skeleton.plate
-        edges += list(zip(plate, plate[1:] + plate[:1]))
+        edges = self._skeleton.edges
         for index, name in enumerate(self._skeleton.names):
             neighbours = [a if b == index else b for a, b in edges if index in (a, b)]
             x, y = _free_direction(points[neighbours] - points[index])
@@ -186,22 +151,6 @@ def draw_pivots(axes: Axes, pivots: FloatArray, unit: LengthUnit) -> None:
         markeredgewidth=0.8,
         zorder=2,
     )
-
-
-def bounds(places: FloatArray, margin: float = 0.1) -> FloatArray:
-    """Return the corners of a box around all places.
-
-    Args:
-        places: rows with NaN do not count. Shape (..., 2) [m].
-        margin: free border over the larger side.
-
-    Returns:
-        Lowest and highest x and y, shape (2, 2) [m].
-    """
-    flat = places.reshape(-1, 2)
-    low, high = np.nanmin(flat, axis=0), np.nanmax(flat, axis=0)
-    border = margin * float(np.max(high - low))
-    return np.array([low - border, high + border])
 
 
 def plane_axes(axes: Axes, box: FloatArray, unit: LengthUnit) -> Axes:

@@ -28,17 +28,10 @@ from tri_glide_kinematics.mechanisms.f_mechanism import (
     FMechanismTrace,
 )
 from tri_glide_kinematics.mechanisms.pictures.drawing import (
-    BLUE,
-    GREEN,
     GRID_STYLE,
-    INK,
-    ORANGE,
     DrawnMechanism,
     LengthUnit,
-    Link,
-    Skeleton,
     angle_axis,
-    bounds,
     degrees_text,
     draw_pivots,
     legend_beside,
@@ -46,10 +39,14 @@ from tri_glide_kinematics.mechanisms.pictures.drawing import (
     plane_figure,
     wraps,
 )
+from tri_glide_kinematics.mechanisms.pictures.skeleton import (
+    CORNER_COLOURS,
+    F_MECHANISM,
+    INK,
+    bounds,
+)
 from tri_glide_kinematics.picture_commands import LIMIT_STYLE
 from tri_glide_kinematics.vectors import FloatArray
-
-CORNER_COLOURS = (ORANGE, BLUE, GREEN)
 
 SAMPLES = 1440
 """Crank angles over one turn at which a branch is drawn."""
@@ -60,19 +57,6 @@ FEWEST_SAMPLES = 300
 ON_BRANCH = 1e-6
 """Branches that pass a position within this [rad, sizes] both pass through it."""
 
-SKELETON = Skeleton(
-    names=tuple(f"${corner}_{level}$" for level in (0, 1, 2) for corner in "ABC"),
-    links=tuple(
-        Link(level + corner, level + 3 + corner, CORNER_COLOURS[corner], width)
-        for level, width in ((0, 3.2), (3, 1.6))
-        for corner in (0, 1, 2)
-    ),
-    plate=(6, 7, 8),
-    plate_colour=INK,
-    pivots=(0, 1, 2),
-    traced=tuple((6 + corner, CORNER_COLOURS[corner]) for corner in (0, 1, 2)),
-)
-
 
 @dataclass(frozen=True)
 class BranchCurve:
@@ -81,7 +65,7 @@ class BranchCurve:
     Attributes:
         crank_angle: angle of crank A, counted on over full turns, shape (m,) [rad].
         angle: platform angle in (-pi, pi], shape (m,) [rad].
-        points: the points of :data:`SKELETON`, shape (m, 9, 2) [m].
+        points: the points of :data:`.F_MECHANISM`, shape (m, 9, 2) [m].
         reverses: whether the crank does so anywhere.
     """
 
@@ -120,7 +104,7 @@ class BranchCurve:
 
 
 def skeleton_points(pivots: Sequence[complex], pose: FMechanismPose) -> FloatArray:
-    """Return the points of :data:`SKELETON` in one position, shape (9, 2) [m]."""
+    """Return the points of :data:`.F_MECHANISM` in one position, shape (9, 2) [m]."""
     fixed = tuple((pivot.real, pivot.imag) for pivot in pivots)
     return np.array(fixed + pose.crank_pins + pose.platform_joints)
 
@@ -299,17 +283,17 @@ def paths_figure(
     box = bounds(np.concatenate([curve.points.reshape(-1, 2), _crank_ends(mechanism)]))
     figure, axes = plane_figure(box, unit, beside=2.2)
     _draw_crank_circles(axes, mechanism, unit)
-    for joint, colour in SKELETON.traced:
+    for joint, colour in F_MECHANISM.traced:
         axes.plot(
             *(curve.points[:, joint] * unit.per_metre).T,
             color=colour,
             linewidth=1.8,
-            label=f"path of {SKELETON.names[joint]}",
+            label=f"path of {F_MECHANISM.names[joint]}",
         )
     for index in evenly(curve, triangles):
         corners = curve.points[index][[6, 7, 8, 6]] * unit.per_metre
         axes.plot(*corners.T, color=INK, linewidth=0.6, alpha=0.45)
-    DrawnMechanism(axes, SKELETON, curve.points[0], unit, named=True)
+    DrawnMechanism(axes, F_MECHANISM, curve.points[0], unit, named=True)
     axes.set_title(
         f"F-mechanism, branch {number + 1}: {describe(branch)}\n"
         f"drawn at crank angle {degrees_text(float(within_turn(curve.crank_angle[0])))}",
@@ -344,7 +328,7 @@ def positions_figure(
         plane_axes(axes, box, unit)
         axes.label_outer()
         _draw_crank_circles(axes, mechanism, unit)
-        DrawnMechanism(axes, SKELETON, points, unit, named=True)
+        DrawnMechanism(axes, F_MECHANISM, points, unit, named=True)
         branch = branch_through(overview, pose)
         axes.set_title(
             f"φ = {degrees_text(pose.angle, 3)}, branch {branch + 1}",
@@ -375,13 +359,13 @@ def corners_figure(
     # No cranks are drawn here, and the colours are those of the joints.
     _draw_crank_circles(axes, mechanism, unit, (INK,) * 3)
     for number, curve in enumerate(curves):
-        for joint, colour in SKELETON.traced:
+        for joint, colour in F_MECHANISM.traced:
             axes.plot(
                 *(curve.points[:, joint] * unit.per_metre).T,
                 color=colour,
                 linestyle=BRANCH_STYLES[number % len(BRANCH_STYLES)],
                 linewidth=1.3,
-                label=f"{SKELETON.names[joint]}, branch {number + 1}",
+                label=f"{F_MECHANISM.names[joint]}, branch {number + 1}",
             )
     for pose in mechanism.poses(crank_angle):
         number = branch_through(overview, pose)

@@ -18,21 +18,23 @@ from tri_glide_kinematics.mechanisms.four_bar import (
     FourBar,
 )
 from tri_glide_kinematics.mechanisms.pictures.drawing import (
-    BLUE,
-    GREEN,
     GRID_STYLE,
-    ORANGE,
-    PURPLE,
     DrawnMechanism,
     LengthUnit,
-    Link,
-    Skeleton,
     angle_axis,
-    bounds,
     degrees_text,
     legend_beside,
     plane_figure,
     wraps,
+)
+from tri_glide_kinematics.mechanisms.pictures.skeleton import (
+    BLUE,
+    FOUR_BAR,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    bounds,
+    side_by_side,
 )
 from tri_glide_kinematics.picture_commands import LIMIT_STYLE
 from tri_glide_kinematics.vectors import FloatArray
@@ -41,15 +43,6 @@ SAMPLES = 721
 """Crank angles for each interval that the crank can reach."""
 
 BRANCH_STYLES = {Branch.OPEN: "-", Branch.CROSSED: "--"}
-
-SKELETON = Skeleton(
-    names=("crank pivot", "crank pin", "rocker pin", "rocker pivot", "P"),
-    links=(Link(0, 1, BLUE), Link(3, 2, GREEN)),
-    plate=(1, 2, 4),
-    plate_colour=ORANGE,
-    pivots=(0, 3),
-    traced=((4, PURPLE),),
-)
 
 
 def crank_angles(linkage: FourBar, samples: int = SAMPLES) -> list[FloatArray]:
@@ -83,17 +76,14 @@ def interval_around(linkage: FourBar, crank_angle: float) -> FloatArray:
 def skeleton_points(
     linkage: FourBar, sweep: BranchSweep, coupler_point: tuple[float, float]
 ) -> FloatArray:
-    """Return the points of :data:`SKELETON` over a sweep. Shape (n, 5, 2) [m]."""
-    pins = sweep.crank_pins
-    columns = [
-        np.broadcast_to(linkage.crank_pivot, pins.shape),
-        pins,
+    """Return the points of :data:`.FOUR_BAR` over a sweep. Shape (n, 5, 2) [m]."""
+    return side_by_side(
+        linkage.crank_pivot,
+        sweep.crank_pins,
         sweep.rocker_pins,
-        np.broadcast_to(linkage.rocker_pivot, pins.shape),
+        linkage.rocker_pivot,
         sweep.point_of_coupler_plane(*coupler_point).position,
-    ]
-    points: FloatArray = np.stack(columns, axis=1)
-    return points
+    )
 
 
 def coupler_curve_figure(
@@ -140,7 +130,7 @@ def coupler_curve_figure(
     for link, colour in (("crank", BLUE), ("coupler", ORANGE), ("rocker", GREEN)):
         length = getattr(linkage, link) * unit.per_metre
         axes.plot([], [], color=colour, linewidth=2.2, label=f"{link}, {length:.4g} {unit.name}")
-    DrawnMechanism(axes, SKELETON, pose, unit, named=True)
+    DrawnMechanism(axes, FOUR_BAR, pose, unit, named=True)
     axes.set_title(
         f"Four-bar linkage, {linkage.grashof_class.value}\n"
         f"at crank angle {degrees_text(crank_angle)}, {branch.value} branch",

@@ -25,7 +25,11 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.errors import PathPlaceError
 from tri_glide_kinematics.motion.path.number_sets import distinct
-from tri_glide_kinematics.tri_glide import extreme_singular_values_batch
+from tri_glide_kinematics.tri_glide import (
+    ball_that_keeps,
+    extreme_singular_values_batch,
+    jacobian_rows,
+)
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import vector_text
 from tri_glide_kinematics.workspace import ROUNDING, TOLERANCE, Bound, Disc, Face, Workspace
@@ -55,28 +59,23 @@ def clearances(workspace: Workspace, places: FloatArray) -> Clearances:
     """Return what is known around ``places`` of the platform, shape (n, 3) [m]."""
     bounds = workspace.bounds
     geometry = workspace.machine.geometry
-    lengths = np.array(geometry.arm_lengths)
-    across = np.array(geometry.anchors) - places[:, np.newaxis, :2]
-    distances = np.hypot(across[:, :, 0], across[:, :, 1])
+    lengths = np.array(geometry.arm_lengths)[:, np.newaxis]
+    across = np.array(geometry.anchors)[:, :, np.newaxis] - places[:, :2].T
     with np.errstate(invalid="ignore", divide="ignore"):
-        rises = np.sqrt((lengths - distances) * (lengths + distances))
-        heights = places[:, 2:] + rises
-        matrices = np.ones((3, 3, len(places)))
-        np.divide(across.transpose(1, 2, 0), rises.T[:, np.newaxis], out=matrices[:, :2])
-        largest, smallest = extreme_singular_values_batch(matrices)
+        distances, rises, rows = jacobian_rows(across, lengths)
+        heights = places[:, 2:] + rises.T
+        largest, smallest = extreme_singular_values_batch(rows)
         if geometry.doubled_area <= 0.0:
             smallest = -smallest
         margin = smallest - largest / bounds.condition
         kept = margin >= -ROUNDING * largest / bounds.condition
-        factor = 1.0 + 1.0 / bounds.condition
-        room = (lengths - distances).min(axis=1)
-        radius = margin / (factor * _slope(lengths, distances))
-        radius = np.minimum(np.maximum(radius, TOLERANCE), 0.5 * room)
-        slope = _slope(lengths, distances + radius[:, np.newaxis])
-        granted = np.minimum(TOLERANCE, 0.5 * smallest / slope)
-        radius = np.minimum(radius, np.maximum(margin / (factor * slope), granted))
-        farthest = distances + radius[:, np.newaxis]
-        gain = (lengths / np.sqrt((lengths - farthest) * (lengths + farthest))).max(axis=1)
+        radius, slope = ball_that_keeps(
+            *(margin, smallest, bounds.condition, geometry.arm_lengths, distances, TOLERANCE),
+            smaller=np.minimum,
+            larger=np.maximum,
+        )
+        farthest = distances + radius
+        gain = (lengths / np.sqrt((lengths - farthest) * (lengths + farthest))).max(axis=0)
     lower = np.array([end.bound for end in bounds.travel[:3]])
     upper = np.array([end.bound for end in bounds.travel[3:]])
     travel = np.minimum(heights - lower, upper - heights).min(axis=1)
@@ -86,12 +85,6 @@ def clearances(workspace: Workspace, places: FloatArray) -> Clearances:
     # Not a number is not inside, either.
     inside = kept & (slack >= -ROUNDING) & (travel >= -ROUNDING)
     return Clearances(inside, radius, slack, travel, gain, slope)
-
-
-def _slope(lengths: FloatArray, distances: FloatArray) -> FloatArray:
-    """Return the largest slope of the Jacobian at horizontal ``distances`` [1/m]."""
-    squares = (lengths - distances) * (lengths + distances)
-    return np.asarray(np.sqrt((lengths**4 / squares**3).sum(axis=1)))
 
 
 def _values(shape: Bound, places: FloatArray) -> FloatArray:

@@ -23,7 +23,7 @@ from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
-# What is asked for.
+# Parameters of ik_node that the panel asks for.
 NAMES = tuple(parameter.name for parameter in IK_NODE)
 
 

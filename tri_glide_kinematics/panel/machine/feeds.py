@@ -35,13 +35,13 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 # As many as come in some frames at the usual rate: the curves show every one.
 SOME = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
-# What is older than this is no longer where the machine is [s].
+# A reading that is older than this no longer tells where the machine is [s].
 SILENCE = 0.5
 # While it moves, ik_node tells its state every 0.1 s: after this it is not heard any more [s].
 STATE_SILENCE = 1.0
-# What is slower is shown as 0.0 mm/s [m/s].
+# A slower platform is shown as 0.0 mm/s [m/s].
 STANDSTILL = 5e-5
-# What is told later than this is of another clock [s].
+# A stamp that is older than this on arrival is of another clock [s].
 LARGEST_LAG = 1.0
 
 LATE = "late cycles in the last second"
@@ -88,7 +88,7 @@ class MotionFeed:
         self.unseen.append(self._newest)
 
 
-# What comes in three frames of a sensor with 1 kHz.
+# The queue holds the messages of three frames of the page, from a sensor with 1 kHz.
 SWING_QUEUE = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 # Of a frame, what may be spent on taking messages [s].
 TAKING = 0.008

@@ -91,7 +91,7 @@ REFUSALS = {
     MachineState.REFUSAL_OUTSIDE_TRAVEL: "a slider is measured outside its travel",
 }
 
-# What a parameter of a cause is counted in, and how many of that are 1 of SI.
+# Unit in which a parameter of a cause is shown, and how many of it make 1 of SI.
 UNITS = {"timeout": ("s", 1.0), "limit": ("mm", 1000.0), "tolerance": ("mm", 1000.0)}
 
 

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.panel.mechanisms.drawing import BLUE as BLUE
-    from tri_glide_kinematics.panel.mechanisms.drawing import GREEN as GREEN
-    from tri_glide_kinematics.panel.mechanisms.drawing import ORANGE as ORANGE
     from tri_glide_kinematics.panel.mechanisms.drawing import PALE as PALE
     from tri_glide_kinematics.panel.mechanisms.drawing import fitted as fitted
+    from tri_glide_kinematics.panel.mechanisms.drawing import rgb as rgb
     from tri_glide_kinematics.panel.mechanisms.picture import Track as Track
     from tri_glide_kinematics.panel.mechanisms.show import (
         MechanismRequests as MechanismRequests,

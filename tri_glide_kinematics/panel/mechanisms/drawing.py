@@ -9,13 +9,8 @@ from typing import Any
 import numpy as np
 from viser import LabelHandle, LineSegmentsHandle, PointCloudHandle, SceneApi
 
-from tri_glide_kinematics.panel.mechanisms.picture import (
-    NO_LINES,
-    Branch,
-    Picture,
-    box_around,
-    lines_along,
-)
+from tri_glide_kinematics.mechanisms.pictures import BLUE, GREEN, ORANGE, PURPLE, bounds
+from tri_glide_kinematics.panel.mechanisms.picture import Branch, Picture
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # A drawing is fitted anew when its largest side is below or above these parts of the good size.
@@ -60,13 +55,7 @@ SIZE = 0.7  # m
 # The plane of the mechanism is that of x and z in the scene: a quarter turn about x.
 UPRIGHT = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
 
-Colour = tuple[int, int, int]
-INK: Colour = (60, 60, 60)
-PALE: Colour = (150, 168, 186)
-BLUE: Colour = (0, 114, 178)
-ORANGE: Colour = (213, 94, 0)
-GREEN: Colour = (0, 158, 115)
-PURPLE: Colour = (204, 121, 167)
+INK, PALE = "#3C3C3C", "#96A8BA"
 PATH_COLOURS = (ORANGE, GREEN, PURPLE)
 
 # Nearer to the viewer lies what is more important.
@@ -124,26 +113,27 @@ class Drawing:
         fit = fitted(_box_around(picture), SIZE, self._fit)
         if fit is not self._fit or picture.branch is not self._branch:
             self._fit = fit
-            self._draw_branch(picture.branch)
+            self._draw_branch(picture.branch, picture.paths)
+        skeleton = picture.skeleton
         others = [
-            position.lines
+            skeleton.lines(position.points)
             for index, position in enumerate(picture.positions)
             if index != picture.followed
         ]
         nodes = self.nodes
         _set_points(nodes["pivots"], fit(picture.pivots))
-        _set_points(nodes["others"], fit(np.concatenate([NO_LINES, *others])))
+        _set_points(nodes["others"], fit(np.concatenate([np.empty((0, 2, 2)), *others])))
         if picture.followed is None:
             for name in ("followed", "joints", "tips"):
                 nodes[name].visible = False
         else:
-            followed = picture.positions[picture.followed]
-            _set_points(nodes["followed"], fit(followed.lines))
-            _set_points(nodes["joints"], fit(followed.joints))
-            _set_points(nodes["tips"], fit(followed.points))
+            points = picture.positions[picture.followed].points
+            _set_points(nodes["followed"], fit(skeleton.lines(points)))
+            _set_points(nodes["joints"], fit(points))
+            _set_points(nodes["tips"], fit(points[[index for index, _ in skeleton.traced]]))
         self._root.visible = True
 
-    def _draw_branch(self, branch: Branch | None) -> None:
+    def _draw_branch(self, branch: Branch | None, paths: tuple[int, ...] = ()) -> None:
         """Draw paths and marks, which stay while the crank turns."""
         self._branch = branch
         for label in self._labels:
@@ -153,9 +143,11 @@ class Drawing:
             for node in (*self._paths, self.nodes["marks"]):
                 node.visible = False
             return
-        paths = [*branch.paths, *[np.empty((1, 2))] * (len(self._paths) - len(branch.paths))]
-        for node, path in zip(self._paths, paths):
-            _set_points(node, self._fit(lines_along(path)))
+        for node in self._paths[len(paths) :]:
+            node.visible = False
+        for node, index in zip(self._paths, paths):
+            path = branch.points[:, index]
+            _set_points(node, self._fit(np.stack([path[:-1], path[1:]], axis=1)))
         places = self._fit(np.array([mark.place for mark in branch.marks]).reshape(-1, 2))
         _set_points(self.nodes["marks"], places)
         for number, (mark, place) in enumerate(zip(branch.marks, places)):
@@ -168,25 +160,23 @@ class Drawing:
             )
             self._labels.append(label)
 
-    def _lines(
-        self, name: str, colour: Colour, thickness: float, layer: float
-    ) -> LineSegmentsHandle:
+    def _lines(self, name: str, colour: str, thickness: float, layer: float) -> LineSegmentsHandle:
         return self._scene.add_line_segments(
             f"{self._name}/{name}",
             np.zeros((1, 2, 3)),
-            colour,
+            rgb(colour),
             thickness=thickness,
             position=(0.0, 0.0, layer),
             visible=False,
         )
 
     def _points(
-        self, name: str, colour: Colour, size: float, shape: Any, layer: float
+        self, name: str, colour: str, size: float, shape: Any, layer: float
     ) -> PointCloudHandle:
         return self._scene.add_point_cloud(
             f"{self._name}/{name}",
             np.zeros((1, 3)),
-            colour,
+            rgb(colour),
             point_size=size,
             point_shape=shape,
             precision="float32",
@@ -204,7 +194,13 @@ def _set_points(node: LineSegmentsHandle | PointCloudHandle, points: FloatArray)
 
 
 def _box_around(picture: Picture) -> FloatArray:
-    groups = [picture.pivots, *(position.lines for position in picture.positions)]
+    groups = [picture.pivots, *(position.points for position in picture.positions)]
     if picture.branch is not None:
         groups.append(picture.branch.extent)
-    return box_around(*groups)
+    return bounds(np.concatenate(groups), margin=0.0)
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Return a colour such as ``#0072B2`` in the way that viser reads."""
+    red, green, blue = bytes.fromhex(colour[1:])
+    return red, green, blue

@@ -12,13 +12,12 @@ from tri_glide_interfaces.msg import FMechanism as FMechanismMessage
 from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
 from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.pictures import F_MECHANISM, side_by_side
 from tri_glide_kinematics.panel.mechanisms.picture import (
     Branch,
     Mark,
     Position,
     Track,
-    box_around,
-    chain,
     degrees_text,
 )
 from tri_glide_kinematics.panel.mechanisms.questions import Dimension, length, phase
@@ -47,6 +46,8 @@ class FMechanismQuestions:
 
     solve_service = SolveFMechanism
     trace_service = TraceFMechanism
+    skeleton = F_MECHANISM
+    paths: tuple[int, ...] = (6, 7, 8)  # of the corners of the platform
 
     def __init__(self, mechanism: FMechanism) -> None:
         """Ask about the ``mechanism`` of a file."""
@@ -113,18 +114,13 @@ class FMechanismQuestions:
         del request
         if len(answer.crank_angle) < 2:
             return None
-        paths = tuple(
-            np.stack([getattr(answer, f"{a}2_x"), getattr(answer, f"{a}2_y")], axis=1)
-            for a in "abc"
-        )
-        pins = [
-            np.stack([getattr(answer, f"{a}1_x"), getattr(answer, f"{a}1_y")], axis=1)
-            for a in "abc"
+        moving = [
+            np.stack([getattr(answer, f"{name}_x"), getattr(answer, f"{name}_y")], axis=1)
+            for name in ("a1", "b1", "c1", "a2", "b2", "c2")
         ]
         return Branch(
             _track(answer),
-            paths,
-            box_around(*paths, *pins),
+            side_by_side(*self._base, *moving),
             _marks(answer),
             TURNS_FULLY[answer.turns_fully],
         )
@@ -141,16 +137,9 @@ class FMechanismQuestions:
         )
 
     def _position(self, pose: FMechanismPose) -> Position:
-        pins = [(pin.x, pin.y) for pin in pose.crank_pins]
-        corners = [(joint.x, joint.y) for joint in pose.platform_joints]
-        legs = [chain(pivot, pin, corner) for pivot, pin, corner in zip(self._base, pins, corners)]
-        return Position(
-            pose.angle,
-            np.concatenate([*legs, chain(*corners, closed=True)]),
-            np.array([*pins, *corners]),
-            np.array(corners),
-            f"platform at {degrees_text(pose.angle)}",
-        )
+        joints = (*pose.crank_pins, *pose.platform_joints)
+        points = np.array([*self._base, *((joint.x, joint.y) for joint in joints)])
+        return Position(pose.angle, points, f"platform at {degrees_text(pose.angle)}")
 
 
 def _track(answer: TraceFMechanism.Response) -> Track:

@@ -12,15 +12,9 @@ from tri_glide_interfaces.msg import FourBar as FourBarMessage
 from tri_glide_interfaces.srv import SolveFourBar, TraceFourBar
 from tri_glide_kinematics.mechanisms import MechanismFile
 from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
+from tri_glide_kinematics.mechanisms.pictures import FOUR_BAR, side_by_side
 from tri_glide_kinematics.panel.mechanisms.picture import Branch as FollowedBranch
-from tri_glide_kinematics.panel.mechanisms.picture import (
-    Mark,
-    Position,
-    Track,
-    box_around,
-    chain,
-    degrees_text,
-)
+from tri_glide_kinematics.panel.mechanisms.picture import Mark, Position, Track, degrees_text
 from tri_glide_kinematics.panel.mechanisms.questions import Dimension, coordinate, length
 from tri_glide_kinematics.vectors import FloatArray, Point
 
@@ -36,6 +30,8 @@ class FourBarQuestions:
 
     solve_service = SolveFourBar
     trace_service = TraceFourBar
+    skeleton = FOUR_BAR
+    paths: tuple[int, ...] = (4, 2)  # the coupler curve, and the way of the rocker pin
 
     def __init__(self, file: MechanismFile, linkage: FourBar) -> None:
         """Ask about the ``linkage`` that a ``file`` holds."""
@@ -61,9 +57,11 @@ class FourBarQuestions:
 
     def pivots(self, values: Sequence[float]) -> FloatArray:
         """Return the joints that do not move. Shape (2, 2) [m]."""
+        return self._pivots(values[3])
+
+    def _pivots(self, ground: float) -> FloatArray:
         x, y = self._linkage.crank_pivot
         angle = self._linkage.ground_angle
-        ground = values[3]
         return np.array([(x, y), (x + ground * math.cos(angle), y + ground * math.sin(angle))])
 
     def solve_request(self, values: Sequence[float], crank_angle: float) -> SolveFourBar.Request:
@@ -107,13 +105,17 @@ class FourBarQuestions:
         """Return the branch of an answer, or none if it is a single position."""
         angles = np.array(answer.crank_angle)
         pins = np.stack([answer.rocker_pin_x, answer.rocker_pin_y], axis=1)
-        curve = np.stack([answer.coupler_point_x, answer.coupler_point_y], axis=1)
-        crank_pins = np.stack([answer.crank_pin_x, answer.crank_pin_y], axis=1)
+        crank_pivot, rocker_pivot = self._pivots(request.linkage.ground)
+        points = side_by_side(
+            crank_pivot,
+            np.stack([answer.crank_pin_x, answer.crank_pin_y], axis=1),
+            pins,
+            rocker_pivot,
+            np.stack([answer.coupler_point_x, answer.coupler_point_y], axis=1),
+        )
         # A row on a limit may lie beyond it by rounding.
         known = np.isfinite(pins).all(axis=1)
-        angles, pins, curve, crank_pins = (
-            column[known] for column in (angles, pins, curve, crank_pins)
-        )
+        angles, pins, points = angles[known], pins[known], points[known]
         if angles.size < 2:
             return None
         full = answer.properties.crank_turns_fully
@@ -128,8 +130,7 @@ class FourBarQuestions:
         ]
         return FollowedBranch(
             Track(angles, np.full(angles.size, float(request.branch)), closed=full),
-            (curve, pins),
-            box_around(curve, pins, crank_pins),
+            points,
             tuple(marks),
             _words(answer),
         )
@@ -154,17 +155,12 @@ def _point(values: Sequence[float]) -> Point2:
 
 
 def _position(pose: FourBarPose) -> Position:
-    joints = [
-        (joint.x, joint.y)
-        for joint in (pose.crank_pivot, pose.crank_pin, pose.rocker_pin, pose.rocker_pivot)
-    ]
-    point = (pose.coupler_point.x, pose.coupler_point.y)
-    # The coupler is a triangle, of which the point that draws the curve is a corner.
-    lines = np.concatenate([chain(*joints), chain(joints[1], point, joints[2])])
+    joints = (pose.crank_pivot, pose.crank_pin, pose.rocker_pin, pose.rocker_pivot)
+    points = np.array([(joint.x, joint.y) for joint in (*joints, pose.coupler_point)])
     text = (
         f"{BRANCH_NAMES[pose.branch]}, transmission angle {degrees_text(pose.transmission_angle)}"
     )
-    return Position(float(pose.branch), lines, np.array([*joints, point]), np.array([point]), text)
+    return Position(float(pose.branch), points, text)
 
 
 def _range_around(crank_angle: float, answer: SolveFourBar.Response) -> tuple[float, float]:

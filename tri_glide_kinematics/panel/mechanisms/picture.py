@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from tri_glide_kinematics.equal_numbers import first_smallest
+from tri_glide_kinematics.mechanisms.pictures import Skeleton, bounds
 from tri_glide_kinematics.vectors import FloatArray, Point
 from tri_glide_kinematics.wording import number_text
 
@@ -111,9 +112,6 @@ class Track:
         return float(np.interp(place, np.arange(column.size), column))
 
 
-NO_LINES = np.empty((0, 2, 2))
-
-
 @dataclass(frozen=True)
 class Mark:
     """A place on a path where something happens.
@@ -145,15 +143,11 @@ class Position:
 
     Attributes:
         key: tells it from the others.
-        lines: of its moving links. Shape (n, 2, 2) [m].
-        joints: Shape (k, 2) [m].
-        points: that draw the paths. Shape (p, 2) [m].
+        points: of the skeleton. Shape (k, 2) [m].
         text: what it is, in words.
     """
 
     key: float
-    lines: FloatArray
-    joints: FloatArray
     points: FloatArray
     text: str
 
@@ -164,17 +158,20 @@ class Branch:
 
     Attributes:
         track: the way along it.
-        paths: that points draw on it. Each of shape (n, 2) [m].
-        extent: corners of a box around all that moves. Shape (2, 2) [m].
+        points: of the skeleton along it. Shape (n, k, 2) [m].
         marks: limits, turning points and dead centres.
         text: what it is, in words.
     """
 
     track: Track
-    paths: tuple[FloatArray, ...]
-    extent: FloatArray
+    points: FloatArray
     marks: tuple[Mark, ...]
     text: str
+
+    @cached_property
+    def extent(self) -> FloatArray:
+        """Corners of a box around all points, which is asked for in each drawing. (2, 2) [m]."""
+        return bounds(self.points, margin=0.0)
 
     @property
     def events(self) -> str:
@@ -192,12 +189,16 @@ class Picture:
     """A mechanism as it is drawn.
 
     Attributes:
+        skeleton: what is joined to what.
+        paths: indices of the points whose paths are drawn.
         pivots: joints that do not move. Shape (k, 2) [m].
         positions: all at the present crank angle.
         followed: index of the one on the followed branch; None if it has none at this angle.
         branch: the followed one; None before it is known.
     """
 
+    skeleton: Skeleton
+    paths: tuple[int, ...]
     pivots: FloatArray
     positions: tuple[Position, ...] = ()
     followed: int | None = None
@@ -207,19 +208,3 @@ class Picture:
 def degrees_text(angle: float) -> str:
     """Return an angle [rad] as a person reads it."""
     return f"{number_text(math.degrees(angle), 4, scale=1e3)}°"
-
-
-def chain(*joints: Sequence[float], closed: bool = False) -> FloatArray:
-    """Return the lines from joint to joint, and back to the first if closed. Shape (n, 2, 2)."""
-    return lines_along(np.array([*joints, joints[0]] if closed else joints, dtype=np.float64))
-
-
-def lines_along(path: FloatArray) -> FloatArray:
-    """Return the lines of a polyline. Shape (n, 2) to (n - 1, 2, 2)."""
-    return np.stack([path[:-1], path[1:]], axis=1)
-
-
-def box_around(*groups: FloatArray) -> FloatArray:
-    """Return the lowest and the highest corner of a box around points. Shape (2, 2) [m]."""
-    points = np.concatenate([group.reshape(-1, 2) for group in groups])
-    return np.array([points.min(axis=0), points.max(axis=0)])

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from tri_glide_kinematics.mechanisms.pictures import Skeleton
 from tri_glide_kinematics.panel.mechanisms.picture import Branch, Position
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -67,8 +68,12 @@ class Questions(Protocol):
         dimensions: what a person may change; ``values`` below are theirs, in [m] and [rad].
         crank_angle: to start from [rad].
         key: of the position to start from.
+        skeleton: of the mechanism.
+        paths: indices of the points whose paths are drawn.
     """
 
+    skeleton: Skeleton
+    paths: tuple[int, ...]
     dimensions: tuple[Dimension, ...]
     crank_angle: float
     key: float

@@ -150,8 +150,11 @@ class Show:
     @property
     def picture(self) -> Picture:
         """As it is drawn now."""
-        pivots = self._questions.pivots(self._solved.values)
-        return Picture(pivots, self._positions, self._followed, self._branch)
+        asked = self._questions
+        pivots = asked.pivots(self._solved.values)
+        return Picture(
+            *(asked.skeleton, asked.paths, pivots, self._positions, self._followed, self._branch)
+        )
 
     @property
     def problem(self) -> str:

@@ -145,7 +145,7 @@ DIRECTIONS: dict[str, Vector3] = {
     "-z": (0.0, 0.0, -1.0),
 }
 
-# What it is, how much, and a bar or a word beside it.
+# A row has a name, a value, and a bar or a word beside it.
 Row = tuple[str, str, str]
 
 

@@ -113,7 +113,7 @@ def _number(value: float) -> str:
 
 USUAL_TOLERANCE = 1.0  # mm
 USUAL_SPEED = 50.0  # mm/s
-# So many steps back are kept.
+# Number of changes that can be taken back; each keeps one list of points.
 STEPS_BACK = 50
 # A file of points in the folder; no path leads out of it.
 FILE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_ -]{0,59}")

@@ -55,8 +55,8 @@ UPLOAD = '<label class="tri-glide-upload">Upload a program<input type="file" dat
 LIST_PERIOD = 1.0  # s between two looks into the folder
 SHOW_PERIOD = 0.2  # s between two texts of the present line
 LONGEST_LINE = 80  # characters of it that are shown
-MOST_TOLD = 5
-MOST_LINES = 100_000_000
+MOST_TOLD = 5  # words that a program has and the machine does not do
+MOST_LINES = 100_000_000  # of a program, for the field of a line: more than any file has
 
 COLORS: dict[int, RGB] = {CUT: (0, 30, 130), RAPID: (110, 110, 110), OUTSIDE: (220, 0, 0)}
 PRESENT: RGB = (230, 0, 200)
@@ -148,7 +148,7 @@ class ProgramTab:
         self._check: ProgramCheck | None = None
         # How long the steps take from each one on, by the check [s].
         self._left: FloatArray = np.zeros(1)
-        # What the proof depends on, besides the program, and whether it is another one since.
+        # Bounds for which the proof holds, and whether the machine has others since.
         self._bounds: Bounds | None = None
         self._is_outdated = False
         self._error = ""
@@ -222,7 +222,7 @@ class ProgramTab:
         bounds, self._bounds = self._bounds, facts.bounds
         if bounds in (None, self._bounds) or self._read is None:
             return
-        # What is proved at this moment is proved anew.
+        # A proof that is under way begins anew, with the new bounds.
         is_check = self._process is not None
         self._is_outdated |= not is_check and bool(self._check or self._error)
         self._check, self._error = None, ""

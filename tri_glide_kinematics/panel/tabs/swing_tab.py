@@ -102,7 +102,7 @@ class SwingTab:
             self._words.content = ""
             return
         shaping = Shaping.of(facts)
-        # What is being typed stays until the machine has something else.
+        # Typed numbers stay until the machine has others.
         if shaping != self._shown:
             self._shown = shaping
             self._shaper.set(shaping.shaper)

@@ -1,0 +1,100 @@
+"""How a planar mechanism is drawn, whatever draws it: its points, and what joins them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tri_glide_kinematics.vectors import FloatArray
+
+# Colours that stay apart for colour-blind readers as well (Okabe and Ito).
+BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+INK = "#262626"
+CORNER_COLOURS = (ORANGE, BLUE, GREEN)
+
+
+@dataclass(frozen=True)
+class Link:
+    """A bar between two points of a skeleton, both given by index."""
+
+    start: int
+    end: int
+    colour: str
+    width: float = 2.2
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """How the points of a mechanism are joined; positions are arrays of shape (k, 2).
+
+    Attributes:
+        names: of the k points, as written beside them.
+        links: bars.
+        plate: indices of the corners of the rigid body with more than two points.
+        plate_colour: of its edge and, lighter, of its face.
+        pivots: indices of the points that are fixed.
+        traced: indices of the points whose paths are of interest, with their colours.
+    """
+
+    names: tuple[str, ...]
+    links: tuple[Link, ...]
+    plate: tuple[int, ...]
+    plate_colour: str
+    pivots: tuple[int, ...]
+    traced: tuple[tuple[int, str], ...]
+
+    @property
+    def edges(self) -> tuple[tuple[int, int], ...]:
+        """Indices of the ends of all links, and of all sides of the plate after them."""
+        links = tuple((link.start, link.end) for link in self.links)
+        return links + tuple(zip(self.plate, self.plate[1:] + self.plate[:1]))
+
+    def lines(self, points: FloatArray) -> FloatArray:
+        """Return the edges in a position of shape (k, 2). Shape (n, 2, 2) [m]."""
+        return points[np.array(self.edges)]
+
+
+FOUR_BAR = Skeleton(
+    names=("crank pivot", "crank pin", "rocker pin", "rocker pivot", "P"),
+    links=(Link(0, 1, BLUE), Link(3, 2, GREEN)),
+    plate=(1, 2, 4),
+    plate_colour=ORANGE,
+    pivots=(0, 3),
+    traced=((4, PURPLE),),
+)
+
+F_MECHANISM = Skeleton(
+    names=tuple(f"${corner}_{level}$" for level in (0, 1, 2) for corner in "ABC"),
+    links=tuple(
+        Link(level + corner, level + 3 + corner, CORNER_COLOURS[corner], width)
+        for level, width in ((0, 3.2), (3, 1.6))
+        for corner in (0, 1, 2)
+    ),
+    plate=(6, 7, 8),
+    plate_colour=INK,
+    pivots=(0, 1, 2),
+    traced=tuple((6 + corner, CORNER_COLOURS[corner]) for corner in (0, 1, 2)),
+)
+
+
+def side_by_side(*points: ArrayLike) -> FloatArray:
+    """Return points of a skeleton, each over n positions or fixed. Shape (n, k, 2) [m]."""
+    return np.stack(np.broadcast_arrays(*points), axis=-2)
+
+
+def bounds(places: FloatArray, margin: float = 0.1) -> FloatArray:
+    """Return the corners of a box around all places.
+
+    Args:
+        places: rows with NaN do not count. Shape (..., 2) [m].
+        margin: free border over the larger side.
+
+    Returns:
+        Lowest and highest x and y, shape (2, 2) [m].
+    """
+    flat = places.reshape(-1, 2)
+    low, high = np.nanmin(flat, axis=0), np.nanmax(flat, axis=0)
+    border = margin * float(np.max(high - low))
+    return np.array([low - border, high + border])
