@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from tri_glide_kinematics.dynamics import MIDDLE, STANDARD_GRAVITY
 from tri_glide_kinematics.motion.shaping import (
     HIGHEST_FREQUENCY,
@@ -14,6 +16,17 @@ from tri_glide_kinematics.motion.shaping import (
 )
 from tri_glide_kinematics.settings.table import Parameter, markdown_table
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
+
+# A parameter that can be set while its node runs.
+live = partial(Parameter, live=True)
+
+# One number for each slider, arm or axis.
+ZEROS = (0.0, 0.0, 0.0)
+
+# Unit, least and greatest value.
+PLACE = ("m", -10.0, 10.0)
+MASS = ("kg", 0.0, 1e4)
+PART = ("", 0.0, 1.0)
 
 # No force is larger: the limit of a direction in which none is asked for [N].
 MOST_FORCE = 1e6
@@ -31,17 +44,13 @@ TRAVEL = (
         "lower_heights",
         (0.3, 0.3, 0.3),
         "lower end of each slider's travel, as the drives report it",
-        "m",
-        -10.0,
-        10.0,
+        *PLACE,
     ),
     Parameter(
         "upper_heights",
         (0.9, 0.9, 0.9),
         "upper end of each slider's travel, as the drives report it",
-        "m",
-        -10.0,
-        10.0,
+        *PLACE,
     ),
 )
 GEOMETRY = (
@@ -64,14 +73,12 @@ GEOMETRY = (
         "anchors",
         tuple(round(number, 9) + 0.0 for anchor in DEFAULT_GEOMETRY.anchors for number in anchor),
         "x1, y1, x2, y2, x3, y3: tower joint minus platform joint of each arm",
-        "m",
-        -10.0,
-        10.0,
+        *PLACE,
     ),
     Parameter("arm_lengths", DEFAULT_GEOMETRY.arm_lengths, "length of each arm", "m", 0.001, 10.0),
     Parameter(
         "height_offsets",
-        (0.0, 0.0, 0.0),
+        ZEROS,
         "true height of each slider minus the height that its drive reports and is commanded",
         "m",
         -1.0,
@@ -80,202 +87,148 @@ GEOMETRY = (
 )
 
 LIMITS = (
-    Parameter(
+    live(
         "velocity_limits",
         (1.0, 1.0, 1.0),
         "largest velocity of each slider",
         "m/s",
         0.001,
         100.0,
-        live=True,
         told=True,
     ),
-    Parameter(
+    live(
         "acceleration_limits",
         (10.0, 10.0, 10.0),
         "largest acceleration of each slider",
         "m/s^2",
         0.01,
         1000.0,
-        live=True,
         told=True,
     ),
-    Parameter(
+    live(
         "jerk_limits",
         (200.0, 200.0, 200.0),
         "largest jerk of each slider",
         "m/s^3",
         0.1,
-        100000.0,
-        live=True,
+        1e5,
         told=True,
     ),
-    Parameter(
+    live(
         "speed_scale",
         1.0,
         "factor by which the velocity limits are reduced",
         "",
         0.001,
         1.0,
-        live=True,
         told=True,
     ),
-    Parameter(
+    live(
         "path_speed_scale",
         1.0,
         "factor of the platform speeds that paths ask for (speed override); limits do not change",
         "",
         0.01,
         2.0,
-        live=True,
         told=True,
     ),
 )
-PLATFORM_SPEED = Parameter(
+PLATFORM_SPEED = live(
     "platform_speed_limit",
     0.0,
     "largest speed of the platform in all motion; 0 for none",
     "m/s",
     0.0,
     100.0,
-    live=True,
 )
 # All are as they are by default, or carriages and platform have a mass.
 MASSES = (
-    Parameter(
+    live(
         "carriage_masses",
-        (0.0, 0.0, 0.0),
+        ZEROS,
         "mass of each carriage, with the rotating parts of its drive: their inertia over the "
         "square of the way for a radian; 0 where no masses are known",
-        "kg",
-        0.0,
-        10000.0,
-        live=True,
+        *MASS,
     ),
-    Parameter(
-        "arm_masses",
-        (0.0, 0.0, 0.0),
-        "mass of each arm, both of its rods",
-        "kg",
-        0.0,
-        10000.0,
-        live=True,
-    ),
-    Parameter(
+    live("arm_masses", ZEROS, "mass of each arm, both of its rods", *MASS),
+    live(
         "arm_centres",
         (MIDDLE, MIDDLE, MIDDLE),
         "distance of each arm's centre of mass from the joint at the carriage, as a part of its "
         "length; another one than 0.5 needs `arm_inertias`",
-        "",
-        0.0,
-        1.0,
-        live=True,
+        *PART,
     ),
-    Parameter(
+    live(
         "arm_inertias",
-        (0.0, 0.0, 0.0),
+        ZEROS,
         "inertia of each arm, both of its rods, about an axis across it through its centre of "
         "mass; 0 for uniform rods",
         "kg m^2",
         0.0,
-        10000.0,
-        live=True,
+        1e4,
     ),
-    Parameter(
+    live(
         "platform_mass",
         0.0,
         "mass of the platform with its tool; 0 where no masses are known",
-        "kg",
-        0.0,
-        10000.0,
-        live=True,
+        *MASS,
     ),
-    Parameter(
-        "payload",
-        0.0,
-        "mass of what the platform carries, on its axis",
-        "kg",
-        0.0,
-        10000.0,
-        live=True,
-    ),
-    Parameter(
+    live("payload", 0.0, "mass of what the platform carries, on its axis", *MASS),
+    live(
         "counterweight_masses",
-        (0.0, 0.0, 0.0),
+        ZEROS,
         "mass that hangs on a rope over a pulley at each carriage",
-        "kg",
-        0.0,
-        10000.0,
-        live=True,
+        *MASS,
     ),
-    Parameter(
-        "coulomb_friction",
-        (0.0, 0.0, 0.0),
-        "dry friction of each slider, whatever its speed",
-        "N",
-        0.0,
-        100000.0,
-        live=True,
+    live(
+        "coulomb_friction", ZEROS, "dry friction of each slider, whatever its speed", "N", 0.0, 1e5
     ),
-    Parameter(
-        "viscous_friction",
-        (0.0, 0.0, 0.0),
-        "friction of each slider for its speed",
-        "N s/m",
-        0.0,
-        100000.0,
-        live=True,
-    ),
-    Parameter(
+    live("viscous_friction", ZEROS, "friction of each slider for its speed", "N s/m", 0.0, 1e5),
+    live(
         "gravity",
         STANDARD_GRAVITY,
         "acceleration of free fall in the base frame",
         "m/s^2",
         -100.0,
         100.0,
-        live=True,
     ),
 )
 FORCE_LIMITS = (
-    Parameter(
+    live(
         "force_limit_up",
-        (0.0, 0.0, 0.0),
+        ZEROS,
         "largest force of each slider upwards in all motion; 0 for none; needs masses",
         "N",
         0.0,
         MOST_FORCE,
-        live=True,
     ),
-    Parameter(
+    live(
         "force_limit_down",
-        (0.0, 0.0, 0.0),
+        ZEROS,
         "largest force of each slider downwards in all motion; 0 for none; needs masses",
         "N",
         0.0,
         MOST_FORCE,
-        live=True,
     ),
 )
 DRIVES = (
-    Parameter(
+    live(
         "drive_stiffness",
-        (0.0, 0.0, 0.0),
+        ZEROS,
         "force of each drive for each metre between setpoint and slider; 0 for drives that do not "
         "exert forces; needs masses",
         "N/m",
         0.0,
         1e9,
-        live=True,
     ),
-    Parameter(
+    live(
         "drive_damping",
-        (0.0, 0.0, 0.0),
+        ZEROS,
         "force of each drive for each metre per second between the velocities; greater than 0 "
         "where there is a stiffness",
         "N s/m",
         0.0,
         1e9,
-        live=True,
     ),
 )
 FORCE_WINDOW = Parameter(
@@ -288,42 +241,36 @@ FORCE_WINDOW = Parameter(
 )
 NO_SHAPER = "none"
 SHAPING = (
-    Parameter(
+    live(
         "shaper",
         NO_SHAPER,
         "shaper that leaves no vibration of the modes behind; a new one is in force from the next "
         "rest on",
         choices=(NO_SHAPER, *(kind.value for kind in ShaperKind)),
-        live=True,
     ),
-    Parameter(
+    live(
         "mode_frequencies",
         (15.0,),
         "of one mode of vibration or two, without damping; for each of `mode_places`, one by one",
         "Hz",
         LOWEST_FREQUENCY,
         HIGHEST_FREQUENCY,
-        live=True,
         any_size=True,
     ),
-    Parameter(
+    live(
         "mode_dampings",
         (0.05,),
         "of the modes, as part of their critical damping: one for all, or one for each frequency",
         "",
         0.0,
         MOST_DAMPING,
-        live=True,
         any_size=True,
     ),
-    Parameter(
+    live(
         "mode_places",
-        (0.0, 0.0, 0.0),
+        ZEROS,
         "x, y, z of each place of the platform at which the modes are known; one stands for all",
-        "m",
-        -10.0,
-        10.0,
-        live=True,
+        *PLACE,
         any_size=True,
     ),
 )
@@ -337,12 +284,7 @@ WORKSPACE = (
         1.0,
     ),
     Parameter(
-        "max_condition_number",
-        6.0,
-        "largest condition number of the Jacobian",
-        "",
-        1.001,
-        1000000.0,
+        "max_condition_number", 6.0, "largest condition number of the Jacobian", "", 1.001, 1e6
     ),
     Parameter(
         "space",
@@ -350,72 +292,64 @@ WORKSPACE = (
         "shape that the platform centre must not leave; the parameters below give it",
         choices=("unlimited", "box", "cylinder"),
     ),
-    Parameter("box_lower", (-0.1, -0.1, 0.0), "lower corner of the box", "m", -10.0, 10.0),
-    Parameter("box_upper", (0.1, 0.1, 0.5), "upper corner of the box", "m", -10.0, 10.0),
-    Parameter("cylinder_center", (0.0, 0.0), "x and y of the cylinder's axis", "m", -10.0, 10.0),
+    Parameter("box_lower", (-0.1, -0.1, 0.0), "lower corner of the box", *PLACE),
+    Parameter("box_upper", (0.1, 0.1, 0.5), "upper corner of the box", *PLACE),
+    Parameter("cylinder_center", (0.0, 0.0), "x and y of the cylinder's axis", *PLACE),
     Parameter("cylinder_radius", 0.12, "radius of the cylinder", "m", 0.001, 10.0),
-    Parameter("cylinder_z", (0.0, 0.5), "lower and upper end of the cylinder", "m", -10.0, 10.0),
+    Parameter("cylinder_z", (0.0, 0.5), "lower and upper end of the cylinder", *PLACE),
 )
 SUPERVISION = (
-    Parameter(
+    live(
         "measured_timeout",
         0.2,
         "fault if no measured heights arrive for longer than this",
         "s",
         0.005,
         10.0,
-        live=True,
     ),
-    Parameter(
+    live(
         "jump_limit",
         0.02,
         "fault if a measured height changes by more than `velocity_limits` allow, plus this",
         "m",
-        0.0001,
+        1e-4,
         10.0,
-        live=True,
     ),
-    Parameter(
+    live(
         "tracking_error_limit",
         0.05,
         "fault if a measured height is farther than this from the commanded one",
         "m",
-        0.0001,
+        1e-4,
         10.0,
-        live=True,
     ),
 )
 
 IN_POSITION = (
-    Parameter(
+    live(
         "position_tolerance",
         0.0005,
         "a target is reached if the platform is measured within this distance of it",
         "m",
-        0.000001,
+        1e-6,
         1.0,
-        live=True,
     ),
-    Parameter(
-        "settling_time", 0.02, "time for which it has to stay there", "s", 0.0, 10.0, live=True
-    ),
-    Parameter(
+    live("settling_time", 0.02, "time for which it has to stay there", "s", 0.0, 10.0),
+    live(
         "settling_timeout",
         1.0,
         "longest time from the last setpoint of a motion until the target is reached",
         "s",
         0.01,
         60.0,
-        live=True,
     ),
-    Parameter(
+    live(
         "position_error_limit",
         0.005,
         "fault if the platform is farther than this from the target after that time",
         "m",
-        0.000001,
+        1e-6,
         1.0,
-        live=True,
     ),
 )
 
@@ -457,41 +391,32 @@ IK_NODE = (
         choices=("linear", "slider"),
         told=True,
     ),
-    Parameter(
+    live(
         "twist_timeout",
         0.1,
         "a jog stops if no twist arrives for longer than this",
         "s",
         0.01,
         10.0,
-        live=True,
     ),
-    Parameter(
+    live(
         "target_timeout",
         0.5,
         "the machine stops if no state of a moving target arrives for longer than this",
         "s",
         0.01,
         10.0,
-        live=True,
     ),
-    Parameter(
+    live(
         "tracking_latency",
         0.0,
         "time for which a moving target is extrapolated, as the drives are late",
         "s",
         -0.5,
         0.5,
-        live=True,
     ),
-    Parameter(
-        "path_tolerance",
-        0.001,
-        "tolerance of the corners of a path that gives none",
-        "m",
-        0.0,
-        1.0,
-        live=True,
+    live(
+        "path_tolerance", 0.001, "tolerance of the corners of a path that gives none", "m", 0.0, 1.0
     ),
     Parameter("start_disabled", False, "whether `~/enable` has to be called before any motion"),
     *WORKSPACE,
@@ -533,86 +458,51 @@ SIMULATOR_NODE = (
     Parameter("platform_frame", "tri_glide_platform", "frame of the accelerometer"),
     *TRAVEL,
     Parameter("rate", 500.0, "measurements per second", "1/s", 1.0, 2000.0, told=True),
-    Parameter("initial_heights", (0.6, 0.6, 0.6), "heights at the start", "m", -10.0, 10.0),
-    Parameter(
+    Parameter("initial_heights", (0.6, 0.6, 0.6), "heights at the start", *PLACE),
+    live(
         "lag",
         0.005,
         "time constant with which the sliders follow; 0 for none",
         "s",
         0.0,
         10.0,
-        live=True,
         told=True,
     ),
     # With masses and these, the drives exert forces, and the lag does not count.
     *MASSES,
     *DRIVES,
-    Parameter(
-        "encoder_resolution",
-        1e-06,
-        "step of the measured heights; 0 for exact",
-        "m",
-        0.0,
-        0.1,
-        live=True,
-    ),
-    Parameter(
-        "drop_out",
-        0.0,
-        "fault: fraction of the measurements that is not published",
-        "",
-        0.0,
-        1.0,
-        live=True,
-    ),
-    Parameter(
+    live("encoder_resolution", 1e-06, "step of the measured heights; 0 for exact", "m", 0.0, 0.1),
+    live("drop_out", 0.0, "fault: fraction of the measurements that is not published", *PART),
+    live(
         "frozen_encoders",
         (False, False, False),
         "fault: the measured heights of these sliders stay as they are",
-        live=True,
     ),
-    Parameter(
+    live(
         "encoder_offsets",
-        (0.0, 0.0, 0.0),
+        ZEROS,
         "fault: added to the measured heights; a change of it is a jump",
-        "m",
-        -10.0,
-        10.0,
-        live=True,
+        *PLACE,
     ),
-    Parameter(
-        "stuck_sliders", (False, False, False), "fault: these sliders do not move", live=True
-    ),
-    Parameter(
+    live("stuck_sliders", (False, False, False), "fault: these sliders do not move"),
+    live(
         "plate_height",
         0.0,
         "true height of a plate on the z axis of the base frame; `contact` tells of a touch",
-        "m",
-        -10.0,
-        10.0,
-        live=True,
+        *PLACE,
     ),
-    Parameter(
-        "plate_tilt",
-        (0.0, 0.0),
-        "by how much the plate rises along x and y",
-        "m/m",
-        -1.0,
-        1.0,
-        live=True,
-    ),
-    Parameter(
+    live("plate_tilt", (0.0, 0.0), "by how much the plate rises along x and y", "m/m", -1.0, 1.0),
+    live(
         "swing_frequencies",
-        (0.0, 0.0, 0.0),
+        ZEROS,
         "of the platform's modes along x, y and z, 0 for none; three more for a second mode along "
         "each; all of them for each of `swing_points`, one after the other",
         "Hz",
         0.0,
         500.0,
-        live=True,
         any_size=True,
     ),
-    Parameter(
+    live(
         "swing_dampings",
         (0.03,),
         "of these modes, as part of the critical damping: one for all, or three or six; they are "
@@ -620,46 +510,37 @@ SIMULATOR_NODE = (
         "",
         0.0,
         0.5,
-        live=True,
         any_size=True,
     ),
-    Parameter(
+    live(
         "swing_shares",
         (1.0,),
         "of these modes in the swing along their axis: one for all, or three or six; at most 1 "
         "along each axis",
-        "",
-        0.0,
-        1.0,
-        live=True,
+        *PART,
         any_size=True,
     ),
-    Parameter(
+    live(
         "swing_points",
         (0.0, 0.0, 0.3),
         "x, y, z of points at which the frequencies are known; with one point, they are the same "
         "everywhere",
-        "m",
-        -10.0,
-        10.0,
-        live=True,
+        *PLACE,
         any_size=True,
     ),
-    Parameter(
+    live(
         "encoders_see_swing",
         False,
         "whether the measured heights are those of the platform that swings; encoders at the "
         "motors do not see that",
-        live=True,
     ),
-    Parameter(
+    live(
         "accelerometer_noise",
         0.0,
         "standard deviation of `imu/data_raw`, the same in each run",
         "m/s^2",
         0.0,
         100.0,
-        live=True,
     ),
     Parameter(
         "setpoint_period",
@@ -689,7 +570,7 @@ CALIBRATION_NODE = (
     Parameter(
         "probe_speed", 0.002, "of the platform while it moves down", "m/s", 0.0002, 0.1, told=True
     ),
-    Parameter("probe_depth", 0.01, "longest distance down", "m", 0.0001, 1.0, told=True),
+    Parameter("probe_depth", 0.01, "longest distance down", "m", 1e-4, 1.0, told=True),
     Parameter(
         "contact_timeout",
         0.5,
@@ -715,7 +596,7 @@ CALIBRATION_NODE = (
         choices=("height_and_tilt", "tilt", "nothing"),
         told=True,
     ),
-    Parameter("plate_height", 0.0, "its height on the z axis of the base frame", "m", -10.0, 10.0),
+    Parameter("plate_height", 0.0, "its height on the z axis of the base frame", *PLACE),
     Parameter("plate_tilt", (0.0, 0.0), "by how much it rises along x and y", "m/m", -1.0, 1.0),
     Parameter("touch_deviation", 1e-5, "standard deviation of a touch", "m", 1e-8, 0.1),
     Parameter(
@@ -763,9 +644,7 @@ CALIBRATION_NODE = (
         (0.0,) * 12,
         "anchors, arm lengths and height offsets that the priors are about, of the drawing; zeros "
         "for the present ones",
-        "m",
-        -10.0,
-        10.0,
+        *PLACE,
     ),
     *SYSTEM,
 )
