@@ -246,10 +246,13 @@ def test_who_types_or_has_not_switched_keys_on_moves_nothing(panel: Panel, page:
 # A gamepad as a browser shows it: window.pad tells what is pressed, and where its sticks are.
 PAD = """
 window.pad = {buttons: [], axes: [0, 0, 0, 0]};
-Object.defineProperty(navigator, "getGamepads", {configurable: true, value: () => (window.looks++, [window.pad && {
-  connected: true, mapping: "standard", axes: window.pad.axes,
-  buttons: Array.from({length: 17}, (_, n) => ({pressed: window.pad.buttons.includes(n)})),
-}, null])});
+Object.defineProperty(navigator, "getGamepads", {configurable: true, value: () => {
+  window.looks++;
+  return [window.pad && {
+    connected: true, mapping: "standard", axes: window.pad.axes,
+    buttons: Array.from({length: 17}, (_, n) => ({pressed: window.pad.buttons.includes(n)})),
+  }, null];
+}});
 """
 DEAD_MAN = 5
 
