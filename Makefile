@@ -32,7 +32,7 @@ panel: env ## a simulated tri-glide, and the page in the browser that shows and 
 
 test: test-no-nodes ## all tests: mathematics and motion on all cores, nodes as real processes, then what is timed
 	@scripts/find_browser.sh >/dev/null || echo "test: no browser is installed: the panel's tests in a browser are left out"
-	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && python -m pytest -n $(NODE_TESTS) --dist worksteal -m "nodes and not alone" \
+	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && python -m pytest -n $(NODE_TESTS) --dist loadfile --no-loadscope-reorder -m "nodes and not alone" \
 		test/integration $$($(call FILES_WITH,mark.nodes) | grep -v ^test/integration) \
 		&& exec python -m pytest -m alone $$($(call FILES_WITH,mark.alone))
 

@@ -17,6 +17,7 @@ import json
 import os
 import random
 import re
+import resource
 import shutil
 import signal
 import sys
@@ -39,6 +40,8 @@ NODE_ROOMS = ("demo", "nodes", "panel", "ros")
 # Imported once, as that takes longer than most tests.
 LIBRARIES = ("scipy.optimize", "scipy.signal", "ruckig", "matplotlib.pyplot", "rclpy.node", "viser")
 TIMES = itertools.count(1)
+# An endless loop that keeps what it makes would take all of the computer [bytes].
+MEMORY = 4 << 30
 # For each operator what may stand there by mistake.
 OTHERS: dict[str, tuple[type[Any], ...]] = {
     "Lt": (ast.LtE, ast.GtE),
@@ -191,6 +194,7 @@ def run_tests(out: Path, wanted: tuple[str, ...], marks: str, seconds: float) ->
     if not (child := os.fork()):
         try:
             os.setsid()
+            resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
             for stream in (1, 2):
                 os.dup2(os.open(out / "log", os.O_WRONLY | os.O_CREAT | os.O_APPEND), stream)

@@ -16,7 +16,7 @@ if [ $# -gt 0 ]; then
     tests "$@"
 else
     tests -n auto -m "not nodes and not alone"
-    tests -n 3 --dist worksteal -m "nodes and not alone"
+    tests -n 3 --dist loadfile --no-loadscope-reorder -m "nodes and not alone"
     tests -m alone
 fi
 python -m coverage combine --quiet

@@ -81,7 +81,10 @@ class Page:
     def __init__(self, address: str, target: str) -> None:
         """Connect to a tab by the ``address`` of its debugger."""
         self.target = target
-        self._socket = connect(address, max_size=None, open_timeout=TIMEOUT, ping_interval=None)
+        # Behind events that nobody reads, no goodbye of the browser is ever heard.
+        self._socket = connect(
+            address, max_size=None, open_timeout=TIMEOUT, ping_interval=None, close_timeout=0.1
+        )
         self._number = 0
         self._events: list[dict[str, Any]] = []
         for domain in ("Page", "Runtime", "Network"):

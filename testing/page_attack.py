@@ -14,10 +14,8 @@ from contextlib import suppress
 from typing import Any
 
 import msgspec
-from websockets.sync.client import connect
-from websockets.typing import Subprotocol
 
-from testing.page_reader import CAMERA, PROTOCOL, messages_in
+from testing.page_reader import CAMERA, PROTOCOL, connected, messages_in
 
 # An answer takes a few milliseconds; a busy computer takes longer [s].
 TIMEOUT = 10.0
@@ -122,9 +120,7 @@ def answer(port: int, data: bytes) -> int | None:
 def controls(address: str) -> list[str]:
     """Return the identities of all controls of the page at an ``address`` with its token."""
     found: set[str] = set()
-    here = address.replace("http", "ws", 1)
-    with connect(here, subprotocols=[Subprotocol(PROTOCOL)], max_size=None) as page:
-        page.send(msgspec.msgpack.encode(CAMERA))
+    with connected(address) as page:
         end = time.monotonic() + LISTENING
         while time.monotonic() < end:
             for each in messages_in(page.recv(TIMEOUT)):

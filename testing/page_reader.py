@@ -10,7 +10,8 @@ from typing import Any
 
 import msgspec
 import zstandard
-from websockets.sync.client import connect
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Subprotocol
 
 PROTOCOL = "viser-v1.1.1"
 # A page is there once it has told where its camera is.
@@ -28,6 +29,19 @@ CAMERA = {
 }
 
 
+def connected(address: str) -> ClientConnection:
+    """Return a connection to the panel with this ``address``, and be a page that is there."""
+    page = connect(
+        address.replace("http", "ws", 1),
+        subprotocols=[Subprotocol(PROTOCOL)],
+        max_size=None,
+        # Behind messages that nobody reads, no goodbye of the panel is ever heard.
+        close_timeout=0.1,
+    )
+    page.send(msgspec.msgpack.encode(CAMERA))
+    return page
+
+
 def messages_in(data: str | bytes) -> list[dict[str, Any]]:
     """Return the messages that the panel has sent at once."""
     assert isinstance(data, bytes)
@@ -40,10 +54,8 @@ def messages_in(data: str | bytes) -> list[dict[str, Any]]:
 
 def main() -> None:
     """Read until nothing more comes."""
-    address = sys.argv[1].replace("http", "ws", 1)
-    with connect(address, subprotocols=[PROTOCOL], max_size=None) as socket:  # type: ignore[list-item]
-        socket.send(msgspec.msgpack.encode(CAMERA))
-        for _ in socket:
+    with connected(sys.argv[1]) as page:
+        for _ in page:
             pass
 
 

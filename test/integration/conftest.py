@@ -27,13 +27,35 @@ _COUNTER = itertools.count()
 HERE = Path(__file__).parent
 # Heights of the sliders by default of simulator_node [m].
 START = (0.6, 0.6, 0.6)
+# Files that take more than half a minute.
+LONG = (
+    "test_panel",
+    "test_finding_modes",
+    "test_drive",
+    "test_executables",
+    "test_panel_programs",
+    "test_tutorials",
+    "test_calibration_node",
+    "test_actions",
+    "test_process_faults",
+    "test_calm_demo",
+    "test_calibration_demo",
+    "test_random_texts",
+    "test_panel_command",
+    "test_actions_paths",
+)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """All tests of this folder start nodes."""
+    """All tests of this folder start nodes; files that take long come first, the longest of them.
+
+    Files are given to workers as a whole, so that what they start is started once: what is long
+    would be waited for in the end.
+    """
     for item in items:
         if HERE in item.path.parents:
             item.add_marker(pytest.mark.nodes)
+    items.sort(key=lambda item: (*LONG, item.path.stem).index(item.path.stem))
 
 
 @pytest.fixture(scope="session")

@@ -21,10 +21,7 @@ from tri_glide_kinematics.ros.starting import executable
 
 pytest.importorskip("viser")
 
-from websockets.sync.client import connect
-from websockets.typing import Subprotocol
-
-from testing.page_reader import CAMERA, PROTOCOL, messages_in
+from testing.page_reader import connected, messages_in
 
 NODES = {"simulator_node", "ik_node", "fk_node", "mechanism_node", "panel_node"}
 
@@ -108,9 +105,7 @@ def test_a_node_that_dies_is_told_here_and_on_the_page_which_stays(client, tmp_p
         file = tmp_path / "state" / "tri_glide_kinematics" / "panel_token"
         assert address.endswith(f"/?token={file.read_text().strip()}")
         assert stat.S_IMODE(file.stat().st_mode) == 0o600
-        address = address.replace("http", "ws", 1)
-        with connect(address, subprotocols=[Subprotocol(PROTOCOL)], max_size=None) as page:
-            page.send(msgspec.msgpack.encode(CAMERA))
+        with connected(address) as page:
             # Of the button that starts nodes again, whether it is seen.
             buttons = {}
             wait_for_words(page, "ramps to rest", buttons)
@@ -124,8 +119,7 @@ def test_a_node_that_dies_is_told_here_and_on_the_page_which_stays(client, tmp_p
             # The page offers to start them again; a page without the controls gets nothing by it.
             (uuid,) = [button for button, is_seen in buttons.items() if is_seen]
             press = {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}}
-            with connect(address, subprotocols=[Subprotocol(PROTOCOL)], max_size=None) as other:
-                other.send(msgspec.msgpack.encode(CAMERA))
+            with connected(address) as other:
                 wait_for_words(other, "page 1 has the controls")
                 other.send(msgspec.msgpack.encode(press))
                 wait_for_words(other, "nothing done, as the controls are with page 1")
