@@ -3,8 +3,8 @@
 Targets go a straight way and end, gently, suddenly or back again, at random: any stroke, direction,
 duration and rate of telling; control rates from 250 to 2,000 Hz; with shapers, a speed limit of the
 platform and force limits; close to the edge of the workspace; machines of unequal arms and limits.
-A plain causal follower gets the same reports. Past the end a platform goes at most 0.1 mm and 2 % of
-the stroke more than it. With a shaper the speed of the target times the mean delay is added.
+A plain causal follower gets the same reports. Past the end a platform goes at most 0.1 mm and 2 %
+of the stroke more than it. With a shaper the speed of the target times the mean delay is added.
 
 Run it as ``python -m benchmarks.soak_follow --count 300``; it exits with 1 where one goes farther.
 """
