@@ -8,7 +8,7 @@ the target does takes its part of the limits of velocity and acceleration.
 A target may end at any time. A slider that catches up in the shortest time is then so fast that it
 dives below the end. So it is no faster than one that could still arrive where the target is now, or
 a little ahead of it (``MovingTarget.lead``), with the velocity that the target has. All sliders
-arrive at the same time: one after the other they would lead the platform aside, and past the end.
+catch up at the same time: one after the other they lead the platform aside, and past the end.
 """
 
 from __future__ import annotations
@@ -126,19 +126,19 @@ class TargetTracking:
         speed = hypot(*velocity)
         if speed > 0.0 and lead < inf:
             arriving = self._arrive(own, wanted, bounds, (speed, lead), period)
-            # All sliders arrive if that makes one slower that is behind by more than the lead: a
-            # mixture of both would bend the way. The way onto a target that comes near leads away
-            # from where it goes.
+            # The slower one of both, for each slider that is behind by more than the lead. The way
+            # onto a target that comes near leads away from where it goes.
             least = LEAST_PART * max(map(abs, rates))
-            if any(
-                abs(rate) > least
+            caught = [
+                arrival
+                if abs(rate) > least
                 and rate * (place - height) > max(lead, TINY) * rate * rate / speed
                 and rate * (way.velocity - arrival.velocity) > TINY * speed
+                else way
                 for (height, _, _), (place, rate, _), way, arrival in zip(
                     own, wanted, caught, arriving
                 )
-            ):
-                caught = arriving
+            ]
         return [way or other for way, other in zip(onto, caught)]
 
     def _catch_up(
