@@ -59,7 +59,7 @@ def places_of_plain_follower(
             time, place, velocity = waiting.pop(0)
         led = place + (cycle * period - time) * velocity
         passing = np.clip(velocity, -bounds[0], bounds[0])
-        ways = planner.to_pass(led, passing, list(zip(*state)), limits)
+        ways = planner.to_pass(led.tolist(), passing.tolist(), list(zip(*state)), limits)
         # What comes after the arrival is steady.
         state = CubicPlan(state, [[*way, (period, 0.0)] for way in ways]).at(period)
         places.append(state.heights)
