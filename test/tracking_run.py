@@ -11,7 +11,6 @@ from tri_glide_kinematics.motion.tracking import Follower, Wanted
 from tri_glide_kinematics.motion.trajectory import (
     AT_REST,
     CubicPlan,
-    RuckigPlanner,
     SliderLimits,
     SliderState,
     TrackedStep,
@@ -91,28 +90,3 @@ def peaks(plan: CubicPlan) -> FloatArray:
             np.abs(plan.pieces[3]).max(axis=0, initial=0.0),
         ]
     )
-
-
-# A target told to be at a place with a velocity, at a time [s].
-Report = tuple[float, FloatArray, FloatArray]
-
-
-def places_of_plain_follower(reports: list[Report], duration: float, period: float) -> FloatArray:
-    """Return where a plain causal follower is after each cycle. Shape (n, 3) [m].
-
-    Each axis of the platform is led by ruckig to where the target was told to be last, led by the
-    age of that and with its velocity; its limits are 1 m/s, 10 m/s^2, 200 m/s^3.
-    """
-    limits = (1.0,) * 3, (10.0,) * 3, (200.0,) * 3
-    planner, waiting = RuckigPlanner(3), list(reports)
-    state = SliderState(tuple(waiting[0][1]), AT_REST, AT_REST)
-    places = []
-    for cycle in range(round(duration / period)):
-        while waiting and waiting[0][0] <= cycle * period + 1e-9:
-            time, place, velocity = waiting.pop(0)
-        led = place + (cycle * period - time) * velocity
-        ways = planner.to_pass(led, np.clip(velocity, -1.0, 1.0), list(zip(*state)), limits)
-        # What comes after the arrival is steady.
-        state = CubicPlan(state, [[*way, (period, 0.0)] for way in ways]).at(period)
-        places.append(state.heights)
-    return np.array(places)

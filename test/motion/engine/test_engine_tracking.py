@@ -20,8 +20,14 @@ from motion_machine import (
     platform_velocity,
     within,
 )
-from tracking_run import places_of_plain_follower
 
+from testing.plain_follower import (
+    dead,
+    forth_and_back,
+    gentle,
+    most_beyond,
+    places_of_plain_follower,
+)
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase
 from tri_glide_kinematics.motion.trajectory import SliderLimits
@@ -285,29 +291,6 @@ def test_however_large_or_small_numbers_are_the_motion_goes_on_within_limits(siz
         moving.step(DT)
         moving.work(lambda: True)
     assert moving.phase is MotionPhase.IDLE
-
-
-def gentle(part: float) -> tuple[float, float]:
-    """Return way and speed of a stroke of 1 in a time of 1 that begins and ends gently."""
-    t = min(max(part, 0.0), 1.0)
-    return t**3 * (10.0 - 15.0 * t + 6.0 * t * t), 30.0 * (t * (1.0 - t)) ** 2
-
-
-def dead(part: float) -> tuple[float, float]:
-    """Return way and speed of a stroke of 1 in a time of 1 that begins and ends suddenly."""
-    return min(max(part, 0.0), 1.0), 1.0 if 0.0 <= part < 1.0 else 0.0
-
-
-def forth_and_back(part: float) -> tuple[float, float]:
-    """Return way and speed of a stroke of 1 forth in a time of 1, and back."""
-    way, speed = dead(part if part < 1.0 else 2.0 - part)
-    return way, speed if part < 1.0 else -speed
-
-
-def most_beyond(places: np.ndarray, start: np.ndarray, way: np.ndarray) -> float:
-    """Return how far places are beyond the end of a straight way, at most [m]."""
-    length = float(np.linalg.norm(way))
-    return float(((places - start) @ way).max()) / length - length
 
 
 @pytest.mark.parametrize(

@@ -101,7 +101,7 @@ def test_places_everywhere_in_the_workspace_are_reached():
             assert len(run.states) < 2000
         assert math.dist(run.places[-1], place) < 1e-12
         refused += run.refused
-    assert refused > 100
+    assert refused > 10
 
 
 def test_a_target_that_jumps_reverses_stops_and_leaves():

@@ -7,7 +7,8 @@ the target does takes its part of the limits of velocity and acceleration.
 
 A target may end at any time. A slider that catches up in the shortest time is then so fast that it
 dives below the end. So it is no faster than one that could still arrive where the target is now, or
-a little ahead of it (``MovingTarget.lead``), with the velocity that the target has.
+a little ahead of it (``MovingTarget.lead``), with the velocity that the target has. All sliders
+catch up at the same time: one after the other they lead the platform aside, and past the end.
 """
 
 from __future__ import annotations
@@ -118,6 +119,9 @@ class TargetTracking:
             return ways
         # It would end in a to and fro next to the edge.
         self._workspace.check_position(position)
+        # What added bounds leave in all directions: a step that counts on more cannot be ended.
+        left = min((each.acceleration(state.heights) for each in limits.added), default=inf)
+        bounds = [(fastest, min(most, left), jerk) for fastest, most, jerk in bounds]
         caught = self._catch_up(own, wanted, bounds, period)
         speed = hypot(*velocity)
         if speed > 0.0 and lead < inf:

@@ -98,9 +98,10 @@ class RuckigPlanner:
         accelerations: Sequence[tuple[float, float]],
         jerk: Sequence[float],
     ) -> list[Phases]:
-        """Return the phases that bring each degree of freedom to rest at zero as soon as possible.
+        """Return the phases that bring all degrees of freedom to rest at zero as soon as possible.
 
-        Seen from a frame that moves, as a target does, limits differ by direction.
+        All are there at the same time. Seen from a frame that moves, as a target does, limits
+        differ by direction.
 
         Args:
             state: position, velocity and acceleration of each degree of freedom.
@@ -122,7 +123,7 @@ class RuckigPlanner:
                 velocity,
                 acceleration,
                 (highest, most, jerk),
-                Synchronization.No,
+                Synchronization.Time,
             )
         finally:
             parameters.min_velocity = parameters.min_acceleration = None

@@ -1,0 +1,20 @@
+"""Targets of the soak that once led the platform far past their end."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from benchmarks.soak_follow import driven, random_case
+
+
+@pytest.mark.parametrize(("kind", "seed", "number"), [("plain", 2, 33), ("force limits", 2, 40)])
+def test_a_platform_goes_hardly_farther_past_an_end_than_a_plain_follower(kind, seed, number):
+    rng = np.random.default_rng((seed, *kind.encode()))
+    cases = (random_case(kind, rng) for _ in itertools.count())
+    beyond = driven(next(itertools.islice(cases, number, None)))
+    assert beyond.ratio <= 1.0
+    # It was followed: the target does not move for longer than the platform needs.
+    assert beyond.lag < 1.5 * beyond.plain_lag
