@@ -7,6 +7,7 @@ the length of the shaper. No stop is sooner than that of each slider by itself; 
 bounded, the bound at the end of docs/forces_and_speed.md counts, too.
 
 Run it as ``python -m benchmarks.soak_stops --count 100000``; it exits with 1 after a violation.
+Each machine has a source of chance of its own: ``--seed S --machine N`` begins with the ``N``th.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import islice, product
+from itertools import count, islice, product
 from typing import NamedTuple
 
 import numpy as np
@@ -36,7 +37,6 @@ from tri_glide_kinematics.motion import (
     SliderLimits,
     SliderState,
 )
-from tri_glide_kinematics.motion.trajectory import SlowedPlan
 from tri_glide_kinematics.vectors import FloatArray
 
 # Twice the soonest stop, or this [s].
@@ -97,15 +97,18 @@ class Stop(NamedTuple):
     """What one stop has shown.
 
     Attributes:
+        machine: its number in the soak.
         kind: of the motion.
         taken: from the request to rest [s].
         soonest: a lower bound of that [s].
         length: of the shaper [s].
         begun: cycles until the machine braked.
-        optimum: the least time that another method finds; NaN if it was not asked [s].
+        optimum: the least time that another method finds; NaN if it was not asked or found
+            nothing [s].
         what: kind of moves, limits, bounds and shaper.
     """
 
+    machine: int
     kind: str
     taken: float
     soonest: float
@@ -125,10 +128,19 @@ class Stop(NamedTuple):
         return self.ratio_to(self.soonest)
 
 
-def stops(rng: np.random.Generator, compared: int = 0) -> Iterator[Stop]:
-    """Yield stops without end, each ``compared``th of them with an optimum."""
+def stops(seed: int, compared: int = 0, first: int = 0) -> Iterator[Stop]:
+    """Yield stops without end, each ``compared``th of them with an optimum.
+
+    One that takes too long for the lower bound of a stop with added bounds has it, too.
+
+    Args:
+        seed: of the source of chance, with the number of each machine.
+        compared: each so many stops, one is compared with an optimum.
+        first: number of the machine that comes first.
+    """
     number = 0
-    while True:
+    for machine in count(first):
+        rng = np.random.default_rng((seed, machine))
         drive = RandomDrive(rng)
         for _ in range(STOPS):
             kind = KINDS[rng.choice(len(KINDS), p=CHANCES)]
@@ -138,7 +150,8 @@ def stops(rng: np.random.Generator, compared: int = 0) -> Iterator[Stop]:
                 continue
             if not rests(drive) and drive.engine.phase is not MotionPhase.STOPPING:
                 number += 1
-                yield stopped(drive, kind.name, bool(compared) and number % compared == 0)
+                is_compared = bool(compared) and number % compared == 0
+                yield stopped(drive, machine, kind.name, is_compared)
             if not rests(drive):
                 break
 
@@ -148,14 +161,15 @@ def rests(drive: Drive) -> bool:
     return drive.engine.phase is MotionPhase.IDLE
 
 
-def stopped(drive: RandomDrive, kind: str, is_compared: bool = False) -> Stop:
-    """Stop a machine."""
+def stopped(drive: RandomDrive, machine: int, kind: str, is_compared: bool = False) -> Stop:
+    """Stop a ``machine`` with this number."""
     engine, limits, shaper = drive.engine, drive.scenario.limits, drive.shaper
     own, _ = own_stop(drive)
     soonest = max([own, *(by_forces(each, engine.state, limits) for each in limits.added)])
-    best = optimum(drive, own) if is_compared else math.nan
+    state = engine.state
     length = shaper.duration if shaper is not None else 0.0
     longest = LONGEST * (max(LARGEST_RATIO * soonest, ALWAYS_ALLOWED) + length)
+    earlier = engine._holder.held.plan
     engine.stop()
     holder, taken, begun = engine._holder, 0.0, 0
     while not rests(drive) and taken < longest:
@@ -164,12 +178,15 @@ def stopped(drive: RandomDrive, kind: str, is_compared: bool = False) -> Stop:
             taken += engine.remaining
             engine.step(engine.remaining + 1e-9)
             break
-        begun += not isinstance(holder.held.plan, SlowedPlan)
+        begun += holder.held.plan is earlier
         drive.cycle()
         taken += PERIOD
     bounds = ", ".join(f"{type(each).__name__} {each.platform_speed:.4g}" for each in limits.added)
     what = f"{drive.scenario.kind.value}, {limits.table.tolist()}, {bounds}, shaper {length:.3f} s"
-    return Stop(kind, taken, soonest, length, begun, best, what)
+    stop = Stop(machine, kind, taken, soonest, length, begun, math.nan, what)
+    if is_compared or (stop.ratio > 1.0 and limits.added):
+        return stop._replace(optimum=optimum(drive, state, own))
+    return stop
 
 
 def by_forces(bound: AddedBound, state: SliderState, limits: SliderLimits) -> float:
@@ -194,17 +211,17 @@ def by_forces(bound: AddedBound, state: SliderState, limits: SliderLimits) -> fl
     return math.sqrt(float(rates @ matrix @ rates) / hardest)
 
 
-def optimum(drive: Drive, own: float) -> float:
+def optimum(drive: Drive, state: SliderState, own: float) -> float:
     """Return the soonest stop that sequential quadratic programming finds; NaN without one [s].
 
     The jerks of all sliders are constant in equal times. The workspace is left out.
 
     Args:
-        drive: in motion.
+        drive: with the limits and the machine.
+        state: in motion, from which it stops.
         own: how long the stop of each slider by itself takes [s].
     """
-    state, limits = drive.engine.state, drive.scenario.limits
-    machine = drive.workspace.machine
+    limits, machine = drive.scenario.limits, drive.workspace.machine
     start, rates, bends = (np.array(each) for each in state)
     largest = limits.table[2]
 
@@ -263,17 +280,10 @@ class Found(NamedTuple):
     violations: list[Stop]
 
 
-def soak(seed: int, count: int, compared: int) -> Found:
-    """Stop so many motions; what breaks the law is printed as soon as it is known.
-
-    Args:
-        seed: of the source of chance.
-        count: of stops.
-        compared: each so many stops, one is compared with an optimum.
-    """
+def soak(found_stops: Iterator[Stop], many: int) -> Found:
+    """Stop so ``many`` motions; what breaks the law is printed as soon as it is known."""
     found = Found([], [])
-    rng = np.random.default_rng(seed)
-    for stop in islice(stops(rng, compared), count):
+    for stop in islice(found_stops, many):
         found.stops.append(stop)
         soonest = stop.soonest if math.isnan(stop.optimum) else max(stop.soonest, stop.optimum)
         if stop.ratio_to(soonest) > 1.0:
@@ -291,10 +301,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.soak_stops", description=__doc__)
     parser.add_argument("--count", type=int, default=100_000, help="of stops")
     parser.add_argument("--seed", type=int, help="without it, a random one")
+    parser.add_argument("--machine", type=int, default=0, help="number of the first")
     arguments = parser.parse_args()
     seed = secrets.randbits(32) if arguments.seed is None else arguments.seed
     print(f"seed {seed}", flush=True)
-    found = soak(seed, arguments.count, max(arguments.count // COMPARED, 1))
+    compared = max(arguments.count // COMPARED, 1)
+    found = soak(stops(seed, compared, arguments.machine), arguments.count)
     for kind in KINDS:
         ratios = [stop.ratio for stop in found.stops if stop.kind == kind.name]
         if ratios:

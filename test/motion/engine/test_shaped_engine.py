@@ -104,6 +104,22 @@ def test_lines_and_their_stops_stay_straight():
     assert np.linalg.norm(np.cross(places - np.array(TARGET), along), axis=1).max() < 1e-12
 
 
+def test_a_slow_line_begins_though_what_is_shaped_exceeds_a_limit_by_a_millionth_all_the_way():
+    start = MACHINE.inverse((-0.06, 0.04, 0.28))
+    moving = engine(MotionKind.LINEAR, heights=start, in_pieces=True)
+    moving.set_shaper(Shaper.of(ShaperKind.THREE_HUMP_EI, Mode(3.0, 0.0)))
+    moving.set_speed_scale(0.01)
+    moving.move_to((0.06, -0.04, 0.3))
+    pieces = 0
+    while moving.preparing_goal:
+        moving.work(lambda: False)
+        moving.step(DT)
+        pieces += 1
+    assert moving.take_refusal() is None
+    assert moving.phase is MotionPhase.MOVING
+    assert pieces < 400
+
+
 @each_kind
 def test_it_is_idle_only_when_the_shaper_is_empty(kind):
     plain, moving = engine(kind), shaped(kind)

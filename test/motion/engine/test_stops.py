@@ -2,14 +2,50 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
-from benchmarks.soak_stops import soak
+from benchmarks.bench_stops import MACHINES, PERIOD, Drive, own_stop
+from benchmarks.judge import Findings, Judge
+from benchmarks.soak_stops import ALWAYS_ALLOWED, LARGEST_RATIO, soak, stops
+from tri_glide_kinematics.motion import MotionKind, MotionPhase
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 
 
 @pytest.mark.slow
 def test_no_stop_takes_longer_than_the_law_allows():
-    found = soak(seed=8, count=20, compared=10)
+    found = soak(stops(seed=8, compared=10), 20)
     assert found.violations == []
     assert len({stop.kind for stop in found.stops}) >= 4
     assert any(stop.optimum > 0.0 for stop in found.stops)
+
+
+@pytest.mark.parametrize(("machine", "seed"), [(1, 2), (2, 3), (2, 10)])
+def test_slider_moves_with_a_shaper_and_unequal_limits_obey_the_law(machine, seed):
+    shaper = Shaper.of(ShaperKind.EI, Mode(12.0, 0.05))
+    scenario = replace(MACHINES[machine], kind=MotionKind.SLIDER)
+    drive = Drive(scenario, np.random.default_rng(seed))
+    engine = drive.engine
+    engine.set_shaper(shaper)
+    for _ in range(8):
+        engine.move_to(drive.place())
+        drive.run(drive.rng.uniform(0.05, 0.4))
+        if engine.phase is MotionPhase.IDLE:
+            continue
+        own, _ = own_stop(drive)
+        allowed = max(LARGEST_RATIO * own, ALWAYS_ALLOWED) + shaper.duration
+        engine.stop()
+        begin = len(drive.heights)
+        while engine.phase is not MotionPhase.IDLE:
+            drive.cycle()
+        assert (len(drive.heights) - begin - 1) * PERIOD <= allowed
+        # What had to brake without the shaper has it again when it rests.
+        assert engine.shaper is shaper
+        assert not engine.shaper_pending
+    findings = Findings()
+    heights = np.array(drive.heights)
+    table = np.broadcast_to(scenario.limits.table, (len(heights), 3, 3))
+    Judge(scenario, findings).add(heights, table, np.arange(len(heights)))
+    assert not findings.violations

@@ -25,7 +25,7 @@ from tri_glide_kinematics.motion.engine.preparation import (
     only_held,
 )
 from tri_glide_kinematics.motion.engine.progress import PathMeasuring, PathProgress, progress
-from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning
+from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning, longest_stop
 from tri_glide_kinematics.motion.engine.shaped_motion import ShapedMotion
 from tri_glide_kinematics.motion.engine.tracker import Tracker
 from tri_glide_kinematics.motion.moves import MotionKind, inside
@@ -52,6 +52,10 @@ RETRY_INTERVAL = 0.008
 
 # A stop may take so many pieces within its call. Nearly all take fewer.
 URGENT_PIECES = 7
+
+# A stop of what is shaped, if it is not ready within its call, begins after this time; where none
+# is proved by then, the machine brakes without the shaper [s].
+SHAPED_STOP = 0.024
 
 # The first step of tracking, before any other was made, is taken to be this long [s].
 FIRST_STEP = 0.002
@@ -354,25 +358,80 @@ class PlanExecution:
         self.tracks = False
         self.preparation = None
         self.replace(held.with_goal(None).waiting_to_brake())
-        self.prepare_braking(urgent=True, stays=held.goal.has_line)
-        self._slow_down_a_stop()
+        stays = held.goal.has_line
+        self.prepare_braking(urgent=True, stays=stays)
+        if self.holder.shaped is None or self._stops_in_time:
+            self._slow_down_a_stop()
+        else:
+            # To prove it takes many pieces: it begins a little later.
+            held, time = self.holder.held, self.holder.time
+            start = time + SHAPED_STOP if self._in_pieces else time
+            making = partial(self._braked_in_time, stays)
+            self._begin(Preparation(making, None, held, time, start, LeadTime()), 1)
+
+    def _braked_in_time(
+        self, stays: bool, held: HeldMotion, start: float
+    ) -> Interruptible[Replanned]:
+        """Make a braking of what is shaped; where none is in time, one without the shaper."""
+        longest = longest_stop(self.holder.state, held.limits.scaled) - (start - self.holder.time)
+        try:
+            made = yield from self._shaped(partial(self._braked, stays), None, held, start)
+            plan = made.held.plan
+            if made.held.brakes and plan.duration - (plan is held.plan) * start <= longest:
+                return made
+        except KinematicsError:
+            yield
+        return (yield from self._unshaped(held, start))
 
     def _slow_down_a_stop(self) -> None:
-        """Brake on the way of the held plan where a stop has no braking yet that is ready."""
+        """Brake, at once, where a stop has no braking yet that obeys its law."""
         held = self.holder.held
-        is_slowed = isinstance(held.plan, SlowedPlan)
-        if held.goal is not None or held.role is not PlanRole.EARLIER or is_slowed:
+        if held.goal is not None or isinstance(held.plan, SlowedPlan) or self._stops_in_time:
             return
-        making = self._proved(lambda held, time: only_held(self.replanning.slowed(held, time)))
+        making = self._slowed if self.holder.shaped is None else self._unshaped
         try:
             with SOUND:
-                slowed = at_once(making(self.holder.held, self.holder.time)).held
+                slowed = at_once(making(held, self.holder.time)).held
         except KinematicsError:
             return
-        if slowed.brakes:
+        if slowed.plan is not held.plan:
             self.preparation = None
-            self.replace(slowed.waiting_to_brake())
-            self.try_again()
+            self.replace(slowed)
+            if not slowed.brakes:
+                self.try_again()
+
+    @property
+    def _stops_in_time(self) -> bool:
+        """Whether what is held is a braking that takes no longer than a stop may."""
+        holder = self.holder
+        held = holder.held
+        if holder.shaped is None or held.role is PlanRole.EARLIER:
+            return held.role is not PlanRole.EARLIER
+        # A plan is ahead of what is driven: where that gets faster its braking takes longer.
+        left = holder.time_to_rest - held.limits.held_back
+        return left <= longest_stop(holder.state, held.limits.scaled)
+
+    def _slowed(self, held: HeldMotion, start: float) -> Interruptible[Replanned]:
+        """Slow down what is ``held`` on its own way, while it waits for a better braking."""
+        slowed = yield from self.replanning.slowed(held, start)
+        return Replanned(slowed.waiting_to_brake())
+
+    def _unshaped(self, held: HeldMotion, start: float) -> Interruptible[Replanned]:
+        """Brake from what is driven at ``start`` [s], which is shaped no more until it rests.
+
+        To prove that takes little: it depends on nothing but the setpoint then.
+        """
+        shaped = self.holder.shaped
+        assert shaped is not None
+        lead = max(start - self.holder.time, 0.0)
+        later = held.pending or replace(held.limits, planned=None)
+        limits = replace(held.limits, shaper=None, planned=None)
+        plan = shaped.going_on(held.plan, 0.0)
+        driven = replace(held.waiting_to_brake(), plan=plan, limits=limits, pending=later)
+        braked = yield from self.replanning.braked(driven, lead, stays=False)
+        if braked.plan is plan:
+            braked = yield from self.replanning.slowed(driven, lead)
+        return Replanned(braked if braked.plan is not plan else held)
 
     def change_limits(self, limits: DriveLimits) -> None:
         """Put limits in force now, or slow down until that is possible."""
@@ -406,8 +465,8 @@ class PlanExecution:
 
     @property
     def is_shaped(self) -> bool:
-        """Whether there is a shaper in force."""
-        return self.holder.limits.shaper is not None
+        """Whether there is a shaper, in force or from the next rest on."""
+        return self.holder.newest_limits.shaper is not None
 
     @property
     def prepares_steps(self) -> bool:
@@ -783,10 +842,11 @@ class PlanExecution:
             urgent: whether it is made at once.
             stays: whether the platform stays on its line where that takes little longer.
         """
-        self.prepare(
-            lambda held, time: only_held(self.replanning.braked(held, time, stays=stays)),
-            urgent=urgent and self.holder.held.path_plan is None,
-        )
+        urgent = urgent and self.holder.held.path_plan is None
+        self.prepare(partial(self._braked, stays), urgent=urgent)
+
+    def _braked(self, stays: bool, held: HeldMotion, time: float) -> Interruptible[Replanned]:
+        return Replanned((yield from self.replanning.braked(held, time, stays=stays)))
 
     def _take_step(self, dt: float) -> bool:
         """Track for ``dt`` [s] if such a step is certified; return whether it is."""

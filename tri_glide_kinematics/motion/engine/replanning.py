@@ -58,11 +58,20 @@ if TYPE_CHECKING:
 # times the sliders' own stop, or in this time if that is more [s].
 SLOWED, SHORTEST_SLOWED = 1.8, 0.15
 
+# From the request to rest a stop takes at most so many times the sliders' own stop, or this time if
+# that is more [s]; and as long as the shaper lasts.
+LONGEST_STOP, ALWAYS_ALLOWED = 2.0, 0.2
+
 # What is held was accepted with one rounding error; so slowing it down may have two.
 SLOWED_ROUNDING = 2.0 * RELATIVE_ROUNDING
 
 # Comes to rest, from what is held and a time in it [s].
 Braking = Callable[[HeldMotion, float], Interruptible[HeldMotion]]
+
+
+def longest_stop(state: SliderState, limits: SliderLimits) -> float:
+    """Return how long a stop from a ``state`` within ``limits`` may take, without a shaper [s]."""
+    return max(LONGEST_STOP * own_stop(state, limits).duration, ALWAYS_ALLOWED)
 
 
 class PathReplanning:

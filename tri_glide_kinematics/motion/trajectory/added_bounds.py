@@ -335,14 +335,14 @@ def added_use(
     return AddedUse(part, time)
 
 
-def close_to(known: float) -> float:
+def close_to(known: float | FloatArray) -> FloatArray:
     """Return what a cell may use at most, by bounds, so that no smaller ones are looked at.
 
     Args:
-        known: which part is used somewhere.
+        known: which part is used somewhere. Of any shape, as the result.
     """
-    part = known * (1.0 + _CLOSE) if known > 1.0 + RELATIVE_ROUNDING else 1.0
-    return part * (1.0 + RELATIVE_ROUNDING)
+    part = np.where(known > 1.0 + RELATIVE_ROUNDING, known * (1.0 + _CLOSE), 1.0)
+    return np.asarray(part * (1.0 + RELATIVE_ROUNDING))
 
 
 class UsableParts(NamedTuple):

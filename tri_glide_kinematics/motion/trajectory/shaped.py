@@ -333,7 +333,7 @@ class ShapedTrajectory(Trajectory):
         path = path_driven(self.driven)
         edges = self.knots()
         middles, half = divided(ascending(np.append(edges[edges > since], since)))
-        most, when = np.zeros((3, 3)), np.zeros((3, 3))
+        most, when, known = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
         most_added, added_at, known_added = np.zeros((3, len(limits.added)))
         most_cut, cut_at = 0.0, 0.0
         lowest = highest = np.array(self.at(self.duration).heights)
@@ -355,7 +355,8 @@ class ShapedTrajectory(Trajectory):
                 there = np.abs(series.values[1:4]) * _TO_DERIVATIVES / table
                 use = np.maximum(largest_of(series, half[some]) / table, there)
                 cut_there, cut = self._cut(path, middles[some], half[some])
-                proved = (use <= 1.0 + RELATIVE_ROUNDING).all(axis=(0, 1)) & (cut <= 1.0)
+                known = np.fmax(known, np.fmax.reduce(there, axis=2))
+                proved = (use <= close_to(known)[..., np.newaxis]).all(axis=(0, 1)) & (cut <= 1.0)
                 if region is not None:
                     proved &= _between(low, high, region)
                 # What is exceeded in the middle already is so in smaller cells, too.
@@ -363,7 +364,7 @@ class ShapedTrajectory(Trajectory):
                 use = np.where(exceeded, np.fmax(use, there), use)
                 for number, each in enumerate(added):
                     known_added[number] = np.fmax(known_added[number], np.fmax.reduce(each.middle))
-                    proved &= each.most <= close_to(float(known_added[number]))
+                    proved &= each.most <= close_to(known_added[number])
                     broken = each.middle > 1.0 + _COARSE
                     # No smaller cells for the other limits; what they would show is not known.
                     use = np.where(broken & ~exceeded, there, use)
