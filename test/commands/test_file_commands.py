@@ -159,7 +159,7 @@ def test_both_run_where_there_is_no_ros(points, tmp_path):
         "import sys\n"
         "for name in ('rclpy', 'sensor_msgs', 'tri_glide_interfaces', 'geometry_msgs'):\n"
         "    sys.modules[name] = None\n"
-        "from tri_glide_kinematics.nodes import draw_motion, judge\n"
+        "from tri_glide_kinematics.commands import draw_motion, judge\n"
         "file, folder, *machine = sys.argv[1:]\n"
         "recording = folder + '/a.mcap'\n"
         "files = ['--output', folder, '--mcap', recording]\n"
