@@ -66,9 +66,7 @@ def test_who_is_outside_a_room_imports_from_the_room(path):
 KNOWN_CIRCLES = [
     {f"{PACKAGE}.motion.{room}.{name}" for name in names.split()}
     for room, names in (
-        ("trajectory", "added_bounds cubic knots limits trajectory"),
-        ("trajectory", "along_curve bends curve_bounds curves shaped"),
-        ("engine", "commands execution held_motion preparation replanning tracker"),
+        ("engine", "command commands execution held_motion preparation replanning tracker"),
     )
 ]
 

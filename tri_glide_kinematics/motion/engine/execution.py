@@ -15,8 +15,10 @@ import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase, Move
-from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
+from tri_glide_kinematics.motion.engine.commands import Move
+from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.preparation import (
     SAME_TIME,
     LeadTime,
@@ -28,21 +30,13 @@ from tri_glide_kinematics.motion.engine.progress import PathMeasuring, PathProgr
 from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning, longest_stop
 from tri_glide_kinematics.motion.engine.shaped_motion import ShapedMotion
 from tri_glide_kinematics.motion.engine.tracker import Tracker
+from tri_glide_kinematics.motion.errors import SOUND, NotStartedError, PlanningError
+from tri_glide_kinematics.motion.limits import SampledPlan, SliderState
 from tri_glide_kinematics.motion.moves import MotionKind, inside
 from tri_glide_kinematics.motion.path import DrivenPath
+from tri_glide_kinematics.motion.shaped import DrivenPart, Planned, ShapedTrajectory, SlowedPlan
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
-from tri_glide_kinematics.motion.trajectory import (
-    SOUND,
-    DrivenPart,
-    LinePlan,
-    NotStartedError,
-    Planned,
-    PlanningError,
-    SampledPlan,
-    ShapedTrajectory,
-    SliderState,
-    SlowedPlan,
-)
+from tri_glide_kinematics.motion.trajectory import LinePlan
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace

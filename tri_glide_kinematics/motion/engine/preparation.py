@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
 from tri_glide_kinematics.motion.engine.replanning import Replanned
-from tri_glide_kinematics.motion.trajectory import SOUND, PlanTooLongError
+from tri_glide_kinematics.motion.errors import SOUND, PlanTooLongError
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.engine.commands import Command
+    from tri_glide_kinematics.motion.engine.command import Command
 
 # Makes what is held next, from what is held and the time in it at which that begins [s].
 Making = Callable[[HeldMotion, float], Interruptible[Replanned]]

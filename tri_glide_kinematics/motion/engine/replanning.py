@@ -13,13 +13,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.held_motion import (
-    DriveLimits,
-    FollowedPath,
-    HeldMotion,
-    PlanRole,
-    stays_within,
-)
+from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits, stays_within
+from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
+from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError
+from tri_glide_kinematics.motion.limits import AT_REST, RELATIVE_ROUNDING, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import (
     LONGEST_TRACKED,
     NEARLY,
@@ -30,19 +27,13 @@ from tri_glide_kinematics.motion.moves import (
     own_stop,
 )
 from tri_glide_kinematics.motion.path_timing import PathPlanner
+from tri_glide_kinematics.motion.shaped import SlowedPlan
 from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
-    RELATIVE_ROUNDING,
-    AddedBoundError,
     CubicPlan,
     LinePlan,
     PathHeights,
     PathPlan,
     SequencePlan,
-    SliderLimitError,
-    SliderLimits,
-    SliderState,
-    SlowedPlan,
     Trajectory,
     checked,
     gentler,
@@ -51,7 +42,8 @@ from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.engine.commands import Command, Follow
+    from tri_glide_kinematics.motion.engine.command import Command
+    from tri_glide_kinematics.motion.engine.commands import Follow
     from tri_glide_kinematics.motion.path import PlatformPath
 
 # Where no other braking keeps all limits, the held plan is slowed down on its own way: in so many

@@ -14,14 +14,10 @@ from dataclasses import replace
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import Track
-from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.shaping import Shaper
-from tri_glide_kinematics.motion.tracking import (
-    Follower,
-    MovingTarget,
-    TargetMotion,
-    Wanted,
-)
+from tri_glide_kinematics.motion.tracking import Follower, MovingTarget, TargetMotion, Wanted
 from tri_glide_kinematics.motion.trajectory import TrackedStep
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace

@@ -33,13 +33,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
+from tri_glide_kinematics.motion.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.trajectory import quintics
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError, SliderLimitError
-from tri_glide_kinematics.motion.trajectory.limits import (
-    QUANTITIES,
-    RELATIVE_ROUNDING,
-    SliderLimits,
-)
 from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
 from tri_glide_kinematics.vectors import FloatArray
 
