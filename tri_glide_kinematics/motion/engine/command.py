@@ -6,22 +6,20 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from enum import Enum, IntEnum
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderState
-from tri_glide_kinematics.motion.tracking import Wanted
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.tracking import MovingTarget, Wanted
 from tri_glide_kinematics.motion.trajectory import SequencePlan, Trajectory
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
-    from tri_glide_kinematics.motion.engine.execution import PlanExecution
-    from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
-    from tri_glide_kinematics.motion.engine.replanning import Replanning
-    from tri_glide_kinematics.motion.engine.tracker import Tracker
     from tri_glide_kinematics.motion.moves import MotionPlanner
 
 
@@ -67,6 +65,55 @@ class Outcome(NamedTuple):
     text: str
 
 
+class Execution(Protocol):
+    """What a command asks for when it begins, of what carries it out.
+
+    Before the start, what asks for the goal or changes it raises a ``NotStartedError``.
+
+    Attributes:
+        workspace: where the platform may be.
+    """
+
+    workspace: Workspace
+
+    @property
+    def goal(self) -> Command | None:
+        """What was commanded last; None for a stop."""
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether the platform rests, and nothing is left to do."""
+
+    @property
+    def follows_path(self) -> bool:
+        """Whether a path is the goal."""
+
+    def stop(self) -> None:
+        """Come to rest as soon as the limits allow, and forget the goal."""
+
+    def keep_goal(self) -> None:
+        """Give up a new goal that is still being prepared; what is held goes on."""
+
+    def prepare_goal(self, goal: Command) -> None:
+        """Make a plan that leads to a ``goal``, or let that wait for limits."""
+
+    def go_over_to(self, goal: Command) -> bool:
+        """Track a ``goal`` in motion, if a step towards it is certified; return whether it is."""
+
+    def follow_target(self, goal: Command, target: MovingTarget, age: float) -> None:
+        """Track a ``target``, seen ``age`` seconds ago, as soon as a step is certified."""
+
+    def change_limits(self, limits: DriveLimits) -> None:
+        """Put limits in force now, or slow down until that is possible; the shaper stays."""
+
+
+class Foresight(Protocol):
+    """What knows where a tracked target will be."""
+
+    def target_after(self, dt: float, shaper: Shaper | None = None) -> MovingTarget:
+        """Return where the target will be in ``dt`` seconds; with a ``shaper``, led."""
+
+
 class Command(ABC):
     """Something that a machine is asked to do.
 
@@ -77,6 +124,9 @@ class Command(ABC):
         has_line: whether the platform moves on a line, on which a stop should stay.
         is_checked_whole: whether all of it is looked at before it begins, which may take long.
         leads_anywhere: whether nobody knows where its motion leads, as newer ones renew it.
+        is_planned_again: whether it is planned with all of the limits where it begins at rest, and
+            again with less where shaping takes some.
+        path: to be followed; None of what is none, and until it is made.
         extends: whether it goes on from the end of the path that is followed.
         size: number of segments of a path.
         position: of the target, where it has one. Shape (3,) [m].
@@ -94,6 +144,8 @@ class Command(ABC):
     has_line: ClassVar[bool] = True
     is_checked_whole: ClassVar[bool] = False
     leads_anywhere: ClassVar[bool] = False
+    is_planned_again: ClassVar[bool] = False
+    path: PlatformPath | None = None
     extends: bool = False
     size: int = 0
     position: Vector3 | None = None
@@ -148,26 +200,13 @@ class Command(ABC):
         return None
 
     @abstractmethod
-    def begin(self, execution: PlanExecution) -> None:
+    def begin(self, execution: Execution) -> None:
         """Ask ``execution`` for what this is.
 
         Raises:
             NotStartedError: before the start.
             KinematicsError: if it is refused at once.
         """
-
-    def next_held(
-        self, replanning: Replanning, held: HeldMotion, time: float
-    ) -> Interruptible[HeldMotion]:
-        """Return what is held with this as its goal; while limits are pending it has no plan yet.
-
-        Raises:
-            KinematicsError: if there is no plan.
-        """
-        if held.pending is None:
-            limits = held.limits
-            return (yield from replanning.planned(held, time, self, limits, or_after=True))
-        return held.with_goal(self)
 
     def planned(
         self,
@@ -181,14 +220,9 @@ class Command(ABC):
         """Return a plan that leads there; the arguments are those of ``MotionPlanner.move``."""
         raise NotImplementedError
 
-    def wanted(self, tracker: Tracker, limits: DriveLimits, dt: float) -> Wanted:
+    def wanted(self, tracker: Foresight, limits: DriveLimits, dt: float) -> Wanted:
         """Return what a step of ``dt`` [s] is to lead to, while this is tracked."""
         raise NotImplementedError
-
-    def stepped(  # noqa: B027, as most need nothing
-        self, execution: PlanExecution, *, is_certified: bool
-    ) -> None:
-        """Look after a step of tracking, which may have been ``is_certified`` or not."""
 
     def ends_at_edge(self, refusal: KinematicsError) -> bool:
         """Return whether a ``refusal`` says that the platform is at the edge, and is held there."""

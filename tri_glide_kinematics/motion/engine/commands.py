@@ -9,29 +9,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tri_glide_kinematics.checks import finite, finite_vector
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.command import Command, MotionPhase, TargetKind
+from tri_glide_kinematics.motion.engine.command import (
+    Command,
+    Execution,
+    Foresight,
+    MotionPhase,
+    TargetKind,
+)
 from tri_glide_kinematics.motion.errors import NoPathError, NoRoomError
 from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
-from tri_glide_kinematics.motion.tracking import SLOWEST_JOG, Wanted, WantedVelocity
+from tri_glide_kinematics.motion.tracking import SLOWEST_JOG, MovingTarget, Wanted, WantedVelocity
 from tri_glide_kinematics.motion.trajectory import SequencePlan, Trajectory
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import vector_text
 from tri_glide_kinematics.workspace import Workspace
 
 if TYPE_CHECKING:
-    # What carries commands out asks them what differs between kinds, and they ask it in turn.
     from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
-    from tri_glide_kinematics.motion.engine.execution import PlanExecution
-    from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
-    from tri_glide_kinematics.motion.engine.replanning import Replanning
-    from tri_glide_kinematics.motion.engine.tracker import Tracker
     from tri_glide_kinematics.motion.moves import MotionPlanner
 
 # Jogs are the same if their directions differ by less than this [rad], and their speeds by less
@@ -47,6 +47,7 @@ class Move(Command):
 
     kind = TargetKind.POSITION
     phase = MotionPhase.MOVING
+    is_planned_again = True
     position: Vector3
 
     def __init__(self, position: Sequence[float]) -> None:
@@ -74,9 +75,9 @@ class Move(Command):
         """Where the platform is to rest at last [m]."""
         return self.position
 
-    def begin(self, execution: PlanExecution) -> None:
+    def begin(self, execution: Execution) -> None:
         """Ask for a plan; the position that is moved to, or was reached, changes nothing."""
-        goal = execution.holder.held.goal
+        goal = execution.goal
         if goal is not None and goal.destination == self.position:
             execution.keep_goal()
         else:
@@ -143,48 +144,18 @@ class Jog(Command):
             and abs(goal.speed - self.speed) < SAME_JOG * goal.speed
         )
 
-    def begin(self, execution: PlanExecution) -> None:
+    def begin(self, execution: Execution) -> None:
         """Go over to it at once if a step is certified, else ask for a plan.
 
         The same velocity again changes nothing while the platform moves; none at all is a stop.
         """
-        held = execution.holder.held
-        is_idle = held.phase(execution.holder.time) is MotionPhase.IDLE
+        is_idle = execution.is_idle
         if self.is_still:
             execution.stop()
-        elif not is_idle and self.renews(held.goal):
+        elif not is_idle and self.renews(execution.goal):
             execution.keep_goal()
-        elif is_idle or not self._is_tracked(execution):
+        elif is_idle or not execution.go_over_to(self):
             execution.prepare_goal(self)
-
-    def _is_tracked(self, execution: PlanExecution) -> bool:
-        """Go over to it in motion, if there is a certified step; return whether that is done.
-
-        With a shaper or added bounds the step is prepared. Outside the workspace, as from rest, it
-        is planned.
-        """
-        held = execution.holder.held
-        if held.region is not execution.workspace:
-            return False
-        tracking = held.with_goal(self)
-        goes_on = execution.tracks and held.goal is not None and held.goal.kind is self.kind
-        if execution.prepares_steps:
-            if goes_on:
-                # A step that is being prepared is held soon; the next one leads to this.
-                execution.keep_goal()
-                execution.replace(tracking)
-                return True
-            if held.pending is not None or execution.holder.time >= held.plan.duration:
-                return False
-            execution.prepare_step(self)
-            return True
-        if not goes_on:
-            step = execution.certified_step(tracking)
-            if step is None:
-                return False
-            tracking = step
-        execution.track(tracking)
-        return True
 
     def planned(
         self,
@@ -199,28 +170,11 @@ class Jog(Command):
         speed = self.speed * limits.speed_scale
         return planner.jog(state, self.direction, speed, limits.effective, region, moving)
 
-    def wanted(self, tracker: Tracker, limits: DriveLimits, dt: float) -> Wanted:
+    def wanted(self, tracker: Foresight, limits: DriveLimits, dt: float) -> Wanted:
         """Return its velocity, as far as the scale lets it."""
         speed = self.speed * limits.speed_scale
         x, y, z = self.direction
         return WantedVelocity((speed * x, speed * y, speed * z))
-
-    def stepped(self, execution: PlanExecution, *, is_certified: bool) -> None:
-        """End the tracking where it has come to rest, or where there is no step.
-
-        Where there is none once, near an edge, there are some and none in turn, and the platform
-        would swerve. So the jog is planned there, as from rest.
-        """
-        held, time = execution.holder.held, execution.holder.time
-        if is_certified:
-            step = held.tracked_step
-            execution.tracks = step is None or not step.ends_at_rest
-        else:
-            execution.tracks = False
-            execution.replace(held.left_to_brake())
-            if held.pending is None and time < held.plan.duration:
-                execution.prepare(execution.making(self))
-        execution.look_ahead()
 
     def ends_at_edge(self, refusal: KinematicsError) -> bool:
         """Return whether a ``refusal`` says that there is no room in its direction."""
@@ -282,28 +236,11 @@ class Track(Command):
         """Work out its age: the next setpoint is for now, the present one a period older."""
         self.age = finite("age", max(now, self.received) - period - self.seen)
 
-    def begin(self, execution: PlanExecution) -> None:
+    def begin(self, execution: Execution) -> None:
         """Track it as soon as a step is certified, and brake until then."""
-        holder = execution.holder
-        held = holder.held
-        execution.keep_goal()
-        goes_on = execution.tracks and held.goal is not None and held.goal.kind is self.kind
-        if goes_on:
-            execution.tracker.report(self, None)
-            execution.replace(held.with_goal(self))
-            return
-        start = held.plan.at(holder.time).heights
-        execution.workspace.check_heights(start)
-        execution.workspace.check_position(self.position)
-        execution.tracker.report(self, start)
-        tracking = held.with_goal(self, region=execution.workspace)
-        if holder.time < held.plan.duration and not held.brakes:
-            execution.track(tracking.waiting_to_brake())
-            execution.prepare_braking(urgent=False)
-        else:
-            execution.track(tracking)
+        execution.follow_target(self, MovingTarget(self.position, self.velocity), self.age)
 
-    def wanted(self, tracker: Tracker, limits: DriveLimits, dt: float) -> Wanted:
+    def wanted(self, tracker: Foresight, limits: DriveLimits, dt: float) -> Wanted:
         """Return where the target will be, and how it will move; with a shaper, led."""
         return tracker.target_after(dt, limits.shaper)
 
@@ -428,27 +365,16 @@ class Follow(Command):
     def _made(self, computation: Interruptible[PlatformPath]) -> Interruptible[None]:
         self.path = yield from computation
 
-    def begin(self, execution: PlanExecution) -> None:
+    def begin(self, execution: Execution) -> None:
         """Ask for a plan.
 
         Raises:
             NotStartedError: before the start.
             NoPathError: if it extends a path, and none is followed.
         """
-        held = execution.holder.held
-        if self.extends and held.path is None:
+        if self.extends and not execution.follows_path:
             raise NoPathError("to extend")
         execution.prepare_goal(self)
-
-    def next_held(
-        self, replanning: Replanning, held: HeldMotion, time: float
-    ) -> Interruptible[HeldMotion]:
-        """Return what is held with the path as its goal, or with a longer one.
-
-        Raises:
-            KinematicsError: if the path cannot be driven.
-        """
-        return (yield from replanning.with_path(held, time, self))
 
 
 class NewLimits(Command):
@@ -467,7 +393,6 @@ class NewLimits(Command):
         """Return what is asked for in words."""
         return "new limits"
 
-    def begin(self, execution: PlanExecution) -> None:
+    def begin(self, execution: Execution) -> None:
         """Put them in force now, or slow down until that is possible."""
-        shaper = execution.holder.newest_limits.shaper
-        execution.change_limits(replace(self.limits, shaper=shaper))
+        execution.change_limits(self.limits)
