@@ -9,10 +9,11 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.engine.command import Command
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits, stays_within
 from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError
@@ -26,6 +27,7 @@ from tri_glide_kinematics.motion.moves import (
     MotionPlanner,
     own_stop,
 )
+from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import PathPlanner
 from tri_glide_kinematics.motion.shaped import SlowedPlan
 from tri_glide_kinematics.motion.trajectory import (
@@ -40,10 +42,6 @@ from tri_glide_kinematics.motion.trajectory import (
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.engine.command import Command
-    from tri_glide_kinematics.motion.path import PlatformPath
 
 # Where no other braking keeps all limits, the held plan is slowed down on its own way: in so many
 # times the sliders' own stop, or in this time if that is more [s].

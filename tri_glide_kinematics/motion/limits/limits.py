@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +22,9 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.checks import finite_vector, positive
 from tri_glide_kinematics.motion.errors import AddedBoundError
 from tri_glide_kinematics.motion.limits.series import Series, polynomial, position_of
+from tri_glide_kinematics.motion.limits.setpoint import SliderState
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.limits.setpoint import SliderState
 
 QUANTITIES = (("velocity", "m/s"), ("acceleration", "m/s^2"), ("jerk", "m/s^3"))
 

@@ -20,17 +20,14 @@ there, and the bound holds for any motion.
 from __future__ import annotations
 
 from math import inf
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.path import DrivenPath
 from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory import SpeedSteps
 from tri_glide_kinematics.vectors import FloatArray
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.path import DrivenPath
 
 # A path may be left by so much in any case [m].
 NEGLIGIBLE = 1e-9

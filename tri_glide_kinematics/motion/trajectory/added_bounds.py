@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from math import inf
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.trajectory.trajectory import Motion, added_use, check_added
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.limits import SliderState
-    from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory
+from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits, SliderState
+from tri_glide_kinematics.motion.trajectory.trajectory import (
+    Motion,
+    Trajectory,
+    added_use,
+    check_added,
+)
 
 # A motion leaves this part of a bound beyond what it exceeded, so that the next one keeps it; and
 # with each attempt so many times as much.

@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 from math import dist, inf, sqrt
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -32,12 +32,10 @@ from tri_glide_kinematics.motion.limits import (
     polynomial,
     slider_state,
 )
+from tri_glide_kinematics.motion.path import DrivenPath, Indices
 from tri_glide_kinematics.tri_glide import ArmTooShortError, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.path import DrivenPath, Indices
 
 _FACTORIALS = np.array((1.0, 1.0, 2.0, 6.0, 24.0, 120.0))[:, np.newaxis, np.newaxis]
 

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.equal_numbers import SAME_PART
 from tri_glide_kinematics.motion.trajectory.phases import Phases, total_duration
-
-if TYPE_CHECKING:
-    pass
 
 
 def shortest_piece(way: float, acceleration: float) -> float:
