@@ -22,14 +22,14 @@ from benchmarks.table import aligned
 from testing.jerk_on_paths import chatter, circle, polyline, square
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase
+from tri_glide_kinematics.motion.errors import MotionError
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import plan_window
 from tri_glide_kinematics.motion.trajectory import (
-    MotionError,
     PathHeights,
     PathScaling,
     PathStart,
-    SliderLimits,
     TimeScaling,
     derivative_bounds,
 )

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.control import ControllerStatus
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import MotionKind
-from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits, overruns

@@ -30,6 +30,7 @@ from benchmarks.judge import LIMITS, WIDE
 from benchmarks.linear_moves import random_moves
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.limits import AT_REST, SliderState
 from tri_glide_kinematics.motion.moves import (
     NORM,
     Entry,
@@ -41,13 +42,11 @@ from tri_glide_kinematics.motion.moves import (
 from tri_glide_kinematics.motion.moves.line_entry import _divided
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
     CubicPlan,
     LinePlan,
     PathHeights,
     Phases,
     RuckigPlanner,
-    SliderState,
     StraightLine,
     TimeScaling,
     evaluate,

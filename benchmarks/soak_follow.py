@@ -32,8 +32,8 @@ from testing.plain_follower import (
 )
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.shaping import Shaper
-from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace

@@ -31,7 +31,7 @@ from benchmarks.soak import (
 )
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformPath, SliderLimits
 from tri_glide_kinematics.motion.limit_use import LIMIT_TOLERANCE
-from tri_glide_kinematics.motion.trajectory import QUANTITIES
+from tri_glide_kinematics.motion.limits import QUANTITIES
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace

@@ -33,15 +33,17 @@ from testing.program_writer import written_program
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import Trajectory, time_path
+from tri_glide_kinematics.motion.errors import MotionError
 from tri_glide_kinematics.motion.limit_use import (
     LIMIT_TOLERANCE,
     CommandStream,
     LimitUse,
     are_within,
 )
+from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING
 from tri_glide_kinematics.motion.path import PathPlaceError, PlatformPath, check_place
+from tri_glide_kinematics.motion.shaped import ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.trajectory import RELATIVE_ROUNDING, MotionError, ShapedTrajectory
 from tri_glide_kinematics.programs import Dialect
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray

@@ -6,14 +6,9 @@ import numpy as np
 from hypothesis import strategies as st
 
 from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.limits import AT_REST, SampledPlan, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import SliderMotion
-from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
-    CubicPlan,
-    SampledPlan,
-    SliderLimits,
-    SliderState,
-)
+from tri_glide_kinematics.motion.trajectory import CubicPlan
 from tri_glide_kinematics.vectors import Vector3
 
 LIMITS = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))

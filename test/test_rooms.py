@@ -62,17 +62,6 @@ def test_who_is_outside_a_room_imports_from_the_room(path):
         assert not names, f"line {node.lineno}: {names} from {node.module}, not from {room}"
 
 
-# To be taken apart. None may be added.
-KNOWN_CIRCLES = [
-    {f"{PACKAGE}.motion.{room}.{name}" for name in names.split()}
-    for room, names in (
-        ("trajectory", "added_bounds cubic knots limits trajectory"),
-        ("trajectory", "along_curve bends curve_bounds curves shaped"),
-        ("engine", "commands execution held_motion preparation replanning tracker"),
-    )
-]
-
-
 def test_no_import_leads_in_a_circle():
     """Imports for types and those in functions count: who reads a module has to read those, too."""
     trees = {
@@ -103,7 +92,6 @@ def test_no_import_leads_in_a_circle():
             elif isinstance(node, ast.ImportFrom):
                 assert node.module, f"{module} imports without the full name"
                 found |= {home_of(node.module, alias.name) for alias in node.names}
-        known = set().union(*(circle for circle in KNOWN_CIRCLES if module in circle))
-        needs[module] = (found & trees.keys()) - known
+        needs[module] = found & trees.keys()
     # Raises CycleError, which names the circle.
     TopologicalSorter(needs).prepare()

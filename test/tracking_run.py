@@ -7,14 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from motion_machine import LIMITS, MACHINE, WORKSPACE
 
+from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.tracking import Follower, Wanted
-from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
-    CubicPlan,
-    SliderLimits,
-    SliderState,
-    TrackedStep,
-)
+from tri_glide_kinematics.motion.trajectory import CubicPlan, TrackedStep
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
 

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from testing.machine import Machine
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
-from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 

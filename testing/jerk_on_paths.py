@@ -14,8 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path import PlatformPath
-from tri_glide_kinematics.motion.trajectory import PathHeights, SliderLimits, TimeScaling
+from tri_glide_kinematics.motion.trajectory import PathHeights, TimeScaling
 from tri_glide_kinematics.vectors import FloatArray
 
 PERIOD = 1e-3  # s

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tri_glide_kinematics.motion import SliderState
-from tri_glide_kinematics.motion.trajectory import AT_REST, CubicPlan, RuckigPlanner
+from tri_glide_kinematics.motion.limits import AT_REST
+from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
 from tri_glide_kinematics.vectors import FloatArray
 
 # A target told to be at a place with a velocity, at a time [s].

@@ -31,20 +31,20 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.landing_gear import LandingGear as LandingGear
     from tri_glide_kinematics.motion.engine import MotionEngine as MotionEngine
     from tri_glide_kinematics.motion.engine import MotionPhase as MotionPhase
+    from tri_glide_kinematics.motion.errors import MotionError as MotionError
+    from tri_glide_kinematics.motion.errors import NoRoomError as NoRoomError
+    from tri_glide_kinematics.motion.errors import NotStartedError as NotStartedError
+    from tri_glide_kinematics.motion.errors import PlanningError as PlanningError
+    from tri_glide_kinematics.motion.errors import SliderLimitError as SliderLimitError
+    from tri_glide_kinematics.motion.errors import SliderTravelError as SliderTravelError
+    from tri_glide_kinematics.motion.limits import SliderLimits as SliderLimits
     from tri_glide_kinematics.motion.moves import MotionKind as MotionKind
     from tri_glide_kinematics.motion.moves import plan_move as plan_move
     from tri_glide_kinematics.motion.path import PathError as PathError
     from tri_glide_kinematics.motion.path import PathPlaceError as PathPlaceError
     from tri_glide_kinematics.motion.path import PlatformPath as PlatformPath
     from tri_glide_kinematics.motion.path_timing import time_path as time_path
-    from tri_glide_kinematics.motion.trajectory import MotionError as MotionError
-    from tri_glide_kinematics.motion.trajectory import NoRoomError as NoRoomError
-    from tri_glide_kinematics.motion.trajectory import NotStartedError as NotStartedError
-    from tri_glide_kinematics.motion.trajectory import PlanningError as PlanningError
-    from tri_glide_kinematics.motion.trajectory import SliderLimitError as SliderLimitError
-    from tri_glide_kinematics.motion.trajectory import SliderLimits as SliderLimits
     from tri_glide_kinematics.motion.trajectory import Trajectory as Trajectory
-    from tri_glide_kinematics.motion.trajectory.errors import SliderTravelError as SliderTravelError
     from tri_glide_kinematics.tri_glide import ArmsNeverMeetError as ArmsNeverMeetError
     from tri_glide_kinematics.tri_glide import ArmTooShortError as ArmTooShortError
     from tri_glide_kinematics.tri_glide import CoincidentAnchorsError as CoincidentAnchorsError

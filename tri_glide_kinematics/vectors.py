@@ -33,3 +33,14 @@ def cross(a: Vector3, b: Vector3) -> Vector3:
 def combined(p: float, a: Vector3, q: float, b: Vector3) -> Vector3:
     """Return p a + q b."""
     return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2])
+
+
+def ascending(times: FloatArray) -> FloatArray:
+    """Return ``times``, of any shape, in ascending order and each once. Shape (n,) [s].
+
+    The function of numpy for this loads a module when it is first called, for 30 ms.
+    """
+    ordered = np.sort(times, axis=None)
+    is_new = np.ones(len(ordered), dtype=bool)
+    np.greater(ordered[1:], ordered[:-1], out=is_new[1:])
+    return np.asarray(ordered[is_new])

@@ -11,7 +11,8 @@ from itertools import pairwise
 import copp_py
 import numpy as np
 
-from tri_glide_kinematics.motion.trajectory import PathHeights, SliderLimits, TimeScaling
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory import PathHeights, TimeScaling
 from tri_glide_kinematics.vectors import FloatArray
 
 # Units in which velocities, accelerations and jerks of usual drives are about one.

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import linprog
 
-from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 

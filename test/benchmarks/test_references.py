@@ -19,7 +19,7 @@ from benchmarks.references import (
     tri_glide_floats,
 )
 from tri_glide_kinematics.mechanisms.four_bar import FourBar
-from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 
 UNEVEN = TriGlideGeometry(((0.0, 0.21), (0.18, -0.1), (-0.2, -0.12)), (0.4, 0.42, 0.38))

@@ -16,7 +16,7 @@ from tri_glide_kinematics.control import (
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.motion.engine import GoalCode, Move
-from tri_glide_kinematics.motion.trajectory import ForceLimits, PlatformSpeedLimit
+from tri_glide_kinematics.motion.limits import ForceLimits, PlatformSpeedLimit
 
 
 def test_a_command_is_carried_out_when_it_is_its_turn():

@@ -8,7 +8,7 @@ import pytest
 
 from tri_glide_kinematics.control import FeedForward
 from tri_glide_kinematics.dynamics import Masses, SliderForces
-from tri_glide_kinematics.motion.trajectory import SliderState
+from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 
 PERIOD, WINDOW = 0.002, 1.0

@@ -6,7 +6,7 @@ import pytest
 
 from tri_glide_kinematics.control import COMMAND_INTERVAL, Inbox, Kind
 from tri_glide_kinematics.motion.engine import DriveLimits, Move, NewLimits
-from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.motion.limits import SliderLimits
 
 LIMITS = NewLimits(DriveLimits(SliderLimits.uniform(1.0, 10.0, 200.0), 0.5))
 

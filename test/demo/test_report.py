@@ -8,7 +8,7 @@ import pytest
 from tri_glide_kinematics.demo.client import Leg
 from tri_glide_kinematics.demo.command import is_good, table
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
-from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.motion.limits import SliderLimits
 
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 PERIOD, COUNT = 0.01, 40

@@ -8,7 +8,7 @@ import numpy as np
 
 from tri_glide_kinematics.figures import Mark, Span, file_figure, motion_figure
 from tri_glide_kinematics.motion.limit_use import CommandStream
-from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.motion.limits import SliderLimits
 
 STYLE = {"marker": "o"}
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)

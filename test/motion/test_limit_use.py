@@ -5,7 +5,7 @@ import pytest
 
 from tri_glide_kinematics.errors import WrongShapeError
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse, are_within
-from tri_glide_kinematics.motion.trajectory import QUANTITIES, SliderLimits
+from tri_glide_kinematics.motion.limits import QUANTITIES, SliderLimits
 
 PERIOD = 0.001
 LIMITS = SliderLimits((1.0, 0.5, 2.0), (10.0, 5.0, 20.0), (200.0, 100.0, 400.0))

@@ -7,8 +7,8 @@ import pytest
 
 from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.limits import ForceLimits, PlatformSpeedLimit
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperByPlace, ShaperKind
-from tri_glide_kinematics.motion.trajectory import ForceLimits, PlatformSpeedLimit
 from tri_glide_kinematics.settings import (
     IK_NODE,
     SIMULATOR_NODE,

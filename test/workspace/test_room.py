@@ -11,8 +11,8 @@ from strategies import DEFAULT_LIMITS, random_positions
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.limits import AT_REST, SliderState
 from tri_glide_kinematics.motion.moves import SliderMotion
-from tri_glide_kinematics.motion.trajectory import AT_REST, SliderState
 from tri_glide_kinematics.workspace import TOLERANCE, Cylinder, Workspace
 
 # Travel is of no interest here.

@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _judge(options: argparse.Namespace) -> int:
     from tri_glide_kinematics.errors import KinematicsError
-    from tri_glide_kinematics.motion.trajectory import QUANTITIES
+    from tri_glide_kinematics.motion.limits import QUANTITIES
     from tri_glide_kinematics.recordings import judge, load_recording
     from tri_glide_kinematics.settings import (
         IK_NODE,

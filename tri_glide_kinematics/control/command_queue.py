@@ -21,7 +21,7 @@ from tri_glide_kinematics.motion.engine import (
     MotionPhase,
     NewLimits,
 )
-from tri_glide_kinematics.motion.trajectory import SliderLimits, SliderState
+from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
 
 # In motion, two commands of one kind are carried out at least this time apart [s]: each is a new
 # plan, which takes some milliseconds.

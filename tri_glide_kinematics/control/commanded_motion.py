@@ -29,7 +29,7 @@ from tri_glide_kinematics.motion.engine import (
     TargetKind,
     Track,
 )
-from tri_glide_kinematics.motion.trajectory import PlatformSpeedLimit, SliderLimits
+from tri_glide_kinematics.motion.limits import PlatformSpeedLimit, SliderLimits
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 

@@ -42,7 +42,7 @@ from tri_glide_kinematics.motion.engine import (
     MotionPhase,
     PathProgress,
 )
-from tri_glide_kinematics.motion.trajectory import SliderState
+from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.vectors import Vector3
 
 STARTED_DISABLED = Reason(Cause.STARTED_DISABLED, "started disabled")

@@ -7,7 +7,7 @@ from collections import deque
 
 from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.trajectory import SliderState
+from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.vectors import Vector3
 
 # The window is moved on by this part of it.

@@ -18,8 +18,8 @@ from sensor_msgs.msg import JointState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limit_use import CommandStream
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, polylines_of
-from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.ros.loop import OtherTurns
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide

@@ -20,8 +20,8 @@ from tri_glide_kinematics.demo.running import (
     say,
 )
 from tri_glide_kinematics.motion.limit_use import LIMIT_TOLERANCE, CommandStream, LimitUse
+from tri_glide_kinematics.motion.limits import QUANTITIES, SliderLimits
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
-from tri_glide_kinematics.motion.trajectory import QUANTITIES, SliderLimits
 from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.ros.starting import NodeProcesses, default_parameter_file
 from tri_glide_kinematics.vectors import FloatArray, Vector3

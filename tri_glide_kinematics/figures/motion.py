@@ -15,7 +15,7 @@ from mpl_toolkits.mplot3d import Axes3D, proj3d
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.limit_use import CommandStream
-from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.picture_commands import LIMIT_STYLE, MILLIMETRES
 from tri_glide_kinematics.vectors import FloatArray
 

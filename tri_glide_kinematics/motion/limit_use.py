@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tri_glide_kinematics.checks import array_of_shape, non_negative, positive
-from tri_glide_kinematics.motion.trajectory import QUANTITIES, SliderLimits
+from tri_glide_kinematics.motion.limits import QUANTITIES, SliderLimits
 from tri_glide_kinematics.vectors import FloatArray
 
 

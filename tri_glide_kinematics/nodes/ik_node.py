@@ -27,8 +27,8 @@ from tri_glide_kinematics.control import (
 )
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
+from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.motion.moves import MotionKind
-from tri_glide_kinematics.motion.trajectory import SliderState
 from tri_glide_kinematics.reason_log import ReasonLog, RefusalLog
 from tri_glide_kinematics.ros.inputs import (
     NODE_ENDS,

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path import Segments, clearances
 from tri_glide_kinematics.motion.shaping import Shaping
-from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.programs import (
     PathRun,
     Program,

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.motion.errors import CutBendError, PathTimingError
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path import PathPlaceError, SegmentError
 from tri_glide_kinematics.motion.path_timing import PathPlanner
 from tri_glide_kinematics.motion.shaping import Shaping
-from tri_glide_kinematics.motion.trajectory import CutBendError, PathTimingError, SliderLimits
 from tri_glide_kinematics.programs.program import Dwell, PathRun, Program
 from tri_glide_kinematics.programs.words import ProgramError
 from tri_glide_kinematics.workspace import Workspace

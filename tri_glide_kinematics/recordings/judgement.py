@@ -24,7 +24,7 @@ from tri_glide_kinematics.motion.limit_use import (
     CommandStream,
     LimitUse,
 )
-from tri_glide_kinematics.motion.trajectory import (
+from tri_glide_kinematics.motion.limits import (
     QUANTITIES,
     ForceLimits,
     PlatformSpeedLimit,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import write_file
 from tri_glide_kinematics.keys import FileError
-from tri_glide_kinematics.motion.trajectory import SampledPlan
+from tri_glide_kinematics.motion.limits import SampledPlan
 from tri_glide_kinematics.tables import TableError, read_table
 from tri_glide_kinematics.vectors import FloatArray
 

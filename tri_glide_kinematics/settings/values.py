@@ -5,6 +5,12 @@ from __future__ import annotations
 from tri_glide_kinematics.control import InPositionBounds, SupervisionBounds
 from tri_glide_kinematics.description import MachineDescription, Parts
 from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
+from tri_glide_kinematics.motion.limits import (
+    AddedBound,
+    ForceLimits,
+    PlatformSpeedLimit,
+    SliderLimits,
+)
 from tri_glide_kinematics.motion.shaping import (
     LOWEST_FREQUENCY,
     MOST_MODES,
@@ -13,12 +19,6 @@ from tri_glide_kinematics.motion.shaping import (
     ShaperByPlace,
     ShaperKind,
     Shaping,
-)
-from tri_glide_kinematics.motion.trajectory import (
-    AddedBound,
-    ForceLimits,
-    PlatformSpeedLimit,
-    SliderLimits,
 )
 from tri_glide_kinematics.settings.table import Parameter, ParameterError, Values
 from tri_glide_kinematics.settings.tables import (

@@ -24,8 +24,9 @@ from motion_machine import (
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformSpeedLimit
 from tri_glide_kinematics.motion.engine import preparation, replanning
+from tri_glide_kinematics.motion.errors import PlanTooLongError
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import MotionKind
-from tri_glide_kinematics.motion.trajectory import PlanTooLongError, SliderLimits
 
 TURN = 2.0 * math.pi
 

@@ -22,7 +22,8 @@ from motion_machine import (
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformPath
-from tri_glide_kinematics.motion.trajectory import NewerGoalError, NoPathError, SliderLimits
+from tri_glide_kinematics.motion.errors import NewerGoalError, NoPathError
+from tri_glide_kinematics.motion.limits import SliderLimits
 
 START = MACHINE.forward(HOME)
 SIDE = 0.04

@@ -30,7 +30,7 @@ from testing.plain_follower import (
 )
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase
-from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.workspace import OutsideWorkspaceError
 
 CENTRE = (0.0, 0.0, 0.3)

@@ -24,10 +24,9 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import MotionKind, PlanningError, SliderLimits, SliderState
 from tri_glide_kinematics.motion.engine import replanning
+from tri_glide_kinematics.motion.limits import AT_REST, EDGE_CLEARANCE
 from tri_glide_kinematics.motion.moves import MotionPlanner, SliderMotion
 from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
-    EDGE_CLEARANCE,
     CubicPlan,
     CurvePlan,
     LinePlan,

@@ -9,17 +9,11 @@ from motion_machine import HOME, LIMITS, OTHER, TARGET, WORKSPACE, each_kind
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.engine import (
-    DriveLimits,
-    HeldMotion,
-    Jog,
-    MotionPhase,
-    Move,
-    PlanRole,
-    Replanning,
-)
+from tri_glide_kinematics.motion.engine import HeldMotion, Jog, Move, PlanRole, Replanning
+from tri_glide_kinematics.motion.engine.command import MotionPhase
+from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import MotionKind
-from tri_glide_kinematics.motion.trajectory import SliderLimits
 
 FULL = DriveLimits(LIMITS, 1.0)
 SLOW = DriveLimits(SliderLimits.uniform(0.01, 1.0, 20.0), 1.0)

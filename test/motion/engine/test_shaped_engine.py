@@ -34,10 +34,10 @@ from tri_glide_kinematics.motion import (
     SliderState,
     SliderTravelError,
 )
-from tri_glide_kinematics.motion.engine import held_motion
+from tri_glide_kinematics.motion.engine import drive_limits
 from tri_glide_kinematics.motion.moves import own_stop
+from tri_glide_kinematics.motion.shaped import Planned, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.trajectory import Planned, ShapedTrajectory
 
 SHAPERS = (None, SHAPER, Shaper.of(ShaperKind.ZVD, Mode(30.0, 0.05)))
 
@@ -189,11 +189,11 @@ def test_a_stop_on_a_line_is_as_hard_as_without_a_shaper():
 )
 def test_a_motion_is_never_planned_for_less_than_it_has(velocity, acceleration):
     state = SliderState(HOME, (velocity, 0.0, 0.0), (acceleration, 0.0, 0.0))
-    limits = held_motion.DriveLimits(LIMITS, 1.0, shaper=SHAPER)
+    limits = drive_limits.DriveLimits(LIMITS, 1.0, shaper=SHAPER)
     less = Planned(LIMITS.times(0.6, 0.5, 0.8))
-    assert not held_motion.stays_within(state, limits.leaving(less).effective)
+    assert not drive_limits.stays_within(state, limits.leaving(less).effective)
     leaving = limits.leaving(less, state).effective
-    assert held_motion.stays_within(state, leaving)
+    assert drive_limits.stays_within(state, leaving)
     assert (leaving.table <= LIMITS.table).all()
     assert leaving.jerk == less.limits.jerk
     assert leaving.velocity[1:] == less.limits.velocity[1:]
@@ -309,7 +309,7 @@ def test_a_jog_in_another_direction_is_calm(kind):
 )
 def test_a_plan_from_rest_is_proved_from_its_start_however_long_that_takes(start, end, monkeypatch):
     # Nothing is left to the shaper, so that the first plan exceeds limits.
-    monkeypatch.setattr(held_motion, "LEFT_TO_PLANS", (1.0, 1.0, 1.0))
+    monkeypatch.setattr(drive_limits, "LEFT_TO_PLANS", (1.0, 1.0, 1.0))
     moving = engine(heights=MACHINE.inverse(start), in_pieces=True)
     moving.set_shaper(SHAPER)
     moving.move_to(end)

@@ -32,8 +32,9 @@ from tri_glide_kinematics.motion import (
     SliderLimits,
     time_path,
 )
+from tri_glide_kinematics.motion.errors import CutBendError
+from tri_glide_kinematics.motion.shaped import Bends, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.trajectory import Bends, CutBendError, ShapedTrajectory
 from tri_glide_kinematics.workspace import Workspace
 
 START = np.array(MACHINE.forward(HOME))

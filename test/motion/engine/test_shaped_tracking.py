@@ -28,8 +28,8 @@ from strategies import DEFAULT_LIMITS
 from testing.swing_behind import swing
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, SliderLimits
+from tri_glide_kinematics.motion.shaped import LimitBounds
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.trajectory import LimitBounds
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace

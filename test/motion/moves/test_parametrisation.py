@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import SpeedNorm, parametrise
-from tri_glide_kinematics.motion.trajectory import CoordinateProfile, SliderLimits, StraightLine
+from tri_glide_kinematics.motion.trajectory import CoordinateProfile, StraightLine
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 LIMITS = SliderLimits((1.0, 0.8, 0.9), (10.0, 9.0, 8.0), (200.0, 250.0, 180.0))

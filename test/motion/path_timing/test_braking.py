@@ -3,9 +3,10 @@ import pytest
 from timed_paths import AT_BEGIN, LIMITS, dense_path, random_path, seen, start_at
 
 from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import brake, plan_window
-from tri_glide_kinematics.motion.trajectory import PlanningError, check_along
+from tri_glide_kinematics.motion.trajectory import check_along
 
 
 @pytest.mark.parametrize("path", [random_path(4), random_path(7), dense_path(600)])

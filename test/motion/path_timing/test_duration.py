@@ -10,7 +10,7 @@ from timed_paths import LIMITS, dense_path, random_path, seen
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import PathPlanner
-from tri_glide_kinematics.motion.trajectory import Planned
+from tri_glide_kinematics.motion.shaped import Planned
 
 PLANNER = PathPlanner(WORKSPACE)
 

@@ -7,18 +7,13 @@ from timed_paths import AT_BEGIN, DT, LIMITS, dense_path, driven, random_path, s
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import SliderLimits
+from tri_glide_kinematics.motion.errors import PathTimingError, PlanningError
 from tri_glide_kinematics.motion.moves import LineTiming
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import MOST_PIECES, plan_window, time_path
 from tri_glide_kinematics.motion.path_timing import grid as timing_grid
 from tri_glide_kinematics.motion.path_timing import windows as path_timing
-from tri_glide_kinematics.motion.trajectory import (
-    PathStart,
-    PathTimingError,
-    PlanningError,
-    StraightLine,
-    check_along,
-)
+from tri_glide_kinematics.motion.trajectory import PathStart, StraightLine, check_along
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 SQUARE = [(0.0, 0.0), (0.04, 0.0), (0.04, 0.04), (0.0, 0.04), (0.0, 0.0)]

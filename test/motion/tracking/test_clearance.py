@@ -12,6 +12,7 @@ from strategies import DEFAULT_LIMITS
 from tracking_run import TrackingRun, at_rest
 
 from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.tracking import (
     MovingTarget,
     WantedVelocity,
@@ -21,7 +22,7 @@ from tri_glide_kinematics.motion.tracking import (
     first_certified,
     way_of,
 )
-from tri_glide_kinematics.motion.trajectory import AT_REST, CubicPlan, SliderLimits, SliderState
+from tri_glide_kinematics.motion.trajectory import CubicPlan
 from tri_glide_kinematics.workspace import Traced, Workspace
 
 # From rest to rest: 4 mm upwards, up to 0.05 m/s, 1.25 m/s^2 and 31.25 m/s^3.

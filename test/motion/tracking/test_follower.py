@@ -12,15 +12,15 @@ from strategies import DEFAULT_LIMITS
 from tracking_run import PLACE, TrackingRun, at_rest, peaks
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.tracking import Follower, MovingTarget, WantedVelocity
-from tri_glide_kinematics.motion.trajectory import (
+from tri_glide_kinematics.motion.limits import (
     AT_REST,
     RELATIVE_ROUNDING,
-    SAME_TIME,
     TRAVEL_ROUNDING,
     SliderLimits,
     SliderState,
 )
+from tri_glide_kinematics.motion.tracking import Follower, MovingTarget, WantedVelocity
+from tri_glide_kinematics.motion.trajectory import SAME_TIME
 from tri_glide_kinematics.workspace import TOLERANCE, Cylinder, Workspace
 
 UNEQUAL = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))

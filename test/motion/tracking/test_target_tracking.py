@@ -9,13 +9,13 @@ import pytest
 from motion_machine import LIMITS, MACHINE, WORKSPACE
 from tracking_run import TrackingRun, at_rest
 
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.tracking import (
     MovingTarget,
     TargetMotion,
     TargetTracking,
     straight_towards,
 )
-from tri_glide_kinematics.motion.trajectory import SliderLimits
 
 STILL = (0.0, 0.0, 0.0)
 RADIUS = 0.02

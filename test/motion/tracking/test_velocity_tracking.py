@@ -11,15 +11,10 @@ from motion_machine import LIMITS, MACHINE, WORKSPACE
 from strategies import DEFAULT_LIMITS
 from tracking_run import PLACE, TrackingRun, at_rest
 
+from tri_glide_kinematics.motion.limits import EDGE_CLEARANCE, SliderLimits, SliderState
 from tri_glide_kinematics.motion.tracking import WantedVelocity, WayAhead, approach, way_to_rest
 from tri_glide_kinematics.motion.tracking.straight_motion import slider_line, wanted_motion
-from tri_glide_kinematics.motion.trajectory import (
-    EDGE_CLEARANCE,
-    CubicPlan,
-    RuckigPlanner,
-    SliderLimits,
-    SliderState,
-)
+from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace
 

@@ -24,7 +24,7 @@ from tri_glide_kinematics.motion import (
     time_path,
 )
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.trajectory import added_use
+from tri_glide_kinematics.motion.trajectory.trajectory import added_use
 
 SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 SPEED = PlatformSpeedLimit(MACHINE, 0.25)

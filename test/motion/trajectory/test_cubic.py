@@ -9,15 +9,13 @@ from ruckig import InputParameter, Ruckig, Trajectory
 from strategies import reproducible
 
 from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.errors import PlanningError
+from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import SliderMotion, own_stop
 from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
     CubicPlan,
-    PlanningError,
     RuckigPlanner,
     SequencePlan,
-    SliderLimits,
-    SliderState,
     ruckig_planner,
 )
 

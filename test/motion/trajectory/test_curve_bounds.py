@@ -4,16 +4,10 @@ from timed_paths import AT_BEGIN, LIMITS, dense_path, random_path, seen
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import SliderLimits
+from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import plan_window
-from tri_glide_kinematics.motion.trajectory import (
-    Bounds,
-    PlanningError,
-    SliderLimitError,
-    blocks,
-    check_along,
-    derivative_bounds,
-)
+from tri_glide_kinematics.motion.trajectory import Bounds, blocks, check_along, derivative_bounds
 from tri_glide_kinematics.motion.trajectory import curve_bounds as module
 
 PATHS = [*map(random_path, range(6)), dense_path(150)]

@@ -9,14 +9,9 @@ from hypothesis import strategies as st
 from motion_plans import PHASES
 from strategies import nudged, reproducible
 
-from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
-    CubicPlan,
-    SliderState,
-    shortest_piece,
-    total_duration,
-    with_knots_of,
-)
+from tri_glide_kinematics.motion.limits import AT_REST, SliderState
+from tri_glide_kinematics.motion.trajectory import CubicPlan, shortest_piece, total_duration
+from tri_glide_kinematics.motion.trajectory.cubic import with_knots_of
 from tri_glide_kinematics.motion.trajectory.knots import knots
 
 

@@ -8,12 +8,11 @@ from strategies import DEFAULT_LIMITS
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import LinearMotion, LineJoining, LineToPosition
 from tri_glide_kinematics.motion.trajectory import (
     LinePlan,
-    PlanningError,
-    SliderLimitError,
-    SliderLimits,
     StraightLine,
     TimeScaling,
     derivative_bounds,

@@ -5,15 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import LinearMotion
-from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
-    CubicPlan,
-    LinePlan,
-    SliderLimits,
-    SliderState,
-    StraightLine,
-)
+from tri_glide_kinematics.motion.trajectory import CubicPlan, LinePlan, StraightLine
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)

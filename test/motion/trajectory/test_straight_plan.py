@@ -10,14 +10,9 @@ from motion_machine import skip_if_too_long_for_ruckig
 from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
 
 from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion.limits import AT_REST, QUANTITIES, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import SliderMotion
-from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
-    QUANTITIES,
-    SliderLimits,
-    SliderState,
-    StraightPlan,
-)
+from tri_glide_kinematics.motion.trajectory import StraightPlan
 
 UNEQUAL = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))
 HOME = (0.6, 0.55, 0.5)

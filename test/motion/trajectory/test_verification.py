@@ -19,12 +19,9 @@ from tri_glide_kinematics.motion import (
     plan_move,
     time_path,
 )
-from tri_glide_kinematics.motion.trajectory import (
-    SequencePlan,
-    SliderLimitError,
-    SliderLimits,
-    Trajectory,
-)
+from tri_glide_kinematics.motion.errors import SliderLimitError
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory import SequencePlan, Trajectory
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 

@@ -8,7 +8,7 @@ from rclpy.serialization import deserialize_message
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from testing.calls import calls
-from tri_glide_kinematics.motion.trajectory import SampledPlan
+from tri_glide_kinematics.motion.limits import SampledPlan
 from tri_glide_kinematics.ros.cdr import joint_trajectory
 
 RNG = np.random.default_rng(1)

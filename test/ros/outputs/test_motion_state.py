@@ -14,7 +14,7 @@ from rclpy.serialization import serialize_message
 
 from testing.taking import taken
 from tri_glide_interfaces.msg import MotionState
-from tri_glide_kinematics.motion.trajectory import SliderState
+from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.ros.outputs import NEWEST, Motion, MotionStates, read_motion
 
 pytestmark = pytest.mark.nodes

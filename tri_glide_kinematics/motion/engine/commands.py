@@ -8,221 +8,38 @@ classes, so a new kind is a new class.
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from enum import Enum, IntEnum
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tri_glide_kinematics.checks import finite, finite_vector
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
-from tri_glide_kinematics.motion.tracking import SLOWEST_JOG, Wanted, WantedVelocity
-from tri_glide_kinematics.motion.trajectory import (
-    NoPathError,
-    NoRoomError,
-    SequencePlan,
-    SliderState,
-    Trajectory,
+from tri_glide_kinematics.motion.engine.command import (
+    Command,
+    Execution,
+    Foresight,
+    MotionPhase,
+    TargetKind,
 )
+from tri_glide_kinematics.motion.errors import NoPathError, NoRoomError
+from tri_glide_kinematics.motion.limits import SliderState
+from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
+from tri_glide_kinematics.motion.tracking import SLOWEST_JOG, MovingTarget, Wanted, WantedVelocity
+from tri_glide_kinematics.motion.trajectory import SequencePlan, Trajectory
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import vector_text
 from tri_glide_kinematics.workspace import Workspace
 
 if TYPE_CHECKING:
-    # What carries commands out asks them what differs between kinds, and they ask it in turn.
-    from tri_glide_kinematics.motion.engine.execution import PlanExecution
-    from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion
-    from tri_glide_kinematics.motion.engine.replanning import Replanning
-    from tri_glide_kinematics.motion.engine.tracker import Tracker
+    from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
     from tri_glide_kinematics.motion.moves import MotionPlanner
 
 # Jogs are the same if their directions differ by less than this [rad], and their speeds by less
 # than this fraction.
 SAME_JOG = 1e-9
 
-
 # Makes a path, from the end of the one that it extends [m] or from where it begins.
 PathMaking = Callable[[Vector3 | None], Interruptible[PlatformPath]]
-
-
-class MotionPhase(Enum):
-    """What the engine is doing."""
-
-    IDLE = "idle"
-    MOVING = "moving"
-    JOGGING = "jogging"
-    TRACKING = "tracking"
-    FOLLOWING = "following"
-    PAUSED = "paused"
-    STOPPING = "stopping"
-
-
-class TargetKind(IntEnum):
-    """What a target asks for, as programs read it in ``MachineState``."""
-
-    POSITION = 1
-    VELOCITY = 2
-    MOVING = 3
-    PATH = 4
-
-
-class GoalCode(IntEnum):
-    """How a command ended, as who waits for it reads it."""
-
-    SUCCEEDED = 0
-    CANCELED = 1
-    SUPERSEDED = 2
-    REFUSED = 3
-    NOT_REACHED = 4
-    STOPPED = 5
-    FAULT = 6
-    DISABLED = 7
-    SHUTDOWN = 8
-
-
-class Outcome(NamedTuple):
-    """How a command ended, and that in words."""
-
-    code: GoalCode
-    text: str
-
-
-class Command(ABC):
-    """Something that a machine is asked to do.
-
-    Attributes:
-        kind: what a target asks for; None of what is no target.
-        phase: what the engine does while it is carried out.
-        has_end: whether the platform comes to rest of itself.
-        has_line: whether the platform moves on a line, on which a stop should stay.
-        is_checked_whole: whether all of it is looked at before it begins, which may take long.
-        leads_anywhere: whether nobody knows where its motion leads, as newer ones renew it.
-        extends: whether it goes on from the end of the path that is followed.
-        size: number of segments of a path.
-        position: of the target, where it has one. Shape (3,) [m].
-        velocity: of the target, where it has one. Shape (3,) [m/s].
-        received: when it came in, by the clock of the caller; NaN if nobody asks [s].
-        pause: how long after the last one of its stream that was [s].
-        is_goal: whether its sender waits for its end.
-        is_cancelled: whether the machine only comes to rest, as its sender wanted.
-        outcome: how it ended; None until then. It is set once.
-    """
-
-    kind: ClassVar[TargetKind | None] = None
-    phase: ClassVar[MotionPhase]
-    has_end: ClassVar[bool] = True
-    has_line: ClassVar[bool] = True
-    is_checked_whole: ClassVar[bool] = False
-    leads_anywhere: ClassVar[bool] = False
-    extends: bool = False
-    size: int = 0
-    position: Vector3 | None = None
-    velocity: Vector3 | None = None
-
-    def __init__(self, *, received: float = math.nan, pause: float = 0.0) -> None:
-        """Note when it came in."""
-        self.received = received
-        self.pause = pause
-        self.is_goal = False
-        self.is_cancelled = False
-        self.outcome: Outcome | None = None
-
-    def __repr__(self) -> str:
-        """Return its kind, and what it asks for in words."""
-        return f"<{type(self).__name__}: {self}>"
-
-    @property
-    def is_target(self) -> bool:
-        """Whether it asks for a motion."""
-        return self.kind is not None
-
-    @property
-    def waits_on(self) -> bool:
-        """Whether it is to be begun again where its planning is given up for a stop."""
-        return False
-
-    @property
-    def destination(self) -> Vector3 | None:
-        """Where the platform is to rest at last [m]; None if nobody knows."""
-        return None
-
-    @property
-    def motion_text(self) -> str:
-        """The motion, in words, while it is carried out."""
-        return str(self)
-
-    def end(self, code: GoalCode, text: str) -> None:
-        """Note how it ended, unless that is known."""
-        if self.outcome is None:
-            self.outcome = Outcome(code, text)
-
-    def has_turn(self, now: float, period: float) -> None:  # noqa: B027, as most need nothing
-        """Note that it is given to the engine ``now`` [s], one ``period`` [s] before a setpoint."""
-
-    def making(self, end: Vector3 | None) -> Interruptible[None] | None:
-        """Return what makes the parts of it that are not there yet; None if all is there.
-
-        Args:
-            end: of the path that it extends [m]; None if it extends none.
-        """
-        return None
-
-    @abstractmethod
-    def begin(self, execution: PlanExecution) -> None:
-        """Ask ``execution`` for what this is.
-
-        Raises:
-            NotStartedError: before the start.
-            KinematicsError: if it is refused at once.
-        """
-
-    def next_held(
-        self, replanning: Replanning, held: HeldMotion, time: float
-    ) -> Interruptible[HeldMotion]:
-        """Return what is held with this as its goal; while limits are pending it has no plan yet.
-
-        Raises:
-            KinematicsError: if there is no plan.
-        """
-        if held.pending is None:
-            limits = held.limits
-            return (yield from replanning.planned(held, time, self, limits, or_after=True))
-        return held.with_goal(self)
-
-    def planned(
-        self,
-        planner: MotionPlanner,
-        state: SliderState,
-        limits: DriveLimits,
-        region: Workspace,
-        moving: bool,
-        after: SequencePlan | None,
-    ) -> Interruptible[Trajectory]:
-        """Return a plan that leads there; the arguments are those of ``MotionPlanner.move``."""
-        raise NotImplementedError
-
-    def wanted(self, tracker: Tracker, limits: DriveLimits, dt: float) -> Wanted:
-        """Return what a step of ``dt`` [s] is to lead to, while this is tracked."""
-        raise NotImplementedError
-
-    def stepped(  # noqa: B027, as most need nothing
-        self, execution: PlanExecution, *, is_certified: bool
-    ) -> None:
-        """Look after a step of tracking, which may have been ``is_certified`` or not."""
-
-    def ends_at_edge(self, refusal: KinematicsError) -> bool:
-        """Return whether a ``refusal`` says that the platform is at the edge, and is held there."""
-        return False
-
-    def edge(self, check_position: Callable[[Vector3], object]) -> KinematicsError | None:
-        """Return why the platform is held at the edge of the workspace, if it is.
-
-        Args:
-            check_position: raises a ``KinematicsError`` for a position [m] outside the workspace.
-        """
-        return None
 
 
 class Move(Command):
@@ -230,6 +47,7 @@ class Move(Command):
 
     kind = TargetKind.POSITION
     phase = MotionPhase.MOVING
+    is_planned_again = True
     position: Vector3
 
     def __init__(self, position: Sequence[float]) -> None:
@@ -257,9 +75,9 @@ class Move(Command):
         """Where the platform is to rest at last [m]."""
         return self.position
 
-    def begin(self, execution: PlanExecution) -> None:
+    def begin(self, execution: Execution) -> None:
         """Ask for a plan; the position that is moved to, or was reached, changes nothing."""
-        goal = execution.holder.held.goal
+        goal = execution.goal
         if goal is not None and goal.destination == self.position:
             execution.keep_goal()
         else:
@@ -326,48 +144,18 @@ class Jog(Command):
             and abs(goal.speed - self.speed) < SAME_JOG * goal.speed
         )
 
-    def begin(self, execution: PlanExecution) -> None:
+    def begin(self, execution: Execution) -> None:
         """Go over to it at once if a step is certified, else ask for a plan.
 
         The same velocity again changes nothing while the platform moves; none at all is a stop.
         """
-        held = execution.holder.held
-        is_idle = held.phase(execution.holder.time) is MotionPhase.IDLE
+        is_idle = execution.is_idle
         if self.is_still:
             execution.stop()
-        elif not is_idle and self.renews(held.goal):
+        elif not is_idle and self.renews(execution.goal):
             execution.keep_goal()
-        elif is_idle or not self._is_tracked(execution):
+        elif is_idle or not execution.go_over_to(self):
             execution.prepare_goal(self)
-
-    def _is_tracked(self, execution: PlanExecution) -> bool:
-        """Go over to it in motion, if there is a certified step; return whether that is done.
-
-        With a shaper or added bounds the step is prepared. Outside the workspace, as from rest, it
-        is planned.
-        """
-        held = execution.holder.held
-        if held.region is not execution.workspace:
-            return False
-        tracking = held.with_goal(self)
-        goes_on = execution.tracks and held.goal is not None and held.goal.kind is self.kind
-        if execution.prepares_steps:
-            if goes_on:
-                # A step that is being prepared is held soon; the next one leads to this.
-                execution.keep_goal()
-                execution.replace(tracking)
-                return True
-            if held.pending is not None or execution.holder.time >= held.plan.duration:
-                return False
-            execution.prepare_step(self)
-            return True
-        if not goes_on:
-            step = execution.certified_step(tracking)
-            if step is None:
-                return False
-            tracking = step
-        execution.track(tracking)
-        return True
 
     def planned(
         self,
@@ -382,28 +170,11 @@ class Jog(Command):
         speed = self.speed * limits.speed_scale
         return planner.jog(state, self.direction, speed, limits.effective, region, moving)
 
-    def wanted(self, tracker: Tracker, limits: DriveLimits, dt: float) -> Wanted:
+    def wanted(self, tracker: Foresight, limits: DriveLimits, dt: float) -> Wanted:
         """Return its velocity, as far as the scale lets it."""
         speed = self.speed * limits.speed_scale
         x, y, z = self.direction
         return WantedVelocity((speed * x, speed * y, speed * z))
-
-    def stepped(self, execution: PlanExecution, *, is_certified: bool) -> None:
-        """End the tracking where it has come to rest, or where there is no step.
-
-        Where there is none once, near an edge, there are some and none in turn, and the platform
-        would swerve. So the jog is planned there, as from rest.
-        """
-        held, time = execution.holder.held, execution.holder.time
-        if is_certified:
-            step = held.tracked_step
-            execution.tracks = step is None or not step.ends_at_rest
-        else:
-            execution.tracks = False
-            execution.replace(held.left_to_brake())
-            if held.pending is None and time < held.plan.duration:
-                execution.prepare(execution.making(self))
-        execution.look_ahead()
 
     def ends_at_edge(self, refusal: KinematicsError) -> bool:
         """Return whether a ``refusal`` says that there is no room in its direction."""
@@ -465,28 +236,11 @@ class Track(Command):
         """Work out its age: the next setpoint is for now, the present one a period older."""
         self.age = finite("age", max(now, self.received) - period - self.seen)
 
-    def begin(self, execution: PlanExecution) -> None:
+    def begin(self, execution: Execution) -> None:
         """Track it as soon as a step is certified, and brake until then."""
-        holder = execution.holder
-        held = holder.held
-        execution.keep_goal()
-        goes_on = execution.tracks and held.goal is not None and held.goal.kind is self.kind
-        if goes_on:
-            execution.tracker.report(self, None)
-            execution.replace(held.with_goal(self))
-            return
-        start = held.plan.at(holder.time).heights
-        execution.workspace.check_heights(start)
-        execution.workspace.check_position(self.position)
-        execution.tracker.report(self, start)
-        tracking = held.with_goal(self, region=execution.workspace)
-        if holder.time < held.plan.duration and not held.brakes:
-            execution.track(tracking.waiting_to_brake())
-            execution.prepare_braking(urgent=False)
-        else:
-            execution.track(tracking)
+        execution.follow_target(self, MovingTarget(self.position, self.velocity), self.age)
 
-    def wanted(self, tracker: Tracker, limits: DriveLimits, dt: float) -> Wanted:
+    def wanted(self, tracker: Foresight, limits: DriveLimits, dt: float) -> Wanted:
         """Return where the target will be, and how it will move; with a shaper, led."""
         return tracker.target_after(dt, limits.shaper)
 
@@ -611,27 +365,16 @@ class Follow(Command):
     def _made(self, computation: Interruptible[PlatformPath]) -> Interruptible[None]:
         self.path = yield from computation
 
-    def begin(self, execution: PlanExecution) -> None:
+    def begin(self, execution: Execution) -> None:
         """Ask for a plan.
 
         Raises:
             NotStartedError: before the start.
             NoPathError: if it extends a path, and none is followed.
         """
-        held = execution.holder.held
-        if self.extends and held.path is None:
+        if self.extends and not execution.follows_path:
             raise NoPathError("to extend")
         execution.prepare_goal(self)
-
-    def next_held(
-        self, replanning: Replanning, held: HeldMotion, time: float
-    ) -> Interruptible[HeldMotion]:
-        """Return what is held with the path as its goal, or with a longer one.
-
-        Raises:
-            KinematicsError: if the path cannot be driven.
-        """
-        return (yield from replanning.with_path(held, time, self))
 
 
 class NewLimits(Command):
@@ -650,7 +393,6 @@ class NewLimits(Command):
         """Return what is asked for in words."""
         return "new limits"
 
-    def begin(self, execution: PlanExecution) -> None:
+    def begin(self, execution: Execution) -> None:
         """Put them in force now, or slow down until that is possible."""
-        shaper = execution.holder.newest_limits.shaper
-        execution.change_limits(replace(self.limits, shaper=shaper))
+        execution.change_limits(self.limits)

@@ -13,33 +13,17 @@ from dataclasses import replace
 
 from tri_glide_kinematics.checks import finite_vector, member
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine.commands import (
-    Command,
-    Follow,
-    Jog,
-    MotionPhase,
-    Move,
-    NewLimits,
-    Track,
-)
+from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
+from tri_glide_kinematics.motion.engine.commands import Follow, Jog, Move, NewLimits, Track
+from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.engine.execution import PlanExecution, PlanHolder
-from tri_glide_kinematics.motion.engine.held_motion import (
-    DriveLimits,
-    FollowedPath,
-    HeldMotion,
-    PlanRole,
-)
+from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.progress import PathProgress
+from tri_glide_kinematics.motion.errors import NewerGoalError, NoPathError
+from tri_glide_kinematics.motion.limits import SampledPlan, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
-from tri_glide_kinematics.motion.trajectory import (
-    NewerGoalError,
-    NoPathError,
-    SampledPlan,
-    SliderLimits,
-    SliderState,
-)
 from tri_glide_kinematics.tri_glide import NoPoseError, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import vector_text

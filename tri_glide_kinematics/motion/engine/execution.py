@@ -15,8 +15,9 @@ import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase, Move
-from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
+from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.preparation import (
     SAME_TIME,
     LeadTime,
@@ -28,21 +29,14 @@ from tri_glide_kinematics.motion.engine.progress import PathMeasuring, PathProgr
 from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning, longest_stop
 from tri_glide_kinematics.motion.engine.shaped_motion import ShapedMotion
 from tri_glide_kinematics.motion.engine.tracker import Tracker
+from tri_glide_kinematics.motion.errors import SOUND, NotStartedError, PlanningError
+from tri_glide_kinematics.motion.limits import SampledPlan, SliderState
 from tri_glide_kinematics.motion.moves import MotionKind, inside
 from tri_glide_kinematics.motion.path import DrivenPath
+from tri_glide_kinematics.motion.shaped import DrivenPart, Planned, ShapedTrajectory, SlowedPlan
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
-from tri_glide_kinematics.motion.trajectory import (
-    SOUND,
-    DrivenPart,
-    LinePlan,
-    NotStartedError,
-    Planned,
-    PlanningError,
-    SampledPlan,
-    ShapedTrajectory,
-    SliderState,
-    SlowedPlan,
-)
+from tri_glide_kinematics.motion.tracking import MovingTarget
+from tri_glide_kinematics.motion.trajectory import LinePlan
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -434,8 +428,9 @@ class PlanExecution:
         return Replanned(braked if braked.plan is not plan else held)
 
     def change_limits(self, limits: DriveLimits) -> None:
-        """Put limits in force now, or slow down until that is possible."""
+        """Put limits in force now, or slow down until that is possible; the shaper stays."""
         held = self.holder.motion
+        limits = replace(limits, shaper=self.holder.newest_limits.shaper)
         if held is None:
             self.holder.first_limits = limits
         elif limits != self.holder.newest_limits:
@@ -462,6 +457,21 @@ class PlanExecution:
         """
         self._shape_from_rest()
         command.begin(self)
+
+    @property
+    def goal(self) -> Command | None:
+        """What was commanded last; None for a stop."""
+        return self.holder.held.goal
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether the platform rests, and nothing is left to do."""
+        return self.holder.held.phase(self.holder.time) is MotionPhase.IDLE
+
+    @property
+    def follows_path(self) -> bool:
+        """Whether a path is the goal."""
+        return self.holder.held.path is not None
 
     @property
     def is_shaped(self) -> bool:
@@ -565,8 +575,9 @@ class PlanExecution:
         # On a line the sliders keep what its plan keeps, as a rule: so a stop on it uses all of it.
         # A move from rest has the time to be made again for less.
         stops_on_line = isinstance(held.plan, LinePlan) and held.goal is None
-        moves_from_rest = isinstance(goal, Move) and start >= held.rests_at and not held.pending
-        first = Planned(held.limits.scaled) if stops_on_line or moves_from_rest else None
+        from_rest = start >= held.rests_at and not held.pending
+        has_time = from_rest and goal is not None and goal.is_planned_again
+        first = Planned(held.limits.scaled) if stops_on_line or has_time else None
         pending = held.pending and held.pending.leaving(None, present)
         less = replace(held, limits=held.limits.leaving(first, present), pending=pending)
         for _ in range(ATTEMPTS_IN_MOTION):
@@ -720,7 +731,7 @@ class PlanExecution:
                 lead = self._step_lead_time.after(self._last_step)
                 begun = max(self.holder.time, preparation.start)
                 self._next_step_at = begun + RETRY_INTERVAL + self._last_step + lead
-            held.goal.stepped(self, is_certified=is_step)
+            self._after_step(held.goal, is_certified=is_step)
 
     def _on_event(self, dt: float) -> None:
         """Do what is due before a step of ``dt`` [s].
@@ -773,7 +784,7 @@ class PlanExecution:
             lead_time = self._step_lead_time
             self._begin(Preparation(making, None, holder.held, holder.time, start, lead_time))
 
-    def prepare_step(self, goal: Command) -> None:
+    def _prepare_step(self, goal: Command) -> None:
         """Make the first step towards a ``goal``, or a plan where none is proved."""
         lead = self._lead_time.after(self._last_step) if self._in_pieces else 0.0
         time = self.holder.time
@@ -823,11 +834,82 @@ class PlanExecution:
             held = replace(held, limits=held.pending, pending=None)
         return Replanned(held)
 
-    def certified_step(self, held: HeldMotion) -> HeldMotion | None:
-        """Return what is held after the first step towards the goal of ``held``; None without."""
-        return self.tracker.next(held, self.holder.time, self._last_step or FIRST_STEP)
+    def go_over_to(self, goal: Command) -> bool:
+        """Track a ``goal`` in motion, if a step towards it is certified; return whether it is.
 
-    def track(self, held: HeldMotion) -> None:
+        With a shaper or added bounds the step is prepared. Outside the workspace nothing is
+        tracked.
+        """
+        held = self.holder.held
+        if held.region is not self.workspace:
+            return False
+        tracking = held.with_goal(goal)
+        goes_on = self._tracks_like(goal)
+        if self.prepares_steps:
+            if goes_on:
+                # A step that is being prepared is held soon; the next one leads to this.
+                self.keep_goal()
+                self.replace(tracking)
+                return True
+            if held.pending is not None or self.holder.time >= held.plan.duration:
+                return False
+            self._prepare_step(goal)
+            return True
+        if not goes_on:
+            step = self.tracker.next(tracking, self.holder.time, self._last_step or FIRST_STEP)
+            if step is None:
+                return False
+            tracking = step
+        self._track(tracking)
+        return True
+
+    def follow_target(self, goal: Command, target: MovingTarget, age: float) -> None:
+        """Track a ``target``, seen ``age`` seconds ago, as soon as a step is certified.
+
+        Until then the platform brakes.
+        """
+        held, time = self.holder.held, self.holder.time
+        self.keep_goal()
+        if self._tracks_like(goal):
+            self.tracker.report(target, age, None)
+            self.replace(held.with_goal(goal))
+            return
+        start = held.plan.at(time).heights
+        self.workspace.check_heights(start)
+        self.workspace.check_position(target.position)
+        self.tracker.report(target, age, start)
+        tracking = held.with_goal(goal, region=self.workspace)
+        if time < held.plan.duration and not held.brakes:
+            self._track(tracking.waiting_to_brake())
+            self.prepare_braking(urgent=False)
+        else:
+            self._track(tracking)
+
+    def _tracks_like(self, goal: Command) -> bool:
+        """Return whether something is tracked that is of the kind of a ``goal``."""
+        held = self.holder.held
+        return self.tracks and held.goal is not None and held.goal.kind is goal.kind
+
+    def _after_step(self, goal: Command, *, is_certified: bool) -> None:
+        """Where a ``goal`` has an end, end its tracking at rest, or where there is no step.
+
+        Where there is none once, near an edge, there are some and none in turn, and the platform
+        would swerve. So the goal is planned there, as from rest.
+        """
+        if not goal.has_end:
+            return
+        held, time = self.holder.held, self.holder.time
+        if is_certified:
+            step = held.tracked_step
+            self.tracks = step is None or not step.ends_at_rest
+        else:
+            self.tracks = False
+            self.replace(held.left_to_brake())
+            if held.pending is None and time < held.plan.duration:
+                self.prepare(self.making(goal))
+        self.look_ahead()
+
+    def _track(self, held: HeldMotion) -> None:
         """Hold what begins to track, or is to do so when a step is certified."""
         self.tracks = True
         self.preparation = None
@@ -858,7 +940,7 @@ class PlanExecution:
         elif self.holder.time >= held.plan.duration and held.pending is not None:
             self.replace(replace(held, limits=held.pending, pending=None))
         if held.goal is not None:
-            held.goal.stepped(self, is_certified=tracking is not None)
+            self._after_step(held.goal, is_certified=tracking is not None)
         return tracking is not None
 
     def making(self, goal: Command) -> Making:

@@ -9,15 +9,12 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.engine.command import Command
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
 from tri_glide_kinematics.motion.engine.replanning import Replanned
-from tri_glide_kinematics.motion.trajectory import SOUND, PlanTooLongError
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.engine.commands import Command
+from tri_glide_kinematics.motion.errors import SOUND, PlanTooLongError
 
 # Makes what is held next, from what is held and the time in it at which that begins [s].
 Making = Callable[[HeldMotion, float], Interruptible[Replanned]]

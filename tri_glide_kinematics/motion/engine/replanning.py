@@ -9,17 +9,15 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.held_motion import (
-    DriveLimits,
-    FollowedPath,
-    HeldMotion,
-    PlanRole,
-    stays_within,
-)
+from tri_glide_kinematics.motion.engine.command import Command
+from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits, stays_within
+from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
+from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError
+from tri_glide_kinematics.motion.limits import AT_REST, RELATIVE_ROUNDING, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import (
     LONGEST_TRACKED,
     NEARLY,
@@ -29,30 +27,21 @@ from tri_glide_kinematics.motion.moves import (
     MotionPlanner,
     own_stop,
 )
+from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import PathPlanner
+from tri_glide_kinematics.motion.shaped import SlowedPlan
 from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
-    RELATIVE_ROUNDING,
-    AddedBoundError,
     CubicPlan,
     LinePlan,
     PathHeights,
     PathPlan,
     SequencePlan,
-    SliderLimitError,
-    SliderLimits,
-    SliderState,
-    SlowedPlan,
     Trajectory,
     checked,
     gentler,
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.engine.commands import Command, Follow
-    from tri_glide_kinematics.motion.path import PlatformPath
 
 # Where no other braking keeps all limits, the held plan is slowed down on its own way: in so many
 # times the sliders' own stop, or in this time if that is more [s].
@@ -91,22 +80,31 @@ class PathReplanning:
         self._paths = PathPlanner(workspace)
         self._braking = braking
 
-    def with_path(self, held: HeldMotion, time: float, goal: Follow) -> Interruptible[HeldMotion]:
+    def with_path(
+        self, held: HeldMotion, time: float, goal: Command, path: PlatformPath, extends: bool
+    ) -> Interruptible[HeldMotion]:
         """Return a motion with a new path as its goal, or with a longer one.
+
+        Args:
+            held: what is held.
+            time: when the next plan begins.
+            goal: that the path is.
+            path: to be followed.
+            extends: whether it goes on from the end of the path that is followed.
 
         Raises:
             KinematicsError: if the path cannot be driven.
         """
-        if goal.extends:
-            return (yield from self._extended(held, time, goal))
-        path = yield from self._begun(held, goal)
+        if extends:
+            return (yield from self._extended(held, time, goal, path))
+        followed = yield from self._begun(held, path)
         if held.pending is not None:
-            return held.with_goal(goal, role=PlanRole.EARLIER).on(path)
-        return (yield from self.on_path(held, time, goal, path, held.limits))
+            return held.with_goal(goal, role=PlanRole.EARLIER).on(followed)
+        return (yield from self.on_path(held, time, goal, followed, held.limits))
 
-    def _begun(self, held: HeldMotion, goal: Follow) -> Interruptible[FollowedPath]:
+    def _begun(self, held: HeldMotion, path: PlatformPath) -> Interruptible[FollowedPath]:
         limits, shaper = held.limits.effective, held.limits.shaper
-        return FollowedPath((yield from self._paths.begun(_made(goal), limits, shaper)))
+        return FollowedPath((yield from self._paths.begun(path, limits, shaper)))
 
     def on_path(
         self,
@@ -204,8 +202,10 @@ class PathReplanning:
         """
         return (yield from self._paths.brake_hard(plan, time, limits.effective, longest))
 
-    def _extended(self, held: HeldMotion, time: float, goal: Follow) -> Interruptible[HeldMotion]:
-        """Return ``held`` with a longer path.
+    def _extended(
+        self, held: HeldMotion, time: float, goal: Command, path: PlatformPath
+    ) -> Interruptible[HeldMotion]:
+        """Return ``held`` with its path longer by a ``path``.
 
         Where the held plan ends before the end of the path, it stays, and the path as it drives it.
         """
@@ -213,42 +213,36 @@ class PathReplanning:
         assert before is not None
         if (before.heights.driven.shaped is None) is not (held.limits.shaper is None):
             # It has ended before the shaper was changed.
-            path = yield from self._begun(held, goal)
-            return (yield from self.on_path(held, time, goal, path, held.limits))
+            followed = yield from self._begun(held, path)
+            return (yield from self.on_path(held, time, goal, followed, held.limits))
         if plan is None or time >= plan.duration:
             place = held.place(time)
             # At the end of a path there is nothing left to pause on.
             is_paused = before.is_paused and not held.ends_path
             before = replace(before, is_paused=is_paused)
             longer = replace(before, place=place)
-            longer = yield from self._longer(longer, goal, place)
+            longer = yield from self._longer(longer, path, place)
             if before.is_paused or held.pending is not None or time < held.plan.duration:
                 return held.with_goal(goal).on(longer)
             return (yield from self.on_path(held, time, goal, longer, held.limits))
         if plan.ends_path and held.pending is None and not before.is_paused:
             # To pass the end without a stop, its rounding has to begin before.
             try:
-                longer = yield from self._longer(before, goal, plan.place(time))
+                longer = yield from self._longer(before, path, plan.place(time))
                 next_plan = yield from self._going_on(plan, longer.heights, time, held.limits)
                 leading = held.with_goal(goal, role=PlanRole.LEADS_TO_GOAL)
                 return replace(leading, plan=next_plan).on(longer)
             except KinematicsError:
                 pass
-        longer = yield from self._longer(before, goal, plan.place(plan.duration))
+        longer = yield from self._longer(before, path, plan.place(plan.duration))
         same_way = plan.moved_to(longer.heights.with_speeds_of(plan.heights), time)
         return held.with_goal(goal, plan=same_way).on(longer)
 
     def _longer(
-        self, before: FollowedPath, goal: Follow, place: float
+        self, before: FollowedPath, path: PlatformPath, place: float
     ) -> Interruptible[FollowedPath]:
-        heights = yield from self._paths.extended(before.heights, _made(goal), place)
+        heights = yield from self._paths.extended(before.heights, path, place)
         return replace(before, heights=heights)
-
-
-def _made(goal: Follow) -> PlatformPath:
-    """Return the path of a ``goal``, which has been made before it comes here."""
-    assert goal.path is not None
-    return goal.path
 
 
 class Replanned(NamedTuple):
@@ -284,15 +278,11 @@ class Replanning:
         Raises:
             KinematicsError: if there is none.
         """
-        return (yield from goal.next_held(self, held, time))
-
-    def with_path(self, held: HeldMotion, time: float, goal: Follow) -> Interruptible[HeldMotion]:
-        """Return what is held with a path as its ``goal``, or with a longer one.
-
-        Raises:
-            KinematicsError: if the path cannot be driven.
-        """
-        return (yield from self._paths.with_path(held, time, goal))
+        if goal.path is not None:
+            return (yield from self._paths.with_path(held, time, goal, goal.path, goal.extends))
+        if held.pending is not None:
+            return held.with_goal(goal)
+        return (yield from self.planned(held, time, goal, held.limits, or_after=True))
 
     def braked(
         self, held: HeldMotion, time: float, *, stays: bool = True

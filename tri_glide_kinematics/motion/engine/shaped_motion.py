@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from tri_glide_kinematics.motion.trajectory import DrivenPart, ShapedTrajectory
+from tri_glide_kinematics.motion.shaped import DrivenPart, ShapedTrajectory
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.motion.limits import SampledPlan, SliderState
     from tri_glide_kinematics.motion.shaping import Shaper
-    from tri_glide_kinematics.motion.trajectory import SampledPlan, SliderState, Trajectory
+    from tri_glide_kinematics.motion.trajectory import Trajectory
     from tri_glide_kinematics.tri_glide import TriGlide
     from tri_glide_kinematics.vectors import FloatArray
 

@@ -13,15 +13,10 @@ from dataclasses import replace
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.commands import Track
-from tri_glide_kinematics.motion.engine.held_motion import DriveLimits, HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.shaping import Shaper
-from tri_glide_kinematics.motion.tracking import (
-    Follower,
-    MovingTarget,
-    TargetMotion,
-    Wanted,
-)
+from tri_glide_kinematics.motion.tracking import Follower, MovingTarget, TargetMotion, Wanted
 from tri_glide_kinematics.motion.trajectory import TrackedStep
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -41,23 +36,23 @@ class Tracker:
         self._target: TargetMotion | None = None
         self._time = 0.0
 
-    def report(self, target: Track, start: Vector3 | None) -> None:
+    def report(self, target: MovingTarget, age: float, start: Vector3 | None) -> None:
         """Take in how the ``target`` moves.
 
         Args:
             target: as it is told.
+            age: how long before now it was so [s].
             start: heights of the sliders, if no other one was tracked before [m].
         """
-        moving = MovingTarget(target.position, target.velocity)
         if start is None:
             assert self._target is not None
-            self._target.report(moving, self._time - target.age)
+            self._target.report(target, self._time - age)
             return
         # A target that is elsewhere at the start is caught up with as soon as possible.
-        missing = math.dist(moving.after(target.age).position, self._machine.forward(start))
+        missing = math.dist(target.after(age).position, self._machine.forward(start))
         self._time = 0.0
         self._target = TargetMotion(
-            moving._replace(lead=missing if missing < NEAR else math.inf), -target.age
+            target._replace(lead=missing if missing < NEAR else math.inf), -age
         )
 
     def next(self, held: HeldMotion, time: float, dt: float) -> HeldMotion | None:

@@ -14,12 +14,9 @@ from math import inf, isfinite, sqrt
 
 import numpy as np
 
-from tri_glide_kinematics.motion.trajectory import (
-    CoordinateProfile,
-    PlanningError,
-    SliderLimits,
-    after,
-)
+from tri_glide_kinematics.motion.errors import PlanningError
+from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory import CoordinateProfile, after
 from tri_glide_kinematics.vectors import FloatArray
 
 # First, second and third derivative of the three heights at n places. Shape (3, 3, n).

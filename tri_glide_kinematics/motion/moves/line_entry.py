@@ -11,15 +11,11 @@ import math
 from typing import NamedTuple, Protocol
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.errors import NoRoomError, PlanningError
+from tri_glide_kinematics.motion.limits import AT_REST, EDGE_CLEARANCE, SliderLimits, SliderState
 from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
-    EDGE_CLEARANCE,
     CubicPlan,
-    NoRoomError,
-    PlanningError,
     RuckigPlanner,
-    SliderLimits,
-    SliderState,
     StraightLine,
     Synchronization,
 )

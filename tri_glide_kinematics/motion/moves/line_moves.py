@@ -19,6 +19,8 @@ import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, Result, at_once
+from tri_glide_kinematics.motion.errors import AddedBoundError, PlanningError, SliderLimitError
+from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves.line_entry import (
     Entry,
     LimitedLineBuilder,
@@ -36,13 +38,7 @@ from tri_glide_kinematics.motion.moves.line_timing import (
 )
 from tri_glide_kinematics.motion.moves.parametrisation import PathParametrisation, parametrise
 from tri_glide_kinematics.motion.trajectory import (
-    RELATIVE_ROUNDING,
-    AddedBoundError,
     LinePlan,
-    PlanningError,
-    SliderLimitError,
-    SliderLimits,
-    SliderState,
     StraightLine,
     TimeScaling,
     UsableParts,

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.errors import PlanningError
+from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits
 from tri_glide_kinematics.motion.moves.hard_braking import hardest_braking
 from tri_glide_kinematics.motion.moves.line_entry import Entry
 from tri_glide_kinematics.motion.moves.parametrisation import (
@@ -15,11 +17,8 @@ from tri_glide_kinematics.motion.moves.parametrisation import (
     parametrise,
 )
 from tri_glide_kinematics.motion.trajectory import (
-    RELATIVE_ROUNDING,
     Phases,
-    PlanningError,
     RuckigPlanner,
-    SliderLimits,
     StraightLine,
     TimeScaling,
     UsableParts,

@@ -19,10 +19,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.motion.errors import PlanningError
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.trajectory import (
     CoordinateProfile,
-    PlanningError,
-    SliderLimits,
     StraightLine,
     TimeScaling,
     quintics,

@@ -14,27 +14,21 @@ from functools import partial
 from tri_glide_kinematics.checks import finite_vector, member
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.motion.errors import SOUND
+from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves.line_entry import LineToEdge, LineToPosition
-from tri_glide_kinematics.motion.moves.line_moves import (
-    LinearMotion,
-    LineJoining,
-    found,
-)
+from tri_glide_kinematics.motion.moves.line_moves import LinearMotion, LineJoining, found
 from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
 from tri_glide_kinematics.motion.moves.stopping import Candidate, Stopping, first_found, inside
+from tri_glide_kinematics.motion.shaped import planned_shaped
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
-    SOUND,
     CubicPlan,
     LinePlan,
     SequencePlan,
-    SliderLimits,
-    SliderState,
     StraightLine,
     Trajectory,
     gentler,
-    planned_shaped,
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace

@@ -6,13 +6,11 @@ Ruckig gives the jerks. They are integrated, and every plan is compared with the
 from __future__ import annotations
 
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.errors import SliderLimitError
+from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
     CubicPlan,
     RuckigPlanner,
-    SliderLimitError,
-    SliderLimits,
-    SliderState,
     StraightPlan,
     UsableParts,
     checked,

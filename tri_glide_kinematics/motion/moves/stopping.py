@@ -13,11 +13,9 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.moves.line_moves import (
-    SAMPLES_IN_PIECE,
-    LinearMotion,
-    found,
-)
+from tri_glide_kinematics.motion.errors import PlanningError
+from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
+from tri_glide_kinematics.motion.moves.line_moves import SAMPLES_IN_PIECE, LinearMotion, found
 from tri_glide_kinematics.motion.tracking import (
     Braking,
     SliderWay,
@@ -25,14 +23,7 @@ from tri_glide_kinematics.motion.tracking import (
     braking_together,
     first_certified,
 )
-from tri_glide_kinematics.motion.trajectory import (
-    CubicPlan,
-    PlanningError,
-    SliderLimits,
-    SliderState,
-    Trajectory,
-    total_duration,
-)
+from tri_glide_kinematics.motion.trajectory import CubicPlan, Trajectory, total_duration
 from tri_glide_kinematics.workspace import Workspace
 
 # On a line or a path a stop may take this many times the sliders' own stop.

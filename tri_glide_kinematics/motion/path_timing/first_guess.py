@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from tri_glide_kinematics.motion.errors import PlanningError
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path_timing.grid import TimingGrid
-from tri_glide_kinematics.motion.trajectory import (
-    PathHeights,
-    PlanningError,
-    RuckigPlanner,
-    SliderLimits,
-    TimeScaling,
-    evaluate,
-)
+from tri_glide_kinematics.motion.trajectory import PathHeights, RuckigPlanner, TimeScaling, evaluate
 from tri_glide_kinematics.vectors import FloatArray
 
 # Part of the limits with which a motion is made slower in a guess.

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.motion.limits import PathRows
 from tri_glide_kinematics.motion.path import distinct
 from tri_glide_kinematics.motion.path_timing.problem import CellHeights, CellLimits
 from tri_glide_kinematics.motion.path_timing.rest_map import REACH, RestMap
@@ -22,7 +23,7 @@ from tri_glide_kinematics.motion.path_timing.speed_estimate import (
     added_rows,
     samples,
 )
-from tri_glide_kinematics.motion.trajectory import PathHeights, PathRows
+from tri_glide_kinematics.motion.trajectory import PathHeights
 from tri_glide_kinematics.vectors import FloatArray
 
 BoolArray = NDArray[np.bool_]

@@ -10,6 +10,14 @@ import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.motion.errors import (
+    SOUND,
+    CutBendError,
+    MotionError,
+    PathTimingError,
+    PlanningError,
+)
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import hardest_braking
 from tri_glide_kinematics.motion.path import (
     DrivenPath,
@@ -26,29 +34,21 @@ from tri_glide_kinematics.motion.path_timing.speed_estimate import (
     samples,
 )
 from tri_glide_kinematics.motion.path_timing.windows import plan_window
+from tri_glide_kinematics.motion.shaped import Bends, Planned, planned_shaped
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
-    SOUND,
-    Bends,
-    CutBendError,
-    MotionError,
     PathHeights,
     PathPlan,
     PathScaling,
     PathStart,
-    PathTimingError,
-    Planned,
-    PlanningError,
     RuckigPlanner,
     SequencePlan,
-    SliderLimits,
     Slowing,
     TimeScaling,
     Trajectory,
     check_added,
     check_along,
     evaluate,
-    planned_shaped,
     total_duration,
 )
 from tri_glide_kinematics.vectors import FloatArray

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.motion.trajectory import PathRows
+from tri_glide_kinematics.motion.limits import PathRows
 from tri_glide_kinematics.vectors import FloatArray
 
 # Places of Gauss' quadrature with two points, in a cell from 0 to 1.

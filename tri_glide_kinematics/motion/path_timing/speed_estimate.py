@@ -12,14 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.motion.limits import PathPlaces, PathRows, SliderLimits
 from tri_glide_kinematics.motion.path import distinct
-from tri_glide_kinematics.motion.trajectory import (
-    HeightDerivatives,
-    PathHeights,
-    PathPlaces,
-    PathRows,
-    SliderLimits,
-)
+from tri_glide_kinematics.motion.trajectory import HeightDerivatives, PathHeights
 from tri_glide_kinematics.vectors import FloatArray
 
 BoolArray = NDArray[np.bool_]

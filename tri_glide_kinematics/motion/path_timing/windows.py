@@ -19,6 +19,8 @@ from math import inf
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.errors import PathTimingError, PlanningError
+from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, PathRows, SliderLimits
 from tri_glide_kinematics.motion.path_timing.first_guess import first_guess
 from tri_glide_kinematics.motion.path_timing.grid import (
     FIRST_PIECES,
@@ -44,15 +46,10 @@ from tri_glide_kinematics.motion.path_timing.problem import (
 from tri_glide_kinematics.motion.path_timing.speed_estimate import estimated
 from tri_glide_kinematics.motion.trajectory import (
     NO_BACKWARD_SPEED,
-    RELATIVE_ROUNDING,
     Bounds,
     PathHeights,
-    PathRows,
     PathScaling,
     PathStart,
-    PathTimingError,
-    PlanningError,
-    SliderLimits,
     TimeScaling,
     blocks,
     bounds_of,

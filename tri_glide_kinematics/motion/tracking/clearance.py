@@ -18,17 +18,15 @@ from math import copysign, hypot, sqrt
 from typing import NamedTuple
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.tracking.slider_way import Phase
-from tri_glide_kinematics.motion.trajectory import (
+from tri_glide_kinematics.motion.errors import AddedBoundError
+from tri_glide_kinematics.motion.limits import (
     RELATIVE_ROUNDING,
     TRAVEL_ROUNDING,
-    AddedBoundError,
-    CubicPlan,
     SliderLimits,
     SliderState,
-    after,
-    check_added,
 )
+from tri_glide_kinematics.motion.tracking.slider_way import Phase
+from tri_glide_kinematics.motion.trajectory import CubicPlan, after, check_added
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 

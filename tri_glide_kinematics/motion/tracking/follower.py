@@ -10,6 +10,8 @@ from collections.abc import Sequence
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.motion.errors import SOUND
+from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
 from tri_glide_kinematics.motion.tracking.clearance import TRACE_SAMPLES, first_certified
 from tri_glide_kinematics.motion.tracking.moving_target import Wanted, WantedVelocity
 from tri_glide_kinematics.motion.tracking.slider_way import (
@@ -17,18 +19,9 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     braking_alone,
     braking_together,
 )
-from tri_glide_kinematics.motion.tracking.target_tracking import (
-    TargetTracking,
-    straight_towards,
-)
+from tri_glide_kinematics.motion.tracking.target_tracking import TargetTracking, straight_towards
 from tri_glide_kinematics.motion.tracking.velocity_tracking import VelocityTracking
-from tri_glide_kinematics.motion.trajectory import (
-    SOUND,
-    SliderLimits,
-    SliderState,
-    TrackedStep,
-    gentler,
-)
+from tri_glide_kinematics.motion.trajectory import TrackedStep, gentler
 from tri_glide_kinematics.workspace import Workspace
 
 # A step that is prepared has time for so many places of its way.

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Sequence
 from math import sqrt
 from typing import NamedTuple
 
-from tri_glide_kinematics.motion.trajectory import SliderLimits
+from tri_glide_kinematics.motion.limits import SliderLimits
 
 Phase = tuple[float, float]
 

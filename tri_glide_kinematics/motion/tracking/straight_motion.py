@@ -11,13 +11,9 @@ from __future__ import annotations
 from math import hypot, inf, sqrt
 from typing import NamedTuple
 
+from tri_glide_kinematics.motion.limits import EDGE_CLEARANCE, SliderLimits
 from tri_glide_kinematics.motion.tracking.slider_way import within
-from tri_glide_kinematics.motion.tracking.way_ahead import (
-    WayAhead,
-    approach,
-    way_to_rest,
-)
-from tri_glide_kinematics.motion.trajectory import EDGE_CLEARANCE, SliderLimits
+from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead, approach, way_to_rest
 from tri_glide_kinematics.tri_glide import NoPoseError, TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import vector_text

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from math import hypot, inf
 from operator import truediv
 
+from tri_glide_kinematics.motion.limits import EDGE_CLEARANCE, SliderLimits, SliderState
 from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget
 from tri_glide_kinematics.motion.tracking.slider_way import (
     TINY,
@@ -30,12 +31,7 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
 )
 from tri_glide_kinematics.motion.tracking.straight_motion import slider_line
 from tri_glide_kinematics.motion.tracking.way_ahead import approach
-from tri_glide_kinematics.motion.trajectory import (
-    EDGE_CLEARANCE,
-    RuckigPlanner,
-    SliderLimits,
-    SliderState,
-)
+from tri_glide_kinematics.motion.trajectory import RuckigPlanner
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from math import hypot, inf
 
+from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.tracking.slider_way import (
     Bounds,
     SliderWay,
@@ -28,7 +29,6 @@ from tri_glide_kinematics.motion.tracking.straight_motion import (
     wanted_motion,
 )
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
-from tri_glide_kinematics.motion.trajectory import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace

@@ -14,7 +14,7 @@ from __future__ import annotations
 from math import dist, hypot, inf, sqrt
 from typing import NamedTuple
 
-from tri_glide_kinematics.motion.trajectory import EDGE_CLEARANCE
+from tri_glide_kinematics.motion.limits import EDGE_CLEARANCE
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 

@@ -5,23 +5,16 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable
 from math import hypot
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once, blocks
-from tri_glide_kinematics.motion.path import check_place
-from tri_glide_kinematics.motion.trajectory.added_bounds import CELLS_AT_ONCE
-from tri_glide_kinematics.motion.trajectory.curve_bounds import (
-    Bounds,
-    check_along,
-    derivative_bounds,
-    smooth_parts,
-)
-from tri_glide_kinematics.motion.trajectory.knots import ascending
-from tri_glide_kinematics.motion.trajectory.series import (
+from tri_glide_kinematics.motion.limits import (
+    SampledPlan,
     Series,
+    SliderLimits,
+    SliderState,
     composed,
     divided,
     heights_of,
@@ -29,20 +22,20 @@ from tri_glide_kinematics.motion.trajectory.series import (
     polynomial,
     positions,
 )
-from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
-from tri_glide_kinematics.motion.trajectory.trajectory import (
-    SampledPlan,
-    SliderState,
-    Trajectory,
+from tri_glide_kinematics.motion.path import check_place
+from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
+from tri_glide_kinematics.motion.trajectory.curve_bounds import (
+    Bounds,
+    check_along,
+    derivative_bounds,
+    smooth_parts,
 )
+from tri_glide_kinematics.motion.trajectory.curves import Curve, PathHeights, StraightLine
+from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
+from tri_glide_kinematics.motion.trajectory.trajectory import CELLS_AT_ONCE, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
-    from tri_glide_kinematics.motion.trajectory.curves import Curve, PathHeights, StraightLine
-    from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
 
 
 class CurvePlan(Trajectory):

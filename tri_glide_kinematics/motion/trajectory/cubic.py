@@ -10,25 +10,22 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.motion.trajectory.errors import SliderLimitError
-from tri_glide_kinematics.motion.trajectory.limits import (
+from tri_glide_kinematics.motion.errors import SliderLimitError
+from tri_glide_kinematics.motion.limits import (
+    AT_REST,
     QUANTITIES,
     RELATIVE_ROUNDING,
-    SliderLimits,
-)
-from tri_glide_kinematics.motion.trajectory.phases import Phases, after
-from tri_glide_kinematics.motion.trajectory.series import (
+    SampledPlan,
     Series,
+    SliderLimits,
+    SliderState,
     moved,
+    new_state,
     polynomial,
 )
-from tri_glide_kinematics.motion.trajectory.trajectory import (
-    AT_REST,
-    SampledPlan,
-    SliderState,
-    Trajectory,
-    new_state,
-)
+from tri_glide_kinematics.motion.trajectory.knots import knots, merged
+from tri_glide_kinematics.motion.trajectory.phases import Phases, after, total_duration
+from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Traced, Workspace
@@ -423,3 +420,22 @@ class TrackedStep(Trajectory):
     ) -> tuple[Series, NDArray[np.bool_]]:
         """Return Taylor series of the slider heights."""
         return self.as_cubic().mixed_series(machine, times, half)
+
+
+def lasting(phases: Phases, blend: CubicPlan | None) -> Phases:
+    """Return ``phases`` that end no sooner than the ``blend``, by standing still at the end."""
+    missing = blend.duration - total_duration(phases) if blend else 0.0
+    return [*phases, (missing, 0.0)] if missing > 0.0 else phases
+
+
+def knots_with_blend(
+    phases: Phases, pieces: int, shortest: float, blend: CubicPlan | None
+) -> FloatArray:
+    """Return the knots of ``phases``, and those of the ``blend`` if there is one [s]."""
+    times = knots(phases, pieces, shortest)
+    return np.array(times if blend is None else with_knots_of(times, blend, shortest))
+
+
+def with_knots_of(times: list[float], blend: CubicPlan, shortest: float) -> list[float]:
+    """Return ``times`` and the times at which ``blend`` changes its jerk, none too close [s]."""
+    return merged(times, [*blend.starts.tolist(), blend.duration], shortest)

@@ -29,24 +29,18 @@ the squared length times its second derivative.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
+from tri_glide_kinematics.motion.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
+from tri_glide_kinematics.motion.path import Indices
 from tri_glide_kinematics.motion.trajectory import quintics
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError, SliderLimitError
-from tri_glide_kinematics.motion.trajectory.limits import (
-    QUANTITIES,
-    RELATIVE_ROUNDING,
-    SliderLimits,
-)
+from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
+from tri_glide_kinematics.motion.trajectory.curves import Curve, CurveParts
 from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
 from tri_glide_kinematics.vectors import FloatArray
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.path import Indices
-    from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
-    from tri_glide_kinematics.motion.trajectory.curves import Curve, CurveParts
 
 # Speed against the direction of a line or a path that is rounding [m/s].
 NO_BACKWARD_SPEED = 1e-8

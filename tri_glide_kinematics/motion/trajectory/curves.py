@@ -18,25 +18,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 from math import dist, inf, sqrt
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from tri_glide_kinematics.motion.trajectory.errors import PathTimingError
-from tri_glide_kinematics.motion.trajectory.series import Series, moved, polynomial
-from tri_glide_kinematics.motion.trajectory.trajectory import (
+from tri_glide_kinematics.motion.errors import PathTimingError
+from tri_glide_kinematics.motion.limits import (
+    Series,
     SliderState,
     arms_of,
+    moved,
     new_state,
+    polynomial,
     slider_state,
 )
+from tri_glide_kinematics.motion.path import DrivenPath, Indices
 from tri_glide_kinematics.tri_glide import ArmTooShortError, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.path import DrivenPath, Indices
-    from tri_glide_kinematics.motion.trajectory.bends import SpeedSteps
 
 _FACTORIALS = np.array((1.0, 1.0, 2.0, 6.0, 24.0, 120.0))[:, np.newaxis, np.newaxis]
 
@@ -585,3 +584,30 @@ class PathHeights:
             y1 * acceleration + y2 * square,
             z1 * acceleration + z2 * square,
         )
+
+
+class SpeedSteps(NamedTuple):
+    """Largest speeds along a path, each from one place to the next.
+
+    Attributes:
+        edges: ascending places. Shape (n + 1,) [m].
+        asked: of the platform, because the path asks for it; infinite outside. Shape (n + 2,)
+            [m/s].
+        bends: of the place, because of bends; infinite outside. Shape (n + 2,) [m/s].
+    """
+
+    edges: FloatArray
+    asked: FloatArray
+    bends: FloatArray
+
+    def at(self, ways: FloatArray, rates: FloatArray, still: FloatArray | float) -> FloatArray:
+        """Return the largest speeds of the platform at ``ways`` [m]. Shape (n,) [m/s].
+
+        Args:
+            ways: places. Shape (n,) [m].
+            rates: of the driven way by the place there. Shape (n,).
+            still: so fast it may be whatever the path asks for. Shape (n,) [m/s].
+        """
+        step = np.searchsorted(self.edges, ways, "right")
+        asked = np.maximum(self.asked[step], still)
+        return np.asarray(np.minimum(asked, self.bends[step] * rates))

@@ -3,27 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
-
-import numpy as np
 
 from tri_glide_kinematics.equal_numbers import SAME_PART
 from tri_glide_kinematics.motion.trajectory.phases import Phases, total_duration
-from tri_glide_kinematics.vectors import FloatArray
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
-
-
-def ascending(times: FloatArray) -> FloatArray:
-    """Return ``times``, of any shape, in ascending order and each once. Shape (n,) [s].
-
-    The function of numpy for this loads a module when it is first called, for 30 ms.
-    """
-    ordered = np.sort(times, axis=None)
-    is_new = np.ones(len(ordered), dtype=bool)
-    np.greater(ordered[1:], ordered[:-1], out=is_new[1:])
-    return np.asarray(ordered[is_new])
 
 
 def shortest_piece(way: float, acceleration: float) -> float:
@@ -73,25 +55,6 @@ def _counts(begins: list[float], total: float, pieces: int) -> list[int]:
     # Symmetric phases meet at a half: it is rounded down whatever the last bits are.
     given = [round(spare * end - SAME_PART) for end in (*begins[1:], total)]
     return [least + until - before for before, until in zip([0, *given], given)]
-
-
-def lasting(phases: Phases, blend: CubicPlan | None) -> Phases:
-    """Return ``phases`` that end no sooner than the ``blend``, by standing still at the end."""
-    missing = blend.duration - total_duration(phases) if blend else 0.0
-    return [*phases, (missing, 0.0)] if missing > 0.0 else phases
-
-
-def knots_with_blend(
-    phases: Phases, pieces: int, shortest: float, blend: CubicPlan | None
-) -> FloatArray:
-    """Return the knots of ``phases``, and those of the ``blend`` if there is one [s]."""
-    times = knots(phases, pieces, shortest)
-    return np.array(times if blend is None else with_knots_of(times, blend, shortest))
-
-
-def with_knots_of(times: list[float], blend: CubicPlan, shortest: float) -> list[float]:
-    """Return ``times`` and the times at which ``blend`` changes its jerk, none too close [s]."""
-    return merged(times, [*blend.starts.tolist(), blend.duration], shortest)
 
 
 def merged(times: list[float], inserted: list[float], shortest: float) -> list[float]:

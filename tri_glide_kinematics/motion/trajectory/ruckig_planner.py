@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tri_glide_kinematics.motion.trajectory.errors import PlanningError
+from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.trajectory.phases import Phases
 
 # The ROS index has ruckig 0.9.2, whose own Python module shows no phases: see tri_glide_ruckig/.

@@ -9,113 +9,50 @@ from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from itertools import accumulate
-from math import sqrt
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from math import inf
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.trajectory.added_bounds import checked
-from tri_glide_kinematics.motion.trajectory.errors import (
-    AddedBoundError,
-    SliderLimitError,
-    SliderTravelError,
+from tri_glide_kinematics.interruptible import Interruptible, at_once, blocks
+from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError, SliderTravelError
+from tri_glide_kinematics.motion.limits import (
+    ORDERS,
+    RELATIVE_ROUNDING,
+    TRAVEL_ROUNDING,
+    AddedBound,
+    SampledPlan,
+    Series,
+    SliderLimits,
+    SliderState,
+    divided,
+    positions,
+    quartered,
 )
-from tri_glide_kinematics.motion.trajectory.knots import ascending
-from tri_glide_kinematics.motion.trajectory.limits import TRAVEL_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.trajectory.series import ORDERS, Series, positions
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.wording import number_text
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.workspace import Traced, Workspace
 
-AT_REST: Vector3 = (0.0, 0.0, 0.0)
-
 # Parts of its time at which it is looked where a motion leads.
 PARTS = np.linspace(0.0, 1.0, 65)
 
+Motion = TypeVar("Motion", bound="Trajectory")
 
-class SliderState(NamedTuple):
-    """Setpoint of the sliders at one instant; a tuple, as one is made in each control cycle.
+# So many cells are looked at between two breaks: that takes a millisecond at most.
+CELLS_AT_ONCE = 64
 
-    Attributes:
-        heights: Shape (3,) [m].
-        velocities: Shape (3,) [m/s].
-        accelerations: Shape (3,) [m/s^2].
-    """
+# Between two knots there are so many at first, at most.
+_CELLS_BETWEEN = 4
 
-    heights: Vector3
-    velocities: Vector3
-    accelerations: Vector3
+# How much is used is known to this part, where it is more than is allowed.
+_CLOSE = 1e-6
 
-
-# Makes a state of three vectors in half the time that its class takes: one is made in each cycle.
-new_state = tuple.__new__
-
-
-# For each arm, where its anchor is [m], and the square of its length [m^2].
-Arms: TypeAlias = tuple[Vector3, Vector3, Vector3]
-
-
-def arms_of(geometry: TriGlideGeometry) -> Arms:
-    """Return the arms as ``slider_state`` takes them."""
-    first, second, third = (
-        (x, y, length * length) for (x, y), length in zip(geometry.anchors, geometry.arm_lengths)
-    )
-    return first, second, third
-
-
-def slider_state(arms: Arms, platform: tuple[float, ...]) -> SliderState:
-    """Return the setpoint that moves the platform so, in plain floats: each cycle may need one.
-
-    Args:
-        arms: of the machine.
-        platform: nine numbers, as ``Trajectory.platform_at`` returns them.
-
-    Raises:
-        ValueError: if the position is out of reach of an arm.
-    """
-    x, y, z, vx, vy, vz, ax, ay, az = platform
-    level = vx * vx + vy * vy
-    (c1, d1, q1), (c2, d2, q2), (c3, d3, q3) = arms
-    c1, c2, c3, d1, d2, d3 = x - c1, x - c2, x - c3, y - d1, y - d2, y - d3
-    r1 = sqrt(q1 - c1 * c1 - d1 * d1)
-    r2 = sqrt(q2 - c2 * c2 - d2 * d2)
-    r3 = sqrt(q3 - c3 * c3 - d3 * d3)
-    g1 = (c1 * vx + d1 * vy) / -r1
-    g2 = (c2 * vx + d2 * vy) / -r2
-    g3 = (c3 * vx + d3 * vy) / -r3
-    return new_state(
-        SliderState,
-        (
-            (z + r1, z + r2, z + r3),
-            (g1 + vz, g2 + vz, g3 + vz),
-            (
-                az - (level + g1 * g1 + c1 * ax + d1 * ay) / r1,
-                az - (level + g2 * g2 + c2 * ax + d2 * ay) / r2,
-                az - (level + g3 * g3 + c3 * ax + d3 * ay) / r3,
-            ),
-        ),
-    )
-
-
-class SampledPlan(NamedTuple):
-    """Setpoints at many instants.
-
-    Attributes:
-        times: Shape (n,) [s].
-        heights: Shape (n, 3) [m].
-        velocities: Shape (n, 3) [m/s].
-        accelerations: Shape (n, 3) [m/s^2].
-    """
-
-    times: FloatArray
-    heights: FloatArray
-    velocities: FloatArray
-    accelerations: FloatArray
+# Cells are not made shorter than this [s].
+_SHORTEST = 0.0005
 
 
 class Trajectory(ABC):
@@ -373,3 +310,80 @@ def joined_series(
         part, of_sliders[mine] = plans[index].mixed_series(machine, times[mine], half[mine])
         series.put(mine, part)
     return series, of_sliders
+
+
+class AddedUse(NamedTuple):
+    """How much of an added bound a motion uses at most, by bounds.
+
+    Attributes:
+        part: an upper bound; NaN where nothing is known.
+        time: when [s].
+    """
+
+    part: float
+    time: float
+
+
+def added_use(
+    trajectory: Trajectory, bound: AddedBound, since: float = 0.0, until: float = inf
+) -> Interruptible[AddedUse]:
+    """Return which part of an added ``bound`` a motion uses at most between two instants [s].
+
+    Where it may be exceeded, cells are made smaller, and so the bounds. Where a middle uses more
+    than is allowed, no cell is made smaller that cannot use more than that. So only cells about the
+    largest use are, and there are few of them however long the motion takes.
+    """
+    edges = trajectory.knots()
+    until = min(until, trajectory.duration)
+    inside = edges[(edges > since) & (edges < until)]
+    edges = ascending(np.concatenate(((since,), inside, (max(until, since),))))
+    middles, half = divided(edges, _CELLS_BETWEEN)
+    part, time, known = 0.0, since, 0.0
+    while len(middles):
+        most, middle = np.empty((2, len(middles)))
+        for some in blocks(len(middles), CELLS_AT_ONCE):
+            yield
+            with np.errstate(invalid="ignore"):
+                series = trajectory.platform_series(bound.machine, middles[some], half[some])
+                most[some], middle[some] = bound.used(series, half[some])
+        known = float(np.fmax(known, np.fmax.reduce(middle)))
+        settled = (half <= 0.5 * _SHORTEST) | (most <= close_to(known))
+        found = np.where(settled, most, 0.0)
+        worst = int(found.argmax())
+        # What is not known counts as more, and stays unknown.
+        if not found[worst] <= part and part == part:
+            part, time = float(found[worst]), float(middles[worst])
+        middles, half = quartered(middles[~settled], half[~settled])
+    return AddedUse(part, time)
+
+
+def close_to(known: float | FloatArray) -> FloatArray:
+    """Return what a cell may use at most, by bounds, so that no smaller ones are looked at.
+
+    Args:
+        known: which part is used somewhere. Of any shape, as the result.
+    """
+    part = np.where(known > 1.0 + RELATIVE_ROUNDING, known * (1.0 + _CLOSE), 1.0)
+    return np.asarray(part * (1.0 + RELATIVE_ROUNDING))
+
+
+def checked(motion: Motion, limits: SliderLimits, since: float = 0.0) -> Interruptible[Motion]:
+    """Return a ``motion`` that keeps limits and added bounds; see ``Trajectory.check_limits``."""
+    motion.check_sliders(limits, since)
+    yield from check_added(motion, limits, since)
+    return motion
+
+
+def check_added(
+    trajectory: Trajectory, limits: SliderLimits, since: float = 0.0
+) -> Interruptible[None]:
+    """Raise an error if a motion may exceed one of the added bounds from ``since`` [s] on.
+
+    Raises:
+        AddedBoundError: names what would be exceeded, and the bound.
+    """
+    for bound in limits.added:
+        if since < trajectory.duration:
+            use = yield from added_use(trajectory, bound, since)
+            if not use.part <= 1.0 + RELATIVE_ROUNDING:
+                raise bound.error(use.part, use.time)

@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 from tri_glide_kinematics.control import in_teach_mode
+from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.shaping import Shaping
-from tri_glide_kinematics.motion.trajectory import SliderLimits
 from tri_glide_kinematics.settings import (
     IK_NODE,
     Values,

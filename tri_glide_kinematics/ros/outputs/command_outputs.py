@@ -15,7 +15,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import MotionEngine
-from tri_glide_kinematics.motion.trajectory import SampledPlan, SliderState
+from tri_glide_kinematics.motion.limits import SampledPlan, SliderState
 from tri_glide_kinematics.ros.cdr import FIRST, SECOND, THIRD, StampedTriples, joint_trajectory
 from tri_glide_kinematics.settings import Values
 from tri_glide_kinematics.vectors import FloatArray, Vector3

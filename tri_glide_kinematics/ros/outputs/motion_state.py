@@ -10,7 +10,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from tri_glide_interfaces.msg import MotionState
-from tri_glide_kinematics.motion.trajectory import SliderState
+from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.ros.cdr import (
     FIRST,
     FOURTH,

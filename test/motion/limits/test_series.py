@@ -10,14 +10,14 @@ from motion_machine import LIMITS, MACHINE, WORKSPACE
 from timed_paths import random_path
 
 from tri_glide_kinematics.motion import MotionKind, plan_move, time_path
-from tri_glide_kinematics.motion.trajectory import Trajectory
-from tri_glide_kinematics.motion.trajectory.series import (
+from tri_glide_kinematics.motion.limits.series import (
     heights_of,
     moved,
     polynomial,
     position_of,
     product,
 )
+from tri_glide_kinematics.motion.trajectory import Trajectory
 
 START, END = (-0.06, 0.02, 0.22), (0.08, 0.05, 0.34)
 

@@ -22,14 +22,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
+from tri_glide_kinematics.motion.limits import (
+    SampledPlan,
+    Series,
+    SliderLimits,
+    SliderState,
+    composed,
+    moved,
+    polynomial,
+)
+from tri_glide_kinematics.motion.shaped.path_driven import DrivenPart
+from tri_glide_kinematics.motion.shaped.shaped import LimitBounds, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Shaper
-from tri_glide_kinematics.motion.trajectory.knots import ascending
-from tri_glide_kinematics.motion.trajectory.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory.series import Series, composed, moved, polynomial
-from tri_glide_kinematics.motion.trajectory.shaped import DrivenPart, LimitBounds, ShapedTrajectory
-from tri_glide_kinematics.motion.trajectory.trajectory import SampledPlan, SliderState, Trajectory
+from tri_glide_kinematics.motion.trajectory import Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
 
 # Steps of a bisection: then an instant is known to rounding.

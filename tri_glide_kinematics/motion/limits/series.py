@@ -291,3 +291,19 @@ def _recursion(
         arms[order] = result[order]
         arms[order, :, 2] += sign * heights[order]
     return result
+
+
+def largest_value(coefficients: FloatArray, rest: FloatArray, half: FloatArray) -> FloatArray:
+    """Return upper bounds of polynomials of the third degree, and a rest, in cells. Shape (n,).
+
+    Args:
+        coefficients: of ascending powers of the time from the middles. Shape (4, n).
+        rest: bound of the absolute coefficient of the fourth power. Shape (n,).
+        half: of the lengths of the cells. Shape (n,) [s].
+    """
+    c0, c1, c2, c3 = coefficients
+    # A parabola that has its top inside; else it is largest at an end.
+    top_inside = np.abs(c1) < -2.0 * c2 * half
+    top = -0.25 * c1 * c1 / np.where(top_inside, c2, -1.0)
+    parabola = np.where(top_inside, top, np.abs(c1) * half + c2 * half * half)
+    return np.asarray(c0 + parabola + (np.abs(c3) + rest * half) * half**3)

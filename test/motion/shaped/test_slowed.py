@@ -7,7 +7,7 @@ import pytest
 from motion_machine import KINDS, LIMITS, MACHINE, TARGET, WORKSPACE
 
 from tri_glide_kinematics.motion import MotionKind, SliderLimits, plan_move
-from tri_glide_kinematics.motion.trajectory import SlowedPlan
+from tri_glide_kinematics.motion.shaped.slowed import SlowedPlan
 
 BEGIN, DURATION = 0.2, 0.12
 

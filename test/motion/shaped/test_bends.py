@@ -8,8 +8,8 @@ import pytest
 from testing.path_samples import random_path
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import DrivenPath, ShapedCorners
+from tri_glide_kinematics.motion.shaped.bends import Bends
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.trajectory import Bends
 
 SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 AMPLITUDES = np.array(SHAPER.amplitudes)

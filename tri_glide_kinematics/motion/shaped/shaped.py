@@ -21,37 +21,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.shaping import Shaper, Shaping
-from tri_glide_kinematics.motion.trajectory.added_bounds import close_to
-from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan, PathPlan
-from tri_glide_kinematics.motion.trajectory.bends import PathDriven, path_driven
-from tri_glide_kinematics.motion.trajectory.errors import CutBendError, SliderLimitError
-from tri_glide_kinematics.motion.trajectory.knots import ascending
-from tri_glide_kinematics.motion.trajectory.limits import (
+from tri_glide_kinematics.motion.errors import CutBendError, SliderLimitError
+from tri_glide_kinematics.motion.limits import (
+    AT_REST,
+    ORDERS,
     QUANTITIES,
     RELATIVE_ROUNDING,
-    SliderLimits,
-)
-from tri_glide_kinematics.motion.trajectory.series import (
-    ORDERS,
     SHORTEST_CELL,
+    SampledPlan,
     Series,
+    SliderLimits,
+    SliderState,
+    arms_of,
     divided,
     heights_of,
     positions,
     quartered,
-)
-from tri_glide_kinematics.motion.trajectory.trajectory import (
-    AT_REST,
-    SampledPlan,
-    SliderState,
-    Trajectory,
-    arms_of,
-    joined_series,
     slider_state,
 )
+from tri_glide_kinematics.motion.shaped.path_driven import DrivenPart, PathDriven, path_driven
+from tri_glide_kinematics.motion.shaping import Shaper, Shaping
+from tri_glide_kinematics.motion.trajectory import (
+    LinePlan,
+    PathPlan,
+    Trajectory,
+    close_to,
+    joined_series,
+)
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
 
 # So many cells are looked at together at most, and so many copies of the motion in cells.
@@ -76,7 +74,6 @@ _COARSE = 0.1
 # 4 (x - x^3) is no more than this, from -1 to 1: 8 / sqrt(27), rounded up.
 _ABOVE_CHORD = 1.5397
 
-
 # So often a motion from rest to rest is planned, with limits that leave what shaping takes. Nothing
 # waits for it; a few paths need more than five.
 ATTEMPTS = 8
@@ -86,20 +83,6 @@ ATTEMPTS = 8
 _POWER = 1.5
 _MORE = 1.002
 _LESS_CUT = 1.05
-
-
-class DrivenPart(NamedTuple):
-    """A plan, and when it is driven.
-
-    Attributes:
-        begin: when it takes over; past instants are negative [s].
-        plan: that is driven, until the next one takes over or to its end.
-        skipped: how much of it is past when it takes over [s].
-    """
-
-    begin: float
-    plan: Trajectory
-    skipped: float
 
 
 class Planned(NamedTuple):

@@ -24,15 +24,14 @@ import numpy as np
 from tri_glide_kinematics.checks import finite_vector, positive
 from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.errors import KinematicsError, Refusal
-from tri_glide_kinematics.motion.trajectory.added_bounds import (
-    AddedBound,
-    PathPlaces,
-    PathRows,
-    UsedParts,
+from tri_glide_kinematics.motion.errors import AddedBoundError
+from tri_glide_kinematics.motion.limits.limits import AddedBound, PathPlaces, PathRows, UsedParts
+from tri_glide_kinematics.motion.limits.series import (
+    Series,
+    heights_of,
+    largest_inverse,
     largest_value,
 )
-from tri_glide_kinematics.motion.trajectory.errors import AddedBoundError
-from tri_glide_kinematics.motion.trajectory.series import Series, heights_of, largest_inverse
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text, vector_text

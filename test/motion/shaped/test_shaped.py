@@ -19,18 +19,11 @@ from tri_glide_kinematics.motion import (
     plan_move,
     time_path,
 )
+from tri_glide_kinematics.motion.limits import AT_REST, Series, SliderState
+from tri_glide_kinematics.motion.shaped.path_driven import DrivenPart
+from tri_glide_kinematics.motion.shaped.shaped import ShapedTrajectory, largest_of
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.trajectory import (
-    AT_REST,
-    CubicPlan,
-    DrivenPart,
-    SequencePlan,
-    ShapedTrajectory,
-    SliderState,
-    Trajectory,
-)
-from tri_glide_kinematics.motion.trajectory.series import Series
-from tri_glide_kinematics.motion.trajectory.shaped import largest_of
+from tri_glide_kinematics.motion.trajectory import CubicPlan, SequencePlan, Trajectory
 
 SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 
