@@ -730,9 +730,20 @@ This page is made by `python -m tri_glide_kinematics.settings.tables > docs/para
 
 
 def document() -> str:
-    """Return the parameters of all nodes as a page in Markdown."""
-    tables = (f"## `{name}`\n\n{markdown_table(table)}" for name, table in NODES.items())
-    return "\n\n".join((INTRODUCTION, *tables))
+    """Return the parameters of all nodes as a page in Markdown. Each row stands once."""
+    parts = [INTRODUCTION]
+    told: dict[str, list[Parameter]] = {}
+    for name, table in NODES.items():
+        own = list(table)
+        parts.append(f"## `{name}`")
+        for node, rows in told.items():
+            if same := [f"`{each.name}`" for each in own if each in rows]:
+                parts.append(f"As for `{node}`: {', '.join(same)}.")
+                own = [each for each in own if each not in rows]
+        if own:
+            parts.append(markdown_table(own))
+        told[name] = own
+    return "\n\n".join(parts)
 
 
 if __name__ == "__main__":
