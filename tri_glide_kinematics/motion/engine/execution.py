@@ -928,7 +928,7 @@ class PlanExecution:
         self.prepare(partial(self._braked, stays), urgent=urgent)
 
     def _braked(self, stays: bool, held: HeldMotion, time: float) -> Interruptible[Replanned]:
-        return Replanned((yield from self.replanning.braked(held, time, stays=stays)))
+        return only_held(self.replanning.braked(held, time, stays=stays))
 
     def _take_step(self, dt: float) -> bool:
         """Track for ``dt`` [s] if such a step is certified; return whether it is."""
