@@ -248,19 +248,23 @@ def test_what_keeps_a_probe_from_its_plate(calibration, machine, client, tmp_pat
     assert re.search("it was stopped: .*stop was asked for", asked.result().message)
     assert calibration.lines == []
 
-    # A stop while a probe waits for the platform to rest.
+    # A stop while a probe waits for the platform to rest: it waits for 1 s at most, so on a busy
+    # computer the wait may end before the stop comes.
     for stop in (client.stop, lambda: calibration.call(Trigger, "stop")):
-        machine.move((*ABOVE[:2], PLATE + 0.009))
-        client.set_parameters("ik_node", {"speed_scale": 0.02})
-        machine.get_going((*ABOVE[:2], PLATE + 0.08), 0.01)
-        asked = calibration.ask(ProbePlate, "probe")
-        refused = calibration.ask(ProbePlate, "probe", speed=-1.0)
-        client.wait_for(refused.done, "the answer to the later request")
-        assert not asked.done()
-        if stop().message == "nothing is under way":
-            client.stop()
-        client.wait_for(asked.done, "the end of the probe")
-        assert not asked.result().success
+        for _ in range(5):
+            client.set_parameters("ik_node", {"speed_scale": 1.0})
+            machine.move((*ABOVE[:2], PLATE + 0.009))
+            client.set_parameters("ik_node", {"speed_scale": 0.02})
+            machine.get_going((*ABOVE[:2], PLATE + 0.08), 0.01)
+            asked = calibration.ask(ProbePlate, "probe")
+            refused = calibration.ask(ProbePlate, "probe", speed=-1.0)
+            client.wait_for(refused.done, "the answer to the later request")
+            if stop().message == "nothing is under way":
+                client.stop()
+            client.wait_for(asked.done, "the end of the probe")
+            assert not asked.result().success
+            if "moves: by" not in asked.result().message:
+                break
         assert asked.result().message in (WAS_STOPPED, "stop was asked for")
         client.set_parameters("ik_node", {"speed_scale": 1.0})
     machine.wait_for_state("idle")
