@@ -10,9 +10,7 @@ of all benchmarks has.
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple, TypeAlias
@@ -20,9 +18,10 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from benchmarks.bench_smoothness import LOWER, MACHINE, MOST_STEPS, UPPER, WORKSPACE, started
+from benchmarks.command_line import numbers
 from benchmarks.judge import LIMITS
 from benchmarks.random_paths import random_path
-from benchmarks.table import aligned
+from benchmarks.table import print_lines
 from testing.swing_behind import left_behind, settled_at
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
@@ -485,20 +484,10 @@ def run(count: int = COUNT) -> bool:
     )
     rows = [measured(kind, count) for kind in MotionKind]
     table = [head, *((row.kind, *(f"{x:.3f}" for x in row[1:])) for row in rows)]
-    print("\n" + aligned(table), flush=True)
-    lines = [line for kind in KINDS for line in figures(kind, count)]
-    print("\n" + aligned([HEAD, *lines]), flush=True)
-    stops = [row_of_stops(kind, count) for kind in STOPS]
-    print("\n" + aligned([HEAD_OF_STOPS, *stops]), flush=True)
-    return True
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure as many motions as the command line says."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=COUNT, help="motions of each kind")
-    return 0 if run(parser.parse_args(arguments).count) else 1
+    print_lines(table)
+    print_lines([HEAD, *(line for kind in KINDS for line in figures(kind, count))])
+    return print_lines([HEAD_OF_STOPS, *(row_of_stops(kind, count) for kind in STOPS)])
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run(numbers(__doc__, count=(COUNT, "motions of each kind")).count)

@@ -13,7 +13,6 @@ benchmarks has.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator
 from itertools import product
 from typing import NamedTuple
@@ -22,7 +21,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from benchmarks.bench_smoothness import LOWER, MACHINE, UPPER, WORKSPACE
-from benchmarks.table import aligned
+from benchmarks.command_line import numbers
+from benchmarks.table import print_lines
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.motion import (
     ForceLimits,
@@ -205,18 +205,11 @@ def run(count: int = COUNT, optima: int = OPTIMA) -> bool:
         known = gain.over_optimum[np.isfinite(gain.over_optimum)]
         optimal = f"{np.median(known):.3f} ({len(known)} motions)" if len(known) else "-"
         rows.append((gain.kind, f"{median:.3f} ({low:.3f} to {high:.3f})", optimal))
-    print(f"\n{aligned(rows)}", flush=True)
-    return True
-
-
-def main() -> None:
-    """Read the arguments and run."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.bench_forces", description=__doc__)
-    parser.add_argument("--count", type=int, default=COUNT, help="motions of each kind")
-    parser.add_argument("--optima", type=int, default=OPTIMA, help="motions with an optimum")
-    arguments = parser.parse_args()
-    run(arguments.count, arguments.optima)
+    return print_lines(rows)
 
 
 if __name__ == "__main__":
-    main()
+    found = numbers(
+        __doc__, count=(COUNT, "motions of each kind"), optima=(OPTIMA, "motions with an optimum")
+    )
+    run(found.count, found.optima)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.soak_nodes import context_in_own_domain, session
-from benchmarks.table import aligned
+from benchmarks.table import print_lines
 from testing.goals import GoalClient
 from testing.machine import Machine
 
@@ -67,8 +67,7 @@ def run() -> bool:
                 f"{1e3 * max(each.longest for each in begins):.1f} ms",
             )
         )
-    print("\n" + aligned(rows), flush=True)
-    return True
+    return print_lines(rows)
 
 
 def circle(count: int) -> list[tuple[float, float, float]]:

@@ -16,7 +16,7 @@ from benchmarks.moves_in_motion import (
     planned_over_optimum,
     random_turns,
 )
-from benchmarks.table import aligned
+from benchmarks.table import print_lines
 
 SEED = 1
 TURNS = 250
@@ -60,8 +60,7 @@ def _row(name: str, ratios: Sequence[float], *, has_goal: bool = True) -> tuple[
 
 def run() -> bool:
     """Measure and print the table; it is always complete."""
-    print("\n" + aligned([HEAD, *rows()]), flush=True)
-    return True
+    return print_lines([HEAD, *rows()])
 
 
 if __name__ == "__main__":

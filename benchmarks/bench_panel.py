@@ -25,7 +25,7 @@ from sensor_msgs.msg import JointState
 
 from benchmarks.long_programs import cut
 from benchmarks.processor_time import processor_time
-from benchmarks.table import aligned
+from benchmarks.table import print_lines
 from testing import page_reader
 from testing.browser import DESKTOP, Browser, Page, browser, find_browser
 from testing.client import Client
@@ -92,8 +92,7 @@ def run() -> bool:
                     rows.append(_late(what, [_late_part(panel)], without))
                 rows.append(_requests(panel, page))
             client.close()
-    print(f"\n{aligned([HEAD, *rows])}", flush=True)
-    return True
+    return print_lines([HEAD, *rows])
 
 
 def _start(running: Browser) -> tuple[str, str, str]:

@@ -6,21 +6,20 @@ all benchmarks has.
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.command_line import numbers
 from benchmarks.judge import LIMITS
 from benchmarks.references import square_optimum
-from benchmarks.table import aligned
+from benchmarks.table import Row, print_rows
 from testing.jerk_on_paths import chatter, circle, polyline, square
-from tri_glide_kinematics.interruptible import Interruptible
+from testing.pieces import timed
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase
 from tri_glide_kinematics.motion.errors import MotionError
 from tri_glide_kinematics.motion.limits import SliderLimits
@@ -58,22 +57,6 @@ WORKSPACE = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
 LOWER, UPPER = (-0.12, -0.12, 0.25), (0.12, 0.12, 0.35)  # m
 
 
-class Row(NamedTuple):
-    """What was measured, and what was to be reached.
-
-    Attributes:
-        what: in words.
-        ours: in words.
-        goal: in words; "-" of what is told to be compared with.
-        is_reached: whether that is so; None without a goal.
-    """
-
-    what: str
-    ours: str
-    goal: str
-    is_reached: bool | None
-
-
 class Drive(NamedTuple):
     """A whole path, driven in windows.
 
@@ -83,8 +66,8 @@ class Drive(NamedTuple):
         uses: largest parts of the limits of velocity, acceleration and jerk, by bounds.
         planning: processor time of all windows [s].
         longest: processor time of the longest piece of planning between two turns [s].
-        windows: how many.
         broken: how many windows could not be continued, so that the platform stopped.
+        windows: how many there are.
     """
 
     duration: float
@@ -92,16 +75,13 @@ class Drive(NamedTuple):
     uses: FloatArray
     planning: float
     longest: float
-    windows: int
     broken: int
+    windows: int
 
 
 def run(count: int = 12) -> bool:
     """Measure and print the table; it is always complete."""
-    words = {True: "yes", False: "NO", None: "-"}
-    lines = [(*row[:3], words[row.is_reached]) for row in rows(count)]
-    print("\n" + aligned([("paths", "ours", "to reach", "reached"), *lines]), flush=True)
-    return True
+    return print_rows("paths", rows(count))
 
 
 def rows(count: int) -> Iterable[Row]:
@@ -126,7 +106,8 @@ def drive(path: PlatformPath, limits: SliderLimits = LIMITS) -> Drive:
     while start.place < curve.driven.length:
         windows += 1
         try:
-            found, whole, piece = _timed(plan_window(curve, start, limits, held))
+            pieces: list[float] = []
+            found = at_once(timed(plan_window(curve, start, limits, held), pieces))
         except MotionError:
             if last is None or start.speed == 0.0:
                 raise
@@ -137,7 +118,7 @@ def drive(path: PlatformPath, limits: SliderLimits = LIMITS) -> Drive:
             now += float(last.scaling.times[-1]) - last.continue_at
             start, held = PathStart(last.ends_at, 0.0, 0.0), None
             continue
-        planning, longest = planning + whole, max(longest, piece)
+        planning, longest = planning + sum(pieces), max(longest, *pieces)
         uses = np.maximum(uses, derivative_bounds(curve, found.scaling).parts(limits).max(axis=1))
         last, scaling = found, found.scaling
         if math.isinf(found.continue_at):
@@ -154,21 +135,7 @@ def drive(path: PlatformPath, limits: SliderLimits = LIMITS) -> Drive:
     joined = [np.concatenate([part[i][:-1] for part in parts]) for i in range(4)]
     ends = (now, *(values[-1] for values in parts[-1][1:]))
     motion = TimeScaling(*(np.append(values, end) for values, end in zip(joined, ends)))
-    return Drive(now, motion, uses, planning, longest, windows, broken)
-
-
-def _timed(planning: Interruptible[PathScaling]) -> tuple[PathScaling, float, float]:
-    """Return what is planned, and the processor time of all and of the longest piece [s]."""
-    whole = longest = 0.0
-    while True:
-        begin = time.process_time()
-        try:
-            next(planning)
-        except StopIteration as end:
-            took = time.process_time() - begin
-            return end.value, whole + took, max(longest, took)
-        took = time.process_time() - begin
-        whole, longest = whole + took, max(longest, took)
+    return Drive(now, motion, uses, planning, longest, broken, windows)
 
 
 def _random_path(chance: np.random.Generator) -> PlatformPath:
@@ -191,16 +158,9 @@ def _random_rows(count: int) -> Iterable[Row]:
             curve = PathHeights(path.driven, DEFAULT_GEOMETRY)
             ratios.append(driven.duration / least_time(curve, driven.motion, LIMITS))
     if ratios:
-        for name, value, goal in (
-            ("median", float(np.median(ratios)), 1.05),
-            ("99 %", float(np.quantile(ratios, 0.99)), 1.25),
-        ):
-            yield Row(
-                f"time of {count} random paths over copp-py's TOPP3, {name}",
-                f"{value:.4f}",
-                f"{goal}",
-                value <= goal,
-            )
+        what = f"time of {count} random paths over copp-py's TOPP3"
+        yield Row.at_most(f"{what}, median", float(np.median(ratios)), 1.05, ".4f")
+        yield Row.at_most(f"{what}, 99 %", float(np.quantile(ratios, 0.99)), 1.25, ".4f")
     uses = np.max([driven.uses for _, driven in drives], axis=0)
     for name, use in zip(("velocity", "acceleration", "jerk"), uses.tolist()):
         yield Row(f"{name} by bounds, part of the limit", f"{use:.6f}", "1", use <= 1.0 + 1e-8)
@@ -214,9 +174,14 @@ def _random_rows(count: int) -> Iterable[Row]:
             f"1 + {more:g}",
             use <= 1.0 + more,
         )
-    broken = sum(driven.broken for _, driven in drives)
-    windows = sum(driven.windows for _, driven in drives)
-    yield Row("windows that could not be continued", f"{broken} of {windows}", "0", broken == 0)
+    yield _broken("", [driven for _, driven in drives])
+
+
+def _broken(what: str, drives: Sequence[Drive]) -> Row:
+    """Return the row of windows that could not be continued."""
+    broken, windows = (sum(counts) for counts in zip(*(drive[-2:] for drive in drives)))
+    what = f"{what}windows that could not be continued"
+    return Row(what, f"{broken} of {windows}", "0", broken == 0)
 
 
 def differences_of(path: PlatformPath, driven: Drive) -> FloatArray:
@@ -247,17 +212,12 @@ def square_time(tolerance: float) -> float:
 def _square_rows() -> Iterable[Row]:
     stopping = square_time(0.0)
     part = square_time(SQUARE_TOLERANCE) / stopping
-    yield Row(
-        "time of a square of 40 mm, tolerance 1 mm, over that with stops",
-        f"{part:.3f}",
-        "0.75",
-        part <= 0.75,
-    )
+    yield Row.at_most("time of a square of 40 mm, tolerance 1 mm, over that with stops", part, 0.75)
     machine, tolerance = TriGlide(DEFAULT_GEOMETRY), SQUARE_TOLERANCE
     for where, outside in (("inside", 0.0), ("on both sides of", tolerance)):
         least = square_optimum.least_time(machine, SQUARE, LIMITS, tolerance, outside, SQUARE_STEPS)
         what = f"the same, the least of any path {where} the square, by a linear program"
-        yield Row(what, f"{least / stopping:.3f}", "-", None)
+        yield Row(what, f"{least / stopping:.3f}")
 
 
 def _dense_rows() -> Iterable[Row]:
@@ -266,25 +226,10 @@ def _dense_rows() -> Iterable[Row]:
     course = (0.08 * np.cos(angles), 0.06 * np.sin(1.3 * angles), 0.3 + 0.02 * np.sin(0.7 * angles))
     path = PlatformPath.through(np.stack(course, axis=1), tolerance=2e-5)
     driven = drive(path)
-    each = driven.planning / 10_000
-    yield Row(
-        "planning per segment of 10,000 segments of 0.1 mm",
-        f"{1e3 * each:.3f} ms",
-        "1 ms",
-        each <= 1e-3,
-    )
-    yield Row(
-        "longest piece of planning",
-        f"{1e3 * driven.longest:.2f} ms",
-        "2 ms",
-        driven.longest <= 2e-3,
-    )
-    yield Row(
-        "windows that could not be continued",
-        f"{driven.broken} of {driven.windows}",
-        "0",
-        driven.broken == 0,
-    )
+    each = 1e3 * driven.planning / 10_000
+    yield Row.at_most("planning per segment of 10,000 segments of 0.1 mm", each, 1.0, unit=" ms")
+    yield Row.at_most("longest piece of planning", 1e3 * driven.longest, 2.0, ".2f", " ms")
+    yield _broken("", [driven])
 
 
 def _chatter_rows() -> Iterable[Row]:
@@ -298,7 +243,7 @@ def _chatter_rows() -> Iterable[Row]:
     for seed in (1, 2, 3, 4):
         shapes.append((partial(polyline, seed), 7))
     for name, speeds in (("0.03 to 0.4 m/s", SPEEDS), ("full speed", (None,))):
-        fast, turns, most, broken, windows = [], [], [], 0, 0
+        fast, turns, most, drives = [], [], [], []
         for speed in speeds:
             for shape, corners in shapes:
                 path = shape(speed)
@@ -308,7 +253,7 @@ def _chatter_rows() -> Iterable[Row]:
                 fast.append(found.fast)
                 turns.append(found.turns / driven.duration)
                 most.append(found.turns / max(20.0 * driven.duration, 6.0 * corners))
-                broken, windows = broken + driven.broken, windows + driven.windows
+                drives.append(driven)
         asked = name != "full speed"
         what = f"circles, squares and polylines, {name}: "
         median, largest = float(np.median(fast)), max(fast)
@@ -331,9 +276,7 @@ def _chatter_rows() -> Iterable[Row]:
             "0" if asked else "-",
             over == 0 if asked else None,
         )
-        yield Row(
-            f"{what}windows that could not be continued", f"{broken} of {windows}", "0", broken == 0
-        )
+        yield _broken(what, drives)
 
 
 def _jerk_rows() -> Iterable[Row]:
@@ -341,44 +284,25 @@ def _jerk_rows() -> Iterable[Row]:
     paths = [circle(radius) for radius in CIRCLES]
     paths += [square(0.04), polyline(1), polyline(2), circle(0.04, 0.1)]
     times = np.empty((len(JERKS), len(paths)))
-    worst, costs, broken, windows = 0.0, [], 0, 0
+    drives: list[Drive] = []
     for i, jerk in enumerate(JERKS):
         limits = SliderLimits.uniform(1.0, 10.0, jerk)
         for j, path in enumerate(paths):
             driven = drive(path, limits)
             times[i, j] = driven.duration
-            costs.append(driven.planning / driven.duration)
-            worst = max(worst, float(driven.uses.max()))
-            broken, windows = broken + driven.broken, windows + driven.windows
+            drives.append(driven)
     lower = np.minimum.accumulate(times, axis=0)[:-1]
     ratio = float((times[1:] / lower).max())
     until = f"jerk limits from {JERKS[0]:g} to {JERKS[-1]:g} m/s^3"
-    yield Row(
-        f"{until}: time over the best of all lower ones, most",
-        f"{ratio:.4f}",
-        "1.01",
-        ratio <= 1.01,
-    )
-    of_circle = times[:, CIRCLES.index(0.04)]
-    yield Row(
-        "the same, time of a circle of 40 mm radius at full speed",
-        ", ".join(f"{value:.3f}" for value in of_circle) + " s",
-        "-",
-        None,
-    )
+    yield Row.at_most(f"{until}: time over the best of all lower ones, most", ratio, 1.01, ".4f")
+    of_circle = ", ".join(f"{value:.3f}" for value in times[:, CIRCLES.index(0.04)])
+    yield Row("the same, time of a circle of 40 mm radius at full speed", f"{of_circle} s")
+    worst = max(float(driven.uses.max()) for driven in drives)
     yield Row(f"{until}: bounds, part of the limits", f"{worst:.6f}", "1", worst <= 1.0 + 1e-8)
-    yield Row(
-        f"{until}: planning per second of motion, median; most",
-        f"{np.median(costs):.2f} s; {max(costs):.2f} s",
-        "-",
-        None,
-    )
-    yield Row(
-        f"{until}: windows that could not be continued",
-        f"{broken} of {windows}",
-        "0",
-        broken == 0,
-    )
+    costs = [driven.planning / driven.duration for driven in drives]
+    told = f"{np.median(costs):.2f} s; {max(costs):.2f} s"
+    yield Row(f"{until}: planning per second of motion, median; most", told)
+    yield _broken(f"{until}: ", drives)
 
 
 def _coarse_rows() -> Iterable[Row]:
@@ -390,12 +314,8 @@ def _coarse_rows() -> Iterable[Row]:
         worst = max(worst, float(np.abs(coarse - fine[::step][: len(coarse)]).max()))
         compared += len(coarse)
     steps = ", ".join(f"{step}" for step in COARSE_STEPS)
-    yield Row(
-        f"circle in steps of {steps} ms: from those of 1 ms at {compared} times, most",
-        f"{worst:.1g} m",
-        "1e-12 m",
-        worst <= 1e-12,
-    )
+    what = f"circle in steps of {steps} ms: from those of 1 ms at {compared} times, most"
+    yield Row.at_most(what, worst, 1e-12, ".1g", " m")
 
 
 def _stepped(step: int) -> FloatArray:
@@ -416,6 +336,4 @@ def _stepped(step: int) -> FloatArray:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=12, help="number of random paths")
-    sys.exit(0 if run(parser.parse_args().count) else 1)
+    run(numbers(__doc__, count=(12, "random paths")).count)

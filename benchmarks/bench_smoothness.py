@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.judge import LIMITS
 from benchmarks.random_paths import random_path
-from benchmarks.table import aligned
+from benchmarks.table import print_lines
 from testing.jerk_on_paths import FAST, PERIOD, chatter_of, circle, polyline, square
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
@@ -100,8 +100,7 @@ def run() -> bool:
         )
         for row in rows()
     ]
-    print("\n" + aligned([HEAD, *lines]), flush=True)
-    return True
+    return print_lines([HEAD, *lines])
 
 
 def rows(engine: Started = started) -> Iterator[Smoothness]:

@@ -27,7 +27,7 @@ from benchmarks.judge import (
     Scenario,
 )
 from benchmarks.random_paths import random_path
-from benchmarks.table import aligned
+from benchmarks.table import print_lines
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
     MotionEngine,
@@ -374,8 +374,7 @@ HEAD = (
 
 def run() -> bool:
     """Measure and print the table; it is always complete."""
-    print("\n" + aligned([HEAD, *rows()]), flush=True)
-    return True
+    return print_lines([HEAD, *rows()])
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from sensor_msgs.msg import JointState
 
 from benchmarks.harness import Missing, NoAnswerError
 from benchmarks.ros_session import Session, session
-from benchmarks.table import aligned
+from benchmarks.table import print_lines
 from testing.client import Probe
 from testing.taking import taken
 
@@ -37,6 +37,7 @@ SPEED = 0.1  # m/s
 HEIGHT = 0.25  # m
 RADIUS = 0.03  # m
 
+HEAD = ("commanded", "cycles a second", "idle", "late", "idle", "longest gap", "reached")
 # What is to be reached: part of the commands of the idle node, and late cycles more than it has.
 GOALS = {500.0: (0.995, 0.005), 1000.0: (0.99, 0.01)}
 
@@ -172,7 +173,7 @@ KINDS = (
 def run() -> bool:
     """Measure and print the table; return whether it is complete."""
     rows = list(streams())
-    print(f"\n{as_markdown(rows)}", flush=True)
+    print_lines([HEAD, *map(_cells, rows)])
     return not any(isinstance(row, Missing) for row in rows)
 
 
@@ -227,12 +228,6 @@ def _with(stream: Stream, stamps: list[float]) -> Stream:
         [*stream.late, float(np.mean(intervals > LATE / stream.rate))],
         max(stream.longest, float(intervals.max())),
     )
-
-
-def as_markdown(rows: list[tuple[Stream, Stream] | Missing]) -> str:
-    """Return the table."""
-    head = ("commanded", "cycles a second", "idle", "late", "idle", "longest gap", "reached")
-    return aligned([head, *map(_cells, rows)])
 
 
 def _cells(row: tuple[Stream, Stream] | Missing) -> tuple[str, ...]:

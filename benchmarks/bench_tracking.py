@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks.judge import LIMITS
-from benchmarks.table import aligned
+from benchmarks.table import Row, print_rows
 from tri_glide_kinematics.motion import MotionEngine, SliderState
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
@@ -31,27 +30,9 @@ TURNS = (0.25, 0.5, 1.0, 2.0)  # per second
 SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 
 
-class Row(NamedTuple):
-    """What was measured, and what was to be reached.
-
-    Attributes:
-        what: in words.
-        ours: in words.
-        reference: in words.
-        is_reached: whether that is the goal.
-    """
-
-    what: str
-    ours: str
-    reference: str
-    is_reached: bool
-
-
 def run() -> bool:
     """Measure and print the table; it is always complete."""
-    lines = [(*row[:3], "yes" if row.is_reached else "NO") for row in rows()]
-    print("\n" + aligned([("tracking", "ours", "reference", "reached"), *lines]), flush=True)
-    return True
+    return print_rows("tracking", rows(), "reference")
 
 
 def rows() -> Iterable[Row]:

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections.abc import Iterator
@@ -13,10 +12,10 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.stats import chi2
 
-from benchmarks.bench_paths import Row
 from benchmarks.calibration_points import proposals, random_places
+from benchmarks.command_line import numbers
 from benchmarks.machine import description
-from benchmarks.table import aligned
+from benchmarks.table import Row, print_rows
 from benchmarks.touch_places import least_median
 from testing.wrong_machines import (
     DISTANCE,
@@ -48,17 +47,9 @@ FREE = ("shifting along x", "shifting along y", "turning about z")
 
 def main() -> int:
     """Measure and print the table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.calibration", description=__doc__)
-    parser.add_argument("--count", type=int, default=1000, help="machines")
-    parser.add_argument("--seed", type=int, default=1, help="of machines and noise")
-    options = parser.parse_args()
+    options = numbers(__doc__, count=(1000, "machines"), seed=(1, "of machines and noise"))
     print(description(), flush=True)
-    found = []
-    for row in rows(options.count, options.seed):
-        found.append(row)
-        print(f"{row.what}: {row.ours}", file=sys.stderr, flush=True)
-    lines = [(*row[:3], "yes" if row.is_reached else "NO") for row in found]
-    print("\n" + aligned([("calibration", "ours", "to reach", "reached"), *lines]), flush=True)
+    print_rows("calibration", rows(options.count, options.seed))
     return 0
 
 
@@ -98,12 +89,8 @@ def with_priors(count: int, rng: np.random.Generator, least: float) -> Iterator[
             used += not result.warnings
             refused += result.is_contradicted
         part = inside / count
-        yield Row(
-            f"touches {name}: truth inside the 95 % ellipsoid, of {count} machines",
-            f"{100.0 * part:.1f} %",
-            "93 to 97 %",
-            0.93 <= part <= 0.97,
-        )
+        what = f"touches {name}: truth inside the 95 % ellipsoid, of {count} machines"
+        yield Row.in_percent(what, part, "93 to 97 %", 0.93 <= part <= 0.97)
         spread = np.sqrt(np.square(ratios).mean(axis=(0, 1)))
         yield Row(
             "the same: spread of the error of x, y, z by the predicted one",
@@ -111,24 +98,22 @@ def with_priors(count: int, rng: np.random.Generator, least: float) -> Iterator[
             "0.95 to 1.05",
             bool((np.abs(spread - 1.0) <= 0.05).all()),
         )
-        across, along = 1e6 * np.median(np.max(sizes, axis=1), axis=0)
-        yield Row(
-            "the same: worst place of each machine, median of all: across, z",
-            f"{across:.1f} and {along:.1f} µm",
-            f"60 and 10 µm; z at best {1e6 * least:.1f}",
-            bool(across < 60.0 and along < 10.0),
-        )
-        across, along = 1e6 * np.median(sizes, axis=0).max(axis=0)
-        yield Row(
-            "the same: median of all at each place, worst of these: across, z",
-            f"{across:.1f} and {along:.1f} µm",
-            "60 and 10 µm",
-            bool(across < 60.0 and along < 10.0),
-        )
-        yield Row("the same: without a warning", f"{100.0 * used / count:.1f} %", "-", True)
-        yield Row(
+        at_best = f"; z at best {1e6 * least:.1f}"
+        worst, usual = np.median(np.max(sizes, axis=1), axis=0), np.median(sizes, axis=0)
+        for what, (across, along), more in (
+            ("worst place of each machine, median of all", 1e6 * worst, at_best),
+            ("median of all at each place, worst of these", 1e6 * usual.max(axis=0), ""),
+        ):
+            yield Row(
+                f"the same: {what}: across, z",
+                f"{across:.1f} and {along:.1f} µm",
+                f"60 and 10 µm{more}",
+                bool(across < 60.0 and along < 10.0),
+            )
+        yield Row.in_percent("the same: without a warning", used / count, "-", True)
+        yield Row.in_percent(
             "the same: taken for too far from the priors",
-            f"{100.0 * refused / count:.1f} %",
+            refused / count,
             "about 0.1 %",
             refused <= 0.005 * count + 1,
         )
@@ -150,31 +135,19 @@ def without_priors(count: int, rng: np.random.Generator) -> Iterator[Row]:
             better += after <= before
             sizes.append((before, after))
         before, after = 1e6 * np.median(sizes, axis=0)
-        yield Row(
-            f"touches of {name} plate alone, no priors: free directions and scale named",
-            f"{100.0 * named / count:.1f} %",
-            "100 %",
-            named == count,
-        )
-        yield Row(
-            f"the same: error not larger than before (median {before:.0f} to {after:.0f} µm)",
-            f"{100.0 * better / count:.1f} %",
-            "99 %",
-            better >= 0.99 * count,
-        )
+        what = f"touches of {name} plate alone, no priors: free directions and scale named"
+        yield Row.in_percent(what, named / count, "100 %", named == count)
+        what = f"the same: error not larger than before (median {before:.0f} to {after:.0f} µm)"
+        yield Row.in_percent(what, better / count, "99 %", better >= 0.99 * count)
 
 
 def again_and_again(count: int, rng: np.random.Generator) -> Iterator[Row]:
     """Twenty calibrations, each of the machine as the one before left it, with new data."""
     for name, priors in (("priors about the drawing", WRONG_BY), ("no priors", None)):
         largest = [_wandering(priors, rng) for _ in range(count)]
-        yield Row(
-            f"20 calibrations with new data, {name}: farthest way of a parameter, of {count}",
-            f"{max(largest):.2f} standard deviations",
-            "2",
-            # Results of independent data differ; what drifts goes on and on.
-            max(largest) <= 2.0,
-        )
+        what = f"20 calibrations with new data, {name}: farthest way of a parameter, of {count}"
+        # Results of independent data differ; what drifts goes on and on.
+        yield Row.at_most(what, max(largest), 2.0, ".2f", " standard deviations")
 
 
 def _wandering(priors: Priors | None, rng: np.random.Generator) -> float:
@@ -226,25 +199,14 @@ def with_an_outlier(count: int, rng: np.random.Generator) -> Iterator[Row]:
         farthest = max(farthest, float(np.abs(ways).max()))
     for kind_name, (named, of) in counts.items():
         if of:
-            yield Row(
-                f"one {kind_name} of 14 measurements wrong by 2 mm: named, of {of}",
-                f"{100.0 * named / of:.1f} %",
-                "100 %",
-                named == of,
-            )
+            what = f"one {kind_name} of 14 measurements wrong by 2 mm: named, of {of}"
+            yield Row.in_percent(what, named / of, "100 %", named == of)
     yield Row(f"the same: good measurements named, of {13 * count}", f"{others}", "-", True)
-    yield Row(
-        "the same: farthest from the result without it",
-        f"{farthest:.2f} standard deviations",
-        "2",
-        farthest <= 2.0,
-    )
-    yield Row(
-        f"nothing wrong: a good measurement named, of {count} calibrations",
-        f"{100.0 * false_alarms / count:.1f} %",
-        "about 1 %",
-        false_alarms <= 0.03 * count + 1,
-    )
+    what = "the same: farthest from the result without it"
+    yield Row.at_most(what, farthest, 2.0, ".2f", " standard deviations")
+    what = f"nothing wrong: a good measurement named, of {count} calibrations"
+    is_rare = false_alarms <= 0.03 * count + 1
+    yield Row.in_percent(what, false_alarms / count, "about 1 %", is_rare)
 
 
 def _lifted(machine: WrongMachine, touch: Touch, error: float) -> Touch:

@@ -5,15 +5,15 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.command_line import numbers
 from benchmarks.machine import description
-from benchmarks.table import aligned
+from benchmarks.table import print_lines
 from testing.wrong_machines import NOMINAL, RADIUS, WRONG_BY, WrongMachine, ring
 from tri_glide_kinematics.calibration.fit import (
     Calibration,
@@ -182,21 +182,17 @@ def coverage(case: Case, count: int, seed: int = 1) -> Coverage:
 
 def main() -> int:
     """Measure and print the table."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.calibration_coverage", description=__doc__
-    )
-    parser.add_argument("--count", type=int, default=200, help="machines of each case")
-    parser.add_argument("--seed", type=int, default=1, help="of machines and noise")
-    options = parser.parse_args()
+    count = 200, "machines of each case"
+    options = numbers(__doc__, count=count, seed=(1, "of machines and noise"))
     print(description(), flush=True)
     rows = [("case", "inside", "error", "told (1 sd)", "a good one dropped", "warned", "not valid")]
     for case in CASES:
         found = coverage(case, options.count, options.seed)
-        numbers = (f"{1e6 * found.error:.1f} µm", f"{1e6 * found.told:.1f} µm")
+        errors = (f"{1e6 * found.error:.1f} µm", f"{1e6 * found.told:.1f} µm")
         counts = (str(found.dropped), str(found.warned), str(found.refused))
-        rows.append((case.name, f"{100.0 * found.inside:.1f} %", *numbers, *counts))
+        rows.append((case.name, f"{100.0 * found.inside:.1f} %", *errors, *counts))
         print("  ".join(rows[-1]), file=sys.stderr, flush=True)
-    print("\n" + aligned(rows), flush=True)
+    print_lines(rows)
     return 0
 
 

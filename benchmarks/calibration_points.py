@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from benchmarks.bench_paths import Row
+from benchmarks.table import Row
 from testing.wrong_machines import DISTANCE, NOMINAL, RADIUS, TOUCH, WRONG_BY, WrongMachine
 from tri_glide_kinematics.calibration.fit import Touch, calibrate
 from tri_glide_kinematics.vectors import FloatArray

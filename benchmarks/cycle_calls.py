@@ -14,7 +14,7 @@ from pathlib import Path
 from types import CodeType, FrameType
 
 import tri_glide_kinematics
-from benchmarks.table import aligned
+from benchmarks.table import print_lines
 from tri_glide_kinematics.control import (
     IDLE,
     MOVING,
@@ -114,7 +114,7 @@ def run() -> bool:
         module = Path(code.co_filename).relative_to(PACKAGE).with_suffix("")
         name = f"{'.'.join(module.parts)}: {code.co_qualname}"
         rows.append((name, *(f"{calls[code] / CYCLES:g}" for calls in counts.values())))
-    print("\n" + aligned(rows), flush=True)
+    print_lines(rows)
     return True
 
 

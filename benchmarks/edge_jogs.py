@@ -1,14 +1,8 @@
-"""Jogs into the edge of the workspace: straight, inside, and to the edge.
-
-Run it as ``python -m benchmarks.edge_jogs --jogs 10000``; it exits with 1 if one is not.
-"""
+"""Jogs into the edge of the workspace: straight, inside, and to the edge."""
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,20 +97,3 @@ def measure(count: int, seed: int) -> Jogs:
 def is_met(found: Jogs) -> bool:
     """Return whether all jogs were as they have to be."""
     return found.angle < LARGEST_ANGLE and found.overrun <= ROUNDING and found.at_edge == found.done
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, and print what was found."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--jogs", type=int, default=10_000)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args(arguments)
-    found = measure(options.jogs, options.seed)
-    print(f"{found.done} of {options.jogs} jogs had room, {found.at_edge} ended at the edge")
-    print(f"largest angle between way and twist {math.degrees(found.angle):.3g} deg")
-    print(f"farthest beyond travel or reach {found.overrun:.3g} m")
-    return 0 if is_met(found) else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())

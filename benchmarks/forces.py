@@ -6,18 +6,17 @@ with MuJoCo is in ``benchmarks/mujoco_forces.py``.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from benchmarks.bench_paths import Row
 from benchmarks.bench_tri_glide import positions
+from benchmarks.command_line import numbers
 from benchmarks.harness import pinned_to_one_core
 from benchmarks.machine import description
-from benchmarks.table import aligned
+from benchmarks.table import Row, print_rows
 from tri_glide_kinematics.calibration import exciting_moves
 from tri_glide_kinematics.dynamics import UNIFORM_ARMS, Masses, SliderForces, identify
 from tri_glide_kinematics.motion import SliderLimits
@@ -35,7 +34,7 @@ MASSES = {
 }
 DURATION, STEP = 60.0, 0.002
 NOISE = 0.02  # of the largest effort
-ERROR = 0.02
+ERROR = 2.0  # percent
 INTERVAL = 1.96  # of 95 %, in standard deviations
 
 CALLS, REPEATS = 20_000, 15
@@ -44,17 +43,9 @@ POSES = 1_000_000
 
 def main() -> int:
     """Measure and print the table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.forces", description=__doc__)
-    parser.add_argument("--count", type=int, default=200, help="recordings of each kind")
-    options = parser.parse_args()
+    count = numbers(__doc__, count=(200, "recordings of each kind")).count
     print(description(), flush=True)
-    found = []
-    for row in rows(options.count):
-        found.append(row)
-        print(f"{row.what}: {row.ours}", file=sys.stderr, flush=True)
-    marks = {True: "yes", False: "NO", None: "-"}
-    lines = [(*row[:3], marks[row.is_reached]) for row in found]
-    print("\n" + aligned([("forces", "ours", "to reach", "reached"), *lines]), flush=True)
+    print_rows("forces", rows(count))
     return 0
 
 
@@ -80,14 +71,14 @@ def _times() -> Iterator[Row]:
             call(*values)
 
     one = 1e6 * _least(many, forces.forces, pose, rates, second) / CALLS
-    yield Row("forces, one call", f"{one:.2f} us", "5 us", one <= 5.0)
+    yield Row.at_most("forces, one call", one, 5.0, ".2f", " us")
     driving = forces.forces(pose, rates, second)
     back = 1e6 * _least(many, forces.accelerations, pose, rates, driving) / CALLS
-    yield Row("accelerations for forces, one call", f"{back:.2f} us", "-", None)
+    yield Row("accelerations for forces, one call", f"{back:.2f} us")
     step = 1e6 * _least(many, forces.step, pose, rates, driving, 0.001) / CALLS
-    yield Row("one step of a simulation", f"{step:.2f} us", "-", None)
+    yield Row("one step of a simulation", f"{step:.2f} us")
     batch = 1e9 * _least(forces.forces_batch, *motion) / POSES
-    yield Row("forces_batch, 1,000,000 poses, per pose", f"{batch:.0f} ns", "80 ns", batch <= 80.0)
+    yield Row.at_most("forces_batch, 1,000,000 poses, per pose", batch, 80.0, ".0f", " ns")
 
 
 def _least(call: Callable[..., object], *values: object) -> float:
@@ -122,17 +113,13 @@ def _identified(
     spread = {name: float(np.sqrt(np.mean(np.square(each)))) for name, each in errors.items()}
     arms = max(size for name, size in spread.items() if name.startswith("arm"))
     others = max(size for name, size in spread.items() if not name.startswith("arm"))
-    yield Row(
-        f"{name}: error of carriages, platform, friction (root mean square, largest)",
-        f"{100.0 * others:.2f} %",
-        "2 %",
-        others <= ERROR,
-    )
-    yield Row(f"{name}: error of arms", f"{100.0 * arms:.2f} %", "2 %", arms <= ERROR)
+    what = f"{name}: error of carriages, platform, friction (root mean square, largest)"
+    yield Row.at_most(what, 100.0 * others, ERROR, ".2f", " %")
+    yield Row.at_most(f"{name}: error of arms", 100.0 * arms, ERROR, ".2f", " %")
     part = float(np.mean(inside))
-    yield Row(
+    yield Row.in_percent(
         f"{name}: values inside their 95 % interval",
-        f"{100.0 * part:.1f} %",
+        part,
         "95 %, but for the chance of so many",
         abs(part - 0.95) <= 3.0 * np.sqrt(0.95 * 0.05 / len(inside)),
     )

@@ -7,7 +7,7 @@ import sys
 from benchmarks import growth_batches, growth_nodes, growth_plots
 from benchmarks.harness import Missing
 from benchmarks.machine import ROOT
-from benchmarks.table import aligned, in_seconds
+from benchmarks.table import in_seconds, print_lines
 
 FOLDER = ROOT / "docs" / "images"
 
@@ -23,7 +23,7 @@ def run() -> bool:
         batches.append(growth)
         for size, taken, peak in zip(growth.sizes, growth.times, growth.peaks):
             lines.append((growth.name, f"{size:,}", in_seconds(taken), f"{peak:.1f} MB"))
-    print(f"\n{aligned(lines)}", flush=True)
+    print_lines(lines)
     growth_plots.save_batches(FOLDER / "performance_batches.png", batches)
 
     services = []
@@ -36,7 +36,7 @@ def run() -> bool:
         services.append(service)
         for steps, taken in zip(service.steps, service.times):
             lines.append((service.name, f"{steps:,}" if steps else "-", in_seconds(taken)))
-    print(f"\n{aligned(lines)}", flush=True)
+    print_lines(lines)
     if services:
         growth_plots.save_services(FOLDER / "performance_services.png", services)
 
@@ -70,7 +70,7 @@ def _machines(
                 " ".join(f"{part:.1f} %" for part in late),
             )
         )
-    print(f"\n{aligned(lines)}", flush=True)
+    print_lines(lines)
     return found
 
 

@@ -13,7 +13,6 @@ the measurement is not met.
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -22,6 +21,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from benchmarks.command_line import numbers
 from benchmarks.judge import LIMITS, WIDE
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse, are_within
@@ -189,10 +189,7 @@ def measure(count: int, seed: int) -> Measurement:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, and print what was found."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--moves", type=int, default=10_000)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args(arguments)
+    options = numbers(__doc__, arguments, moves=(10_000, "at random"), seed=(1, "of these"))
     found = measure(options.moves, options.seed)
     quantiles = np.quantile(found.ratios, (0.0, 0.5, 0.9, 0.99, 1.0))
     print("duration over its lower bound: least, median, 90 %, 99 %, largest:", quantiles.round(4))

@@ -11,12 +11,12 @@ import gc
 import resource
 import struct
 import sys
-import time
 from typing import TypeVar
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import Interruptible
+from testing.pieces import timed
+from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.path import polyline_from
 from tri_glide_kinematics.ros.inputs import path_points
 
@@ -45,23 +45,15 @@ def message(count: int) -> bytes:
     return head + first + poses.tobytes()[16:]
 
 
-def timed(what: str, computation: Interruptible[Result]) -> Result:
+def told(what: str, computation: Interruptible[Result]) -> Result:
     """Return the result, and print the processor time of the longest pieces."""
-    pieces = []
-    while True:
-        begin = time.thread_time()
-        try:
-            next(computation)
-        except StopIteration as end:
-            result: Result = end.value
-            break
-        finally:
-            pieces.append(1000.0 * (time.thread_time() - begin))
-    longest = ", ".join(f"{piece:.2f}" for piece in sorted(pieces)[-3:])
+    pieces: list[float] = []
+    result = at_once(timed(computation, pieces))
+    longest = ", ".join(f"{1000.0 * piece:.2f}" for piece in sorted(pieces)[-3:])
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000.0
     print(
-        f"{what:<20} {len(pieces):>7} pieces, {sum(pieces):8.1f} ms, longest {longest} ms, "
-        f"{memory:.0f} MB"
+        f"{what:<20} {len(pieces):>7} pieces, {1000.0 * sum(pieces):8.1f} ms, "
+        f"longest {longest} ms, {memory:.0f} MB"
     )
     return result
 
@@ -71,11 +63,11 @@ def main() -> None:
     for count in map(int, sys.argv[1:]):
         reading = path_points(message(count), "")
         gc.collect()
-        points = timed(f"read {count}", reading)
+        points = told(f"read {count}", reading)
         del reading
-        path = timed("put together", polyline_from(START, points, TOLERANCE))
+        path = told("put together", polyline_from(START, points, TOLERANCE))
         del points
-        timed("rounded", path.driven_in_pieces())
+        told("rounded", path.driven_in_pieces())
 
 
 if __name__ == "__main__":

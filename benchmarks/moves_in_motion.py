@@ -10,16 +10,12 @@ compared with
 - ruckig's way between the two states, on which the platform follows no line, and which may leave
   the workspace.
 
-Run it as ``python -m benchmarks.moves_in_motion --moves 200``; it exits with 1 if a requirement of
-the measurement is not met.
+The table of ``bench_moves`` tells of them.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
-import time
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -251,38 +247,3 @@ def best_of_random_ways(turn: Turn, count: int, rng: np.random.Generator) -> flo
         except (KinematicsError, ValueError):
             continue
     return best
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, and print what was found."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--moves", type=int, default=200)
-    parser.add_argument("--ways", type=int, default=1_000, help="random ways for each")
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args(arguments)
-    rng = np.random.default_rng(options.seed)
-    turns = list(random_turns(options.moves, options.seed))
-    begin = time.process_time()
-    durations = np.array([planned(turn) for turn in turns])
-    cost = (time.process_time() - begin) / len(turns)
-    along = np.array([turn.along for turn in turns])
-    shares = durations / np.array([bent(turn) for turn in turns])
-    quantiles = (0.5, 0.9, 0.99, 1.0)
-    print(f"{1e3 * cost:.2f} ms of processor time for a plan in mid-motion")
-    print(
-        "of ruckig's bent way: median, 90 %, 99 %, most:", np.quantile(shares, quantiles).round(3)
-    )
-    print(f"more than 1.3 of it: {(shares > 1.3).mean():.1%}")
-    if not options.ways:
-        return 0
-    best = np.array([best_of_random_ways(turn, options.ways, rng) for turn in turns])
-    ratios = durations / best
-    for name, chosen in (("along the line", along), ("elsewhere", ~along)):
-        found = np.quantile(ratios[chosen], quantiles).round(3)
-        print(f"of the best of {options.ways} random ways, {name}: median, ...:", found)
-    median, most = np.quantile(ratios, (0.5, 0.99))
-    return 0 if median <= LARGEST_MEDIAN and most <= LARGEST_MOST else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 import time
@@ -14,9 +13,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from benchmarks.bench_paths import Row
+from benchmarks.command_line import numbers
 from benchmarks.machine import description
-from benchmarks.table import aligned
+from benchmarks.table import Row, print_rows
 from testing.swings import NOISE_OF_ACCELEROMETER, RATE, Measuring, two_modes
 from tri_glide_kinematics.calibration.ringdown import Oscillation, Quantity, RingDown, find_modes
 from tri_glide_kinematics.motion.shaping import Mode
@@ -90,17 +89,11 @@ def tally(measuring: Measuring, ratios: tuple[float, float], count: int, seed: i
 
 def main() -> int:
     """Measure and print the table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.ringdown", description=__doc__)
-    parser.add_argument("--count", type=int, default=200, help="recordings of each kind")
-    parser.add_argument("--seed", type=int, default=1, help="of modes and noise")
-    options = parser.parse_args()
+    options = numbers(
+        __doc__, count=(200, "recordings of each kind"), seed=(1, "of modes and noise")
+    )
     print(description(), flush=True)
-    found = []
-    for row in rows(options.count, options.seed):
-        found.append(row)
-        print(f"{row.what}: {row.ours}", file=sys.stderr, flush=True)
-    lines = [(*row[:3], "yes" if row.is_reached else "NO") for row in found]
-    print("\n" + aligned([("ring-down", "ours", "to reach", "reached"), *lines]), flush=True)
+    print_rows("ring-down", rows(options.count, options.seed))
     return 0
 
 
@@ -123,12 +116,8 @@ def _rows_of(what: str, result: Tally, count: int) -> Iterator[Row]:
         f"95 %; Cramér-Rao: {100.0 * result.possible / count:.1f} %",
         exact >= 0.95,
     )
-    yield Row(
-        "the same: numbers inside their 95 % interval",
-        f"{100.0 * result.coverage:.1f} %",
-        "90 to 100 %",
-        result.coverage >= 0.9,
-    )
+    what = "the same: numbers inside their 95 % interval"
+    yield Row.in_percent(what, result.coverage, "90 to 100 %", result.coverage >= 0.9)
     if result.one:
         yield Row(
             "the same: one mode told of two, true or within its resolution",
@@ -136,12 +125,8 @@ def _rows_of(what: str, result: Tally, count: int) -> Iterator[Row]:
             "all but 1 %",
             result.one - result.covered <= 0.01 * count,
         )
-    yield Row(
-        f"the same: processor time for {RATE * POSITIONS.duration:.0f} samples, median",
-        f"{1e3 * np.median(result.times):.0f} ms",
-        "-",
-        True,
-    )
+    what = f"the same: processor time for {RATE * POSITIONS.duration:.0f} samples, median"
+    yield Row(what, f"{1e3 * np.median(result.times):.0f} ms")
 
 
 def _ascending(modes: Sequence[Mode] | Sequence[Oscillation]) -> list[Mode | Oscillation]:

@@ -7,13 +7,13 @@ better than what can be proved.
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
 
 import numpy as np
 from scipy.optimize import differential_evolution
 
+from benchmarks.command_line import numbers
 from tri_glide_kinematics.sizing import (
     Box,
     Demand,
@@ -104,9 +104,7 @@ def globally_least(wish: Wish, objective: Objective, seed: int) -> float:
 
 def main() -> None:
     """Compare them and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=30, help="possible wishes (default: 30)")
-    options = parser.parse_args()
+    options = numbers(__doc__, count=(30, "possible wishes"))
     rng = np.random.default_rng(20)
     possible, impossible, seed = 0, 0, 0
     above: list[float] = []

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from benchmarks.command_line import numbers
 from benchmarks.judge import SCENARIOS, Findings, Scenario
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
@@ -113,17 +113,13 @@ def soak_all(
         arguments: of the command line.
         scenarios: which share the steps.
     """
-    parser = argparse.ArgumentParser(description=what)
-    parser.add_argument(
-        "--steps", type=int, default=default_steps, help="setpoints to check in all"
-    )
-    parser.add_argument("--seed", type=int, default=1, help="of the random commands")
-    options = parser.parse_args(arguments)
+    steps = default_steps, "setpoints to check in all"
+    options = numbers(what, arguments, steps=steps, seed=(1, "of the random commands"))
     findings = Findings()
     began = time.monotonic()
     for number, scenario in enumerate(scenarios):
-        steps = options.steps // len(scenarios) + (number < options.steps % len(scenarios))
-        soak(scenario, steps, options.seed * 1000 + number, findings)
+        part = options.steps // len(scenarios) + (number < options.steps % len(scenarios))
+        soak(scenario, part, options.seed * 1000 + number, findings)
         print(
             f"{findings.steps:>9} steps, {sum(findings.commands.values())} commands, "
             f"{findings.plans} plans, {time.monotonic() - began:.0f} s",

@@ -10,13 +10,13 @@ Run it as ``python -m benchmarks.soak_bounds --steps 500000``; it exits with 1 a
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.command_line import numbers
 from benchmarks.judge import SCENARIOS, Findings, Scenario
 from benchmarks.soak_motion import Adversary
 from tri_glide_kinematics.dynamics import Masses, SliderForces
@@ -136,14 +136,12 @@ def main() -> int:
     Returns:
         Exit code: 1 after a violation.
     """
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.soak_bounds", description=__doc__)
-    parser.add_argument("--steps", type=int, default=500_000, help="of all scenarios together")
-    parser.add_argument("--seed", type=int, default=1)
-    arguments = parser.parse_args()
+    steps = 500_000, "of all scenarios together"
+    arguments = numbers(__doc__, steps=steps, seed=(1, "of the random commands"))
     total = Use()
     for number, scenario in enumerate(SCENARIOS):
-        steps = arguments.steps // len(SCENARIOS)
-        use, phases = soaked(scenario, arguments.seed + number, steps)
+        each = arguments.steps // len(SCENARIOS)
+        use, phases = soaked(scenario, arguments.seed + number, each)
         pieces = "in pieces" if scenario.in_pieces else "at once"
         print(f"{scenario.kind.value}, {pieces}: {use}, {dict(phases)}", flush=True)
         total = total.joined(use)

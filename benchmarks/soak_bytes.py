@@ -6,7 +6,6 @@ grown or answers no more, or if the machine moved, or does not move afterwards w
 
 from __future__ import annotations
 
-import argparse
 import sys
 from importlib.util import find_spec
 from tempfile import TemporaryDirectory
@@ -14,7 +13,8 @@ from typing import Any
 
 from rcl_interfaces.srv import ListParameters
 
-from benchmarks.soak_nodes import context_in_own_domain, resident, say, session
+from benchmarks.command_line import numbers
+from benchmarks.soak_nodes import context_in_own_domain, resident, say, session, verdict
 from testing.byte_fuzzing import Fuzzer
 from testing.machine import Machine
 from testing.scenarios import assert_normal_target_is_reached
@@ -26,9 +26,7 @@ MOST_GROWTH = 30.0  # MB
 
 def main() -> int:
     """Run the soak from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=1_000_000)
-    count = parser.parse_args().count
+    count = numbers(__doc__, count=(1_000_000, "inputs")).count
     passed = True
     with (
         TemporaryDirectory() as folder,
@@ -81,8 +79,7 @@ def main() -> int:
             for name in names:
                 one.call(ListParameters, f"{name}/list_parameters", ListParameters.Request())
         assert_normal_target_is_reached(machine)
-    say("passed" if passed else "FAILED")
-    return 0 if passed else 1
+    return verdict(passed)
 
 
 if __name__ == "__main__":

@@ -7,13 +7,13 @@ many starts of ``simulator_node`` and ``ik_node`` with their defaults ends in a 
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 
 from rclpy.context import Context
 
-from benchmarks.soak_nodes import context_in_own_domain, say, session
+from benchmarks.command_line import numbers
+from benchmarks.soak_nodes import context_in_own_domain, say, session, verdict
 from testing.client import Client
 from testing.ends import Delays, delays_alone, delays_beside_ends, run_in_real_time
 from testing.machine import Machine
@@ -81,18 +81,18 @@ def starts(context: Context, count: int) -> bool:
 
 def main() -> int:
     """Run the soak from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--exits", type=int, default=200, help="clients that exit at once")
-    parser.add_argument("--kills", type=int, default=200, help="clients that are killed")
-    parser.add_argument("--starts", type=int, default=100, help="of simulator_node and ik_node")
-    arguments = parser.parse_args()
+    arguments = numbers(
+        __doc__,
+        exits=(200, "clients that exit at once"),
+        kills=(200, "clients that are killed"),
+        starts=(100, "of simulator_node and ik_node"),
+    )
     with context_in_own_domain() as context:
         passed = True
         if arguments.exits or arguments.kills:
             passed = ends(context, {"exit": arguments.exits, "kill": arguments.kills})
         passed = starts(context, arguments.starts) and passed
-    say("passed" if passed else "FAILED")
-    return 0 if passed else 1
+    return verdict(passed)
 
 
 if __name__ == "__main__":

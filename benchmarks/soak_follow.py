@@ -120,7 +120,7 @@ def random_case(kind: str, rng: np.random.Generator) -> Case:
     machine = TriGlide(UNEQUAL if is_other else DEFAULT_GEOMETRY)
     workspace, limits = Workspace(machine, WIDE), UNEQUAL_LIMITS if is_other else LIMITS
     if kind.endswith(("limit", "limits")):
-        both = [bound for bound in random_bounds(rng, machine, SPEEDS, chance=1.0)]
+        both = random_bounds(rng, machine, SPEEDS, chance=1.0)
         limits = limits.with_added(both[kind == "force limits"])
     shaper = random_shaper(rng) if kind == "shaper" else None
     while True:

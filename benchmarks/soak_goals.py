@@ -7,12 +7,12 @@ still meanwhile is told.
 
 from __future__ import annotations
 
-import argparse
 import gc
 import os
 import sys
 
-from benchmarks.soak_nodes import context_in_own_domain, resident, say, session
+from benchmarks.command_line import numbers
+from benchmarks.soak_nodes import context_in_own_domain, resident, say, session, verdict
 from testing.ends import run_in_real_time
 from testing.goal_storm import GoalStorm
 from testing.goals import GoalClient
@@ -28,10 +28,7 @@ CLIENT_PRIORITY = 5  # in real time
 
 def main() -> int:
     """Run the soak from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--goals", type=int, default=10_000)
-    parser.add_argument("--seed", type=int, default=1)
-    arguments = parser.parse_args()
+    arguments = numbers(__doc__, goals=(10_000, "to be sent"), seed=(1, "of these"))
     passed = True
     with (
         context_in_own_domain() as context,
@@ -62,8 +59,7 @@ def main() -> int:
             for text in report.wrong:
                 say(f"  WRONG: {text}")
             passed = passed and not report.wrong
-    say("passed" if passed else "FAILED")
-    return 0 if passed else 1
+    return verdict(passed)
 
 
 def _in_time(ends: list[tuple[float, float]], stalls: Stalls) -> bool:

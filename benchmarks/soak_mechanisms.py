@@ -7,7 +7,6 @@ are up to 1,000 times as large as the rods; crank angles are random, and beside 
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections import Counter
@@ -15,6 +14,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from benchmarks.command_line import numbers
 from benchmarks.references.f_mechanism_count import count_positions
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 
@@ -76,10 +76,7 @@ def judge(mechanism: FMechanism, angles: list[float], counts: list[int]) -> Coun
 
 def main() -> int:
     """Solve for random mechanisms of every ratio, and print what was found for each."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=100, help="mechanisms of each ratio")
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
+    options = numbers(__doc__, count=(100, "mechanisms of each ratio"), seed=(1, "of these"))
     rng = np.random.default_rng(options.seed)
     failed = False
     for ratio in RATIOS:

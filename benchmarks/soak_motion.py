@@ -67,11 +67,11 @@ class Adversary:
             (0.08, self._jog_again),
             (0.10, self._track),
             (0.10, self._track_onwards),
-            (0.08, self._stop),
+            (0.08, self.engine.stop),
             (0.12, self._follow),
             (0.0, self._extend),
-            (0.10, self._pause),
-            (0.06, self._resume),
+            (0.10, self.engine.pause),
+            (0.06, self.engine.resume),
             (0.05, self._set_limits),
             (0.05, self._set_scale),
             (0.06 * (scenario not in COARSE or scenario.in_pieces), self._set_shaper),
@@ -90,12 +90,9 @@ class Adversary:
         self.engine.move_to(random_place(self._rng, self.workspace))
 
     def _move_nearby(self) -> None:
-        here = self._scenario_machine().forward(self.engine.state.heights)
+        here = self.workspace.machine.forward(self.engine.state.heights)
         size = 10.0 ** self._rng.uniform(-9.0, -1.5)
         self.engine.move_to((np.array(here) + size * self._rng.normal(size=3)).tolist())
-
-    def _scenario_machine(self) -> TriGlide:
-        return self.workspace.machine
 
     def _jog(self) -> None:
         direction = self._rng.normal(size=3)
@@ -117,7 +114,7 @@ class Adversary:
         """Follow a target anywhere in the workspace, which so may have jumped, or one nearby."""
         self._target = np.array(random_place(self._rng, self.workspace))
         if self._rng.random() < 0.5:
-            here = np.array(self._scenario_machine().forward(self.engine.state.heights))
+            here = np.array(self.workspace.machine.forward(self.engine.state.heights))
             self._target = here + 10.0 ** self._rng.uniform(-6.0, -2.0) * self._rng.normal(size=3)
         size = 10.0 ** self._rng.uniform(-3.0, 0.3)
         self._target_velocity = size * self._rng.normal(size=3)
@@ -132,7 +129,7 @@ class Adversary:
 
     def _follow(self) -> None:
         """Follow a path from the present place, or from one nearby, if it is no place of rest."""
-        here = self._scenario_machine().forward(self.engine.state.heights)
+        here = self.workspace.machine.forward(self.engine.state.heights)
         size = 10.0 ** self._rng.uniform(-4.0, -1.0)
         self._path_end = self._follow_along(here, size, self.engine.follow)
 
@@ -146,15 +143,6 @@ class Adversary:
         path = random_path(self._rng, start, size)
         ask(path)
         return path.end
-
-    def _pause(self) -> None:
-        self.engine.pause()
-
-    def _resume(self) -> None:
-        self.engine.resume()
-
-    def _stop(self) -> None:
-        self.engine.stop()
 
     def _set_limits(self) -> None:
         base = self._scenario.limits
@@ -262,9 +250,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("VIOLATION:", violation)
     print("linear moves:", flush=True)
     moves = linear_moves.main([])
-    print("jogs into the edge:", flush=True)
-    jogs = edge_jogs.main([])
-    return 1 if findings.violations or moves or jogs else 0
+    jogs = edge_jogs.measure(10_000, seed=1)
+    print("jogs into the edge:", jogs)
+    return 1 if findings.violations or moves or not edge_jogs.is_met(jogs) else 0
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ minute.
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 import tempfile
@@ -20,6 +19,7 @@ from pathlib import Path
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 
+from benchmarks.command_line import numbers
 from benchmarks.processor_time import processor_time
 from testing.client import Client
 from testing.commands import assert_stretches_within_limits
@@ -47,6 +47,12 @@ MEGABYTE = 1024.0 * 1024.0
 def say(text: str) -> None:
     """Print one line at once."""
     print(f"soak: {text}", flush=True)
+
+
+def verdict(passed: bool, reason: str = "") -> int:
+    """Say whether a soak has passed, or the ``reason`` why not, and return its exit code."""
+    say("passed" if passed else f"FAILED {reason}")
+    return 0 if passed else 1
 
 
 @contextmanager
@@ -155,17 +161,17 @@ def endurance(context: Context, minutes: float, rate: float) -> bool:
 
 def main() -> int:
     """Run the soak from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rough-minutes", type=float, default=1.0, help="of each rough treatment")
-    parser.add_argument("--minutes", type=float, default=10.0, help="of endurance")
-    parser.add_argument("--rate", type=float, default=1000.0, help="cycles a second")
-    arguments = parser.parse_args()
+    arguments = numbers(
+        __doc__,
+        rough_minutes=(1.0, "of each rough treatment"),
+        minutes=(10.0, "of endurance"),
+        rate=(1000.0, "cycles a second"),
+    )
     with context_in_own_domain() as context:
         if arguments.rough_minutes > 0.0:
             rough_treatment(context, arguments.rough_minutes)
         flat = endurance(context, arguments.minutes, arguments.rate)
-    say("passed" if flat else "FAILED: the memory of a process grows")
-    return 0 if flat else 1
+    return verdict(flat, "the memory of a process grows")
 
 
 if __name__ == "__main__":

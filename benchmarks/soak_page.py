@@ -7,7 +7,6 @@ by more than its two lines a second.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 import time
@@ -15,7 +14,8 @@ from pathlib import Path
 
 from geometry_msgs.msg import PoseStamped
 
-from benchmarks.soak_nodes import context_in_own_domain, say, session
+from benchmarks.command_line import numbers
+from benchmarks.soak_nodes import context_in_own_domain, say, session, verdict
 from testing.page_attack import PageFuzz, controls
 from testing.panel import Panel
 from tri_glide_kinematics.panel.admission import kept_token
@@ -87,11 +87,12 @@ class Soak:
 
 def main() -> int:
     """Run the soak from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--refused", type=int, default=100_000, help="wrong connections")
-    parser.add_argument("--admitted", type=int, default=500, help="pages that send nonsense")
-    parser.add_argument("--seed", type=int, default=1, help="of all that is sent")
-    arguments = parser.parse_args()
+    arguments = numbers(
+        __doc__,
+        refused=(100_000, "wrong connections"),
+        admitted=(500, "pages that send nonsense"),
+        seed=(1, "of all that is sent"),
+    )
     with (
         context_in_own_domain() as context,
         tempfile.TemporaryDirectory() as name,
@@ -101,8 +102,7 @@ def main() -> int:
         soak.refused(arguments.refused)
         soak.admitted(arguments.admitted)
         passed = soak.look()
-    say("passed" if passed else "FAILED")
-    return 0 if passed else 1
+    return verdict(passed)
 
 
 if __name__ == "__main__":

@@ -21,12 +21,14 @@ import argparse
 import sys
 import time
 from collections import Counter
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks.bench_paths import differences_of, drive
 from benchmarks.judge import LIMITS, WIDE
+from benchmarks.soak import random_shaper
 from testing.driven_programs import DrivenProgram, drive_program
 from testing.path_samples import ROUNDING, Piece, distances, largest_part, random_path
 from testing.program_writer import written_program
@@ -43,7 +45,6 @@ from tri_glide_kinematics.motion.limit_use import (
 from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING
 from tri_glide_kinematics.motion.path import PathPlaceError, PlatformPath, check_place
 from tri_glide_kinematics.motion.shaped import ShapedTrajectory
-from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.programs import Dialect
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
@@ -55,6 +56,8 @@ SAMPLES = 4000
 REPORT = 200
 STEP = 1e-3  # s
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
+WORKSPACE = Workspace(MACHINE, WIDE)
+WITHOUT_PLAN = "without a plan"
 
 
 def largest_distance(path: PlatformPath, pieces: list[Piece]) -> float:
@@ -75,7 +78,7 @@ def largest_distance(path: PlatformPath, pieces: list[Piece]) -> float:
 
 
 class Judged(NamedTuple):
-    """What was found of shaped paths.
+    """What was found of paths.
 
     Attributes:
         distance: largest one from the path as programmed, in parts of the tolerance.
@@ -84,10 +87,10 @@ class Judged(NamedTuple):
         end: largest distance from the end of the path [m].
     """
 
-    distance: float
-    uses: FloatArray
-    differences: FloatArray
-    end: float
+    distance: float = 0.0
+    uses: FloatArray = np.zeros(3)
+    differences: FloatArray = np.zeros(3)
+    end: float = 0.0
 
     @classmethod
     def of(cls, motion: Trajectory, path: PlatformPath, pieces: list[Piece]) -> Judged:
@@ -113,44 +116,63 @@ class Judged(NamedTuple):
         )
 
 
-def random_shaper(rng: np.random.Generator) -> Shaper:
-    """Return a shaper of any kind for one mode or two."""
-    kind = rng.choice(np.array(ShaperKind))
-    modes = [
-        Mode(float(rng.uniform(8.0, 60.0)), float(rng.uniform(0.0, 0.15)))
-        for _ in range(rng.integers(1, 3))
-    ]
-    return Shaper.of(kind, *modes)
+# Drives a path at random; says why it does not if it is refused.
+DriveOne = Callable[[np.random.Generator], Judged | str]
 
 
-def soak_shaped(count: int, seed: int) -> int:
-    """Plan so many shaped paths and print what was found; return whether something is wrong."""
-    rng = np.random.default_rng(seed)
-    workspace = Workspace(MACHINE, WIDE)
-    found = Judged(0.0, np.zeros(3), np.zeros(3), 0.0)
+def soak(one: DriveOne, count: int, seed: int) -> int:
+    """Drive so many paths and print what was found; return whether something is wrong."""
+    rng, begin = np.random.default_rng(seed), time.monotonic()
+    found, driven = Judged(), 0
     refused: Counter[str] = Counter()
-    driven = 0
-    begin = time.monotonic()
     while driven < count:
-        path, pieces = random_path(rng, count=int(rng.integers(2, 13)), size=SIZE)
-        shaper = random_shaper(rng)
-        try:
-            motion = time_path(path, workspace, LIMITS, shaper)
-        except KinematicsError as error:
-            refused[type(error).__name__] += 1
+        judged = one(rng)
+        if isinstance(judged, str):
+            refused[judged] += 1
             continue
         driven += 1
-        found = found.joined(Judged.of(motion, path, pieces))
+        found = found.joined(judged)
         if driven % REPORT == 0:
             print(f"    {driven} paths, {time.monotonic() - begin:.0f} s", flush=True)
-    print(f"{driven} paths driven with a shaper; refused: {dict(refused)}")
+    print(f"{driven} paths driven; refused: {dict(refused)}")
     print(f"largest distance from the path as programmed {found.distance:.6f} of the tolerance")
     print(f"largest velocity, acceleration, jerk by bounds {found.uses} of the limits")
     print(f"largest velocity, acceleration, jerk by differences {found.differences} of the limits")
     print(f"largest distance from the end {found.end:.3g} m")
-    within = are_within(found.differences)
-    within = within and bool((found.uses <= 1.0 + RELATIVE_ROUNDING).all())
-    return 0 if within and found.distance <= 1.0 and found.end < ROUNDING else 1
+    # By rounding, a plan may be as if it were driven faster by this part, and the jerk by its cube.
+    allowed = (1.0 + RELATIVE_ROUNDING) ** np.array((1.0, 2.0, 3.0))
+    within = are_within(found.differences) and bool((found.uses <= allowed).all())
+    within = within and found.distance <= 1.0 and found.end < ROUNDING
+    return 0 if within and not refused[WITHOUT_PLAN] else 1
+
+
+def drive_plain(rng: np.random.Generator) -> Judged | str:
+    """Drive a path without a shaper."""
+    path, pieces = random_path(rng, size=SIZE)
+    try:
+        at_once(check_place(path.driven, WORKSPACE))
+    except PathPlaceError as error:
+        return type(error).__name__
+    try:
+        motion = drive(path)
+    except MotionError as error:
+        print(f"    a path without a plan: {error}", flush=True)
+        return WITHOUT_PLAN
+    distance = largest_distance(path, pieces)
+    return Judged(distance, motion.uses, differences_of(path, motion))
+
+
+def drive_shaped(rng: np.random.Generator) -> Judged | str:
+    """Drive a path with a shaper of its own."""
+    path, pieces = random_path(rng, count=int(rng.integers(2, 13)), size=SIZE)
+    shaper = None
+    while shaper is None:
+        shaper = random_shaper(rng)
+    try:
+        motion = time_path(path, WORKSPACE, LIMITS, shaper)
+    except KinematicsError as error:
+        return type(error).__name__
+    return Judged.of(motion, path, pieces)
 
 
 def soak_programs(count: int, seed: int) -> int:
@@ -175,7 +197,7 @@ def soak_programs(count: int, seed: int) -> int:
 
 def main() -> int:
     """Drive random paths and print what was found."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=500, help="number of paths that are driven")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--shaped", action="store_true", help="with a shaper")
@@ -183,43 +205,7 @@ def main() -> int:
     options = parser.parse_args()
     if options.programs:
         return soak_programs(options.count, options.seed)
-    if options.shaped:
-        return soak_shaped(options.count, options.seed)
-    rng = np.random.default_rng(options.seed)
-    workspace = Workspace(TriGlide(DEFAULT_GEOMETRY), WIDE)
-    driven = outside = unplanned = windows = broken = 0
-    distance = 0.0
-    uses, differences = np.zeros(3), np.zeros(3)
-    begin = time.monotonic()
-    while driven < options.count:
-        path, pieces = random_path(rng, size=SIZE)
-        try:
-            at_once(check_place(path.driven, workspace))
-        except PathPlaceError:
-            outside += 1
-            continue
-        driven += 1
-        distance = max(distance, largest_distance(path, pieces))
-        try:
-            motion = drive(path)
-        except MotionError as error:
-            unplanned += 1
-            print(f"    path {driven}: {error}", flush=True)
-            continue
-        windows, broken = windows + motion.windows, broken + motion.broken
-        uses = np.maximum(uses, motion.uses)
-        differences = np.maximum(differences, differences_of(path, motion))
-        if driven % REPORT == 0:
-            print(f"    {driven} paths, {time.monotonic() - begin:.0f} s", flush=True)
-    print(f"{driven} paths driven, {unplanned} without a plan; {outside} left the workspace")
-    print(f"largest distance from the path as programmed {distance:.6f} of the tolerance")
-    print(f"largest velocity, acceleration, jerk by bounds {uses} of the limits")
-    print(f"largest velocity, acceleration, jerk by differences {differences} of the limits")
-    print(f"windows that could not be continued: {broken} of {windows}")
-    # By rounding, a plan may be as if it were driven faster by this part, and the jerk by its cube.
-    allowed = (1.0 + RELATIVE_ROUNDING) ** np.array((1.0, 2.0, 3.0))
-    within = are_within(differences) and (uses <= allowed).all()
-    return 0 if within and distance <= 1.0 and not unplanned else 1
+    return soak(drive_shaped if options.shaped else drive_plain, options.count, options.seed)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ Run it as ``python -m benchmarks.soak_pieces --episodes 10``; it exits with 1 if
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import sys
 from collections.abc import Callable, Iterator
@@ -20,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.command_line import numbers
 from benchmarks.judge import LIMITS, UNEQUAL, UNEQUAL_LIMITS, WIDE
 from benchmarks.random_paths import random_path
 from benchmarks.soak import random_place, random_shaper
@@ -208,11 +208,12 @@ def main() -> int:
     Returns:
         Exit code: 1 if a piece with added bounds is too long.
     """
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.soak_pieces", description=__doc__)
-    parser.add_argument("--episodes", type=int, default=10, help="of each case")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--replays", type=int, default=REPLAYS)
-    arguments = parser.parse_args()
+    arguments = numbers(
+        __doc__,
+        episodes=(10, "of each case"),
+        seed=(1, "of the random commands"),
+        replays=(REPLAYS, "of each episode"),
+    )
     longest = {False: 0.0, True: 0.0}
     for case in cases():
         costs = [

@@ -12,7 +12,6 @@ Each machine has a source of chance of its own: ``--seed S --machine N`` begins 
 
 from __future__ import annotations
 
-import argparse
 import math
 import secrets
 import sys
@@ -26,6 +25,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from benchmarks.bench_stops import KINDS, MACHINES, PERIOD, Drive, own_stop
+from benchmarks.command_line import numbers
 from benchmarks.soak import random_shaper
 from benchmarks.soak_bounds import random_bounds
 from tri_glide_kinematics.errors import KinematicsError
@@ -298,12 +298,13 @@ def main() -> int:
     Returns:
         Exit code: 1 after a violation.
     """
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.soak_stops", description=__doc__)
-    parser.add_argument("--count", type=int, default=100_000, help="of stops")
-    parser.add_argument("--seed", type=int, help="without it, a random one")
-    parser.add_argument("--machine", type=int, default=0, help="number of the first")
-    arguments = parser.parse_args()
-    seed = secrets.randbits(32) if arguments.seed is None else arguments.seed
+    arguments = numbers(
+        __doc__,
+        count=(100_000, "of stops"),
+        seed=(secrets.randbits(32), "of machines and stops"),
+        machine=(0, "number of the first"),
+    )
+    seed = arguments.seed
     print(f"seed {seed}", flush=True)
     compared = max(arguments.count // COMPARED, 1)
     found = soak(stops(seed, compared, arguments.machine), arguments.count)

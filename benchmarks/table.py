@@ -2,12 +2,56 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from benchmarks.harness import Figure, Missing
 
 HEAD = ("what", "ours", "reference", "ratio (5 to 95 %)", "to reach", "reached")
+MARKS = {None: "-", True: "yes", False: "NO"}
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
+
+
+class Row(NamedTuple):
+    """What was measured, and what was to be reached.
+
+    Attributes:
+        what: in words.
+        ours: in words.
+        goal: in words; "-" of what is only told.
+        is_reached: whether that is so; None without a goal.
+    """
+
+    what: str
+    ours: str
+    goal: str = "-"
+    is_reached: bool | None = None
+
+    @classmethod
+    def at_most(cls, what: str, ours: float, most: float, form: str = ".3f", unit: str = "") -> Row:
+        """Return the row of a number that is to be no larger than ``most``; both in a ``unit``."""
+        return cls(what, f"{ours:{form}}{unit}", f"{most:g}{unit}", bool(ours <= most))
+
+    @classmethod
+    def in_percent(cls, what: str, part: float, goal: str, is_reached: bool) -> Row:
+        """Return the row of a ``part``."""
+        return cls(what, f"{100.0 * part:.1f} %", goal, bool(is_reached))
+
+
+def print_rows(title: str, rows: Iterable[Row], goal: str = "to reach") -> bool:
+    """Print a table, and tell of each row as soon as it is measured; it is always complete."""
+    lines = [(title, "ours", goal, "reached")]
+    for row in rows:
+        lines.append((*row[:3], MARKS[row.is_reached]))
+        print(f"{row.what}: {row.ours}", file=sys.stderr, flush=True)
+    return print_lines(lines)
+
+
+def print_lines(lines: Sequence[Sequence[str]]) -> bool:
+    """Print lines of cells as a table; the first line is the head."""
+    print(f"\n{aligned(lines)}", flush=True)
+    return True
 
 
 def in_seconds(time: float) -> str:
@@ -30,7 +74,7 @@ def cells(row: Figure | Missing) -> tuple[str, ...]:
         f"{in_seconds(row.theirs)} ({row.reference})",
         f"{ratio.median:.2f} ({ratio.low:.2f} to {ratio.high:.2f})",
         goal,
-        {None: "-", True: "yes", False: "NO"}[row.is_reached],
+        MARKS[row.is_reached],
     )
 
 

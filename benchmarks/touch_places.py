@@ -8,7 +8,6 @@ many starts.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
+from benchmarks.command_line import numbers
 from testing.wrong_machines import (
     DISTANCE,
     IN_RINGS,
@@ -138,10 +138,8 @@ def _places(radii: FloatArray, angles: FloatArray) -> FloatArray:
 
 def main() -> int:
     """Search and print what is found."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.touch_places", description=__doc__)
-    parser.add_argument("--count", type=int, default=20, help="searches from random places")
-    parser.add_argument("--seed", type=int, default=1, help="of places and errors")
-    options = parser.parse_args()
+    count = 20, "searches from random places"
+    options = numbers(__doc__, count=count, seed=(1, "of places and errors"))
     all_found = []
     for one in searched(options.count, np.random.default_rng(options.seed)):
         all_found.append(one)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-import numpy as np
-
-from testing.wrong_machines import NOMINAL, WRONG_BY, WrongMachine
+from testing.wrong_machines import NOMINAL, WRONG_BY, drawn
 from tri_glide_kinematics.calibration.fit import Calibration, MeasurementFile, Touch
 from tri_glide_kinematics.calibration.session import solved
 
@@ -16,8 +14,7 @@ SEED = 11
 @cache
 def measured(has_priors: bool = True, outlier: float = 0.0) -> MeasurementFile:
     """Return thirteen touches and a distance; the third touch is wrong by ``outlier`` [m]."""
-    rng = np.random.default_rng(SEED)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(SEED)
     touches = machine.touches(rng)
     heights = tuple(height + outlier for height in touches[2].heights)
     touches[2] = Touch(heights, touches[2].plate, touches[2].standard_deviation)

@@ -112,3 +112,9 @@ class WrongMachine:
         errors = positions_of(believed.vector, heights - self.parameters.height_offsets) - places
         motion = REGION.plane_motion(errors[:, :, None])[:, 0]
         return np.asarray(errors - plane_basis(places, REGION.center) @ motion)
+
+
+def drawn(seed: int) -> tuple[WrongMachine, np.random.Generator]:
+    """Return a machine at random, and the source of chance for what is measured on it."""
+    rng = np.random.default_rng(seed)
+    return WrongMachine.random(rng), rng

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.calibration import again_and_again, with_an_outlier, with_priors, without_priors
+from benchmarks.calibration import with_priors, without_priors
 from benchmarks.touch_places import largest_errors
 from testing.wrong_machines import (
     IN_RINGS,
@@ -45,17 +45,6 @@ def test_touches_alone_name_what_is_free_and_do_no_harm():
     rows = list(without_priors(40, np.random.default_rng(2)))
     assert [numbers(row)[0] for row in rows[::2]] == [100.0, 100.0]
     assert all(numbers(row)[0] >= 95.0 for row in rows[1::2])
-
-
-@pytest.mark.slow
-def test_again_and_again_does_not_wander():
-    assert all(row.is_reached for row in again_and_again(1, np.random.default_rng(3)))
-
-
-@pytest.mark.slow
-def test_a_wrong_measurement_is_named_and_does_no_harm():
-    rows = list(with_an_outlier(28, np.random.default_rng(4)))
-    assert all(row.is_reached for row in rows)
 
 
 @pytest.mark.parametrize("places", [PLACES, IN_RINGS])

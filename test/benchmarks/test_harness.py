@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 
 import pytest
 
-from benchmarks.harness import Figure, Missing, Ratio, Work, compare, figure, pinned_to_one_core
+from benchmarks.harness import Figure, Missing, Ratio, Work, compare, figure
 from benchmarks.table import HEAD, as_markdown, cells, in_seconds
 
 
@@ -72,13 +71,6 @@ def test_times_are_per_item(monkeypatch):
     assert Work(sum, range(4)).calls_within(0.1) == 1
 
 
-def test_pinning_is_undone():
-    before = os.sched_getaffinity(0)
-    with pinned_to_one_core() as core:
-        assert os.sched_getaffinity(0) == {core}
-    assert os.sched_getaffinity(0) == before
-
-
 @pytest.mark.parametrize(
     ("time", "text"),
     [
@@ -92,18 +84,6 @@ def test_pinning_is_undone():
 )
 def test_times_have_three_digits_and_a_unit(time, text):
     assert in_seconds(time) == text
-
-
-def test_a_row_tells_everything():
-    row = figure("sweep", "plain numpy", [2e-3, 2e-3], [1e-3, 1e-3], 1.5)
-    assert cells(row) == (
-        "sweep",
-        "2 ms",
-        "1 ms (plain numpy)",
-        "2.00 (2.00 to 2.00)",
-        "1.5",
-        "NO",
-    )
 
 
 def test_what_could_not_be_measured_stands_in_the_table():

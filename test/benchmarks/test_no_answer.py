@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from contextlib import nullcontext
 from types import SimpleNamespace
 
 import pytest
 
 from benchmarks import __main__ as benchmarks
-from benchmarks import bench_streams, ros_session
+from benchmarks import ros_session
 from benchmarks.harness import Missing, NoAnswerError, attempt, figure
 from benchmarks.ros_session import session
 from tri_glide_kinematics.ros.starting import MIDDLEWARE_VARIABLES, VARIABLE
@@ -75,35 +74,6 @@ def test_the_next_table_is_printed(monkeypatch, capsys):
     output = capsys.readouterr()
     assert "a table" in output.out
     assert "no answer: goals: waited 60 s in vain for a motion" in output.err
-
-
-@pytest.mark.nodes
-def test_a_stream_that_ends_is_a_row_without_figures(running, monkeypatch):
-    monkeypatch.setattr(ros_session, "TIMEOUT", 60.0)
-    monkeypatch.setattr(bench_streams, "ROUND_TIME", 0.5)
-    monkeypatch.setattr(bench_streams, "RATES", (500.0,))
-    monkeypatch.setattr(
-        bench_streams, "KINDS", (bench_streams.Kind("nothing at all", "nothing", 0.01),)
-    )
-    monkeypatch.setattr(bench_streams, "session", lambda: nullcontext(running))
-    start_node, started = running.start_node, []
-
-    def start(name, *arguments, **parameters):
-        started.append(start_node(name, *arguments, **parameters))
-        return started[-1]
-
-    def kill(*_):
-        # The last one that was started is ik_node.
-        if started:
-            os.kill(started.pop(), signal.SIGKILL)
-            started.clear()
-
-    monkeypatch.setattr(running, "start_node", start)
-    monkeypatch.setattr(bench_streams.Commander, "nothing", kill)
-    (row,) = bench_streams.streams()
-    assert isinstance(row, Missing)
-    assert row.reason.startswith(("0 setpoints in 0.5 s", "1 setpoints in 0.5 s"))
-    assert row.reason.endswith("ik_node in / ended with exit code -9")
 
 
 def test_what_is_not_installed_is_no_failure(monkeypatch, capsys):

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 
-from benchmarks import __main__ as benchmarks
 from benchmarks import bench_smoothness
 from benchmarks.bench_smoothness import PERIOD, smoothness
 from benchmarks.judge import LIMITS
@@ -51,13 +48,3 @@ def test_setpoints_are_as_smooth_as_they_were_measured():
         assert found[kind].variation.max() < 8.1
     assert found["paths"].fast < 0.02
     assert found["paths"].variation.max() < 60.0
-
-
-@pytest.mark.slow
-def test_it_is_one_of_all_benchmarks(monkeypatch, capsys):
-    assert "smoothness" in benchmarks.NAMES
-    monkeypatch.setattr(sys, "argv", ["benchmarks", "smoothness"])
-    assert benchmarks.main() == 0
-    told = capsys.readouterr().out
-    for kind in ("lines", "slider moves", "jogs", "tracking", "paths"):
-        assert f"| {kind}" in told

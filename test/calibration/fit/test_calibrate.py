@@ -13,6 +13,7 @@ from testing.wrong_machines import (
     TOUCH,
     WRONG_BY,
     WrongMachine,
+    drawn,
 )
 from tri_glide_kinematics import calibrate
 from tri_glide_kinematics.calibration.fit import (
@@ -37,8 +38,7 @@ def positions_all_over(machine, rng, frame="base", levels=(0.0, 0.1)):
 
 
 def test_positions_find_the_whole_machine():
-    rng = np.random.default_rng(1)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(1)
     for priors in (WRONG_BY, None):
         result = calibrate(GEOMETRY, positions=positions_all_over(machine, rng), priors=priors)
         errors = machine.errors(result.machine)
@@ -66,8 +66,7 @@ def test_a_machine_with_unequal_arms_is_found_from_an_equally_unequal_drawing():
 
 
 def test_plates_and_frames_that_are_not_known_are_found_too():
-    rng = np.random.default_rng(3)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(3)
     surface = (0.012, 0.003, -0.002)
     plate = Plate("bed", None, None)
     touches = [machine.touch(x, y, rng, plate, surface) for x, y in PLACES]
@@ -89,8 +88,7 @@ def test_plates_and_frames_that_are_not_known_are_found_too():
 
 
 def test_what_is_not_determined_stays_exactly_as_assumed():
-    rng = np.random.default_rng(4)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(4)
     for priors in (WRONG_BY, None):
         result = calibrate(GEOMETRY, machine.touches(rng), priors=priors)
         assert {*FREE, "the common scale of anchors and arms"} <= set(result.unidentified)
@@ -104,8 +102,7 @@ def test_what_is_not_determined_stays_exactly_as_assumed():
 
 
 def test_the_same_data_again_change_nothing():
-    rng = np.random.default_rng(5)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(5)
     touches, distances = machine.touches(rng), machine.one_distance(rng)
     first = calibrate(GEOMETRY, touches, (), distances, WRONG_BY)
     again = calibrate(
@@ -138,8 +135,7 @@ def test_without_noise_and_error_nothing_is_changed():
 
 
 def test_last_bits_of_the_data_change_no_word():
-    rng = np.random.default_rng(6)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(6)
     touches, distances = machine.touches(rng), machine.one_distance(rng)
     result = calibrate(GEOMETRY, touches, (), distances)
     for _ in range(5):
@@ -152,8 +148,7 @@ def test_last_bits_of_the_data_change_no_word():
 
 
 def test_uncertainties_are_infinite_where_nothing_is_known():
-    rng = np.random.default_rng(7)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(7)
     touches = machine.touches(rng, IN_RINGS)
     result = calibrate(GEOMETRY, touches, (), machine.one_distance(rng), None)
     deviations = dict(zip(PARAMETER_NAMES, result.standard_deviations))
@@ -166,8 +161,7 @@ def test_uncertainties_are_infinite_where_nothing_is_known():
 
 
 def test_uncertainty_shrinks_where_it_was_measured_and_is_that_of_the_priors_before():
-    rng = np.random.default_rng(8)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(8)
     result = calibrate(GEOMETRY, machine.touches(rng), (), machine.one_distance(rng), WRONG_BY)
     places = Region.of(GEOMETRY).places
     before = result.position_uncertainties_before(places, aligned=True)
@@ -181,8 +175,7 @@ def test_uncertainty_shrinks_where_it_was_measured_and_is_that_of_the_priors_bef
 
 
 def test_noise_that_is_larger_than_stated_is_said_and_no_measurement_is_blamed():
-    rng = np.random.default_rng(9)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(9)
     places = Region.of(GEOMETRY).places[:, :2]
     touches = [Touch(one.heights, one.plate, TOUCH / 5.0) for one in machine.touches(rng, places)]
     result = calibrate(GEOMETRY, touches, priors=WRONG_BY)
@@ -193,8 +186,7 @@ def test_noise_that_is_larger_than_stated_is_said_and_no_measurement_is_blamed()
 
 
 def test_data_too_coarse_for_anything_leave_the_machine_as_it_is():
-    rng = np.random.default_rng(10)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(10)
     touches = [Touch(one.heights, one.plate, 0.015) for one in machine.touches(rng)]
     result = calibrate(GEOMETRY, touches, priors=None)
     np.testing.assert_array_equal(result.machine.vector, NOMINAL.vector)
@@ -204,7 +196,6 @@ def test_data_too_coarse_for_anything_leave_the_machine_as_it_is():
 
 def test_priors_say_what_they_assume():
     assert "anchors within 1 mm" in str(Priors()) and "arms within 0.5 mm" in str(Priors())
-    rng = np.random.default_rng(11)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(11)
     result = calibrate(GEOMETRY, machine.touches(rng))
     assert result.priors == Priors(mean=NOMINAL)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.calibration_coverage import CASES, changed, coverage, seven_touches
-from testing.wrong_machines import NOMINAL, RADIUS, TOUCH, WRONG_BY, WrongMachine, ring
+from testing.wrong_machines import NOMINAL, RADIUS, TOUCH, WRONG_BY, drawn, ring
 from tri_glide_kinematics.calibration.fit import (
     MachineParameters,
     MeasurementFile,
@@ -51,8 +51,7 @@ def test_a_wrong_radius_is_found_and_no_touch_is_blamed():
 
 
 def test_directions_that_the_data_do_not_determine_are_as_uncertain_as_the_priors():
-    rng = np.random.default_rng(2)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(2)
     result = calibrate(GEOMETRY, machine.touches(rng), priors=WRONG_BY)
     shift = np.zeros(12)
     shift[:6:2] = 1.0 / np.sqrt(3.0)
@@ -123,8 +122,7 @@ def test_a_bad_residual_that_the_machine_leaves_is_told():
 @pytest.mark.parametrize("priors", [Priors(), WRONG_BY, None])
 def test_deviations_that_are_ten_times_too_small_have_an_answer(priors):
     for seed in range(20):
-        rng = np.random.default_rng(seed)
-        machine = WrongMachine.random(rng)
+        machine, rng = drawn(seed)
         touches = [replace(one, standard_deviation=TOUCH / 10.0) for one in machine.touches(rng)]
         distances = [replace(one, standard_deviation=5e-6) for one in machine.one_distance(rng)]
         for some in (distances, ()):

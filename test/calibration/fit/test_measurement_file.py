@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from testing.wrong_machines import NOMINAL, WRONG_BY, WrongMachine
+from testing.wrong_machines import NOMINAL, WRONG_BY, drawn
 from tri_glide_kinematics.calibration import (
     MachineParameters,
     MeasurementFile,
@@ -31,8 +31,7 @@ TOUCH = {"heights": HEIGHTS, "standard_deviation": 0.01}
 
 def test_a_file_that_is_cut_off_is_refused(tmp_path):
     file = tmp_path / "measurements.yaml"
-    rng = np.random.default_rng(1)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(1)
     touches = tuple(machine.touches(rng))[:3]
     content = MeasurementFile(NOMINAL, WRONG_BY, touches, (), tuple(machine.one_distance(rng)))
     save_measurements(file, content)
@@ -70,8 +69,7 @@ def numbers(content):
 @pytest.mark.parametrize("unit", ["m", "mm"])
 @pytest.mark.parametrize("priors", [WRONG_BY, None])
 def test_what_is_written_is_read_as_the_same(tmp_path, unit, priors):
-    rng = np.random.default_rng(1)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(1)
     plate = Plate("table", None, (0.001, 0.002))
     touches = (*machine.touches(rng)[:3], machine.touch(0.0, 0.05, rng, plate))
     content = MeasurementFile(

@@ -12,7 +12,7 @@ from testing.wrong_machines import (
     RADIUS,
     TOUCH,
     WRONG_BY,
-    WrongMachine,
+    drawn,
 )
 from tri_glide_kinematics.calibration.fit import (
     CalibrationError,
@@ -33,8 +33,7 @@ FEW = [(0.0, 0.0), (0.1, 0.0), (-0.05, 0.08), (-0.05, -0.08)]
 @pytest.fixture(scope="module")
 def start():
     """Return a machine, its first touches and what they say."""
-    rng = np.random.default_rng(1)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(1)
     touches = machine.touches(rng, FEW)
     return machine, touches, calibrate(GEOMETRY, touches, priors=WRONG_BY)
 
@@ -114,8 +113,7 @@ def test_ten_proposals_are_worth_more_than_twice_ten_random_ones(start, kinds):
 
 def test_the_volume_that_is_promised_is_the_one_that_is_reached():
     # All directions are determined by so many positions, so that nothing is left as assumed.
-    rng = np.random.default_rng(3)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(3)
     places = [(x, y, z) for x, y in FEW * 4 for z in (0.0, 0.1)]
     wide = type(WRONG_BY)(5e-3, 5e-3, 5e-3)
     positions = [machine.position(place, rng) for place in places]
@@ -136,8 +134,7 @@ def test_what_cannot_be_proposed_is_refused(start):
 
 
 def test_without_priors_too_the_next_points_shrink_what_is_not_determined():
-    rng = np.random.default_rng(4)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(4)
     result = calibrate(GEOMETRY, machine.touches(rng), priors=None)
     first = result.next_points(1, kinds=ALL)[0]
     # Only a position in the frame of the machine says where x = 0 is.

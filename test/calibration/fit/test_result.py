@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testing.wrong_machines import NOMINAL, WRONG_BY, WrongMachine
+from testing.wrong_machines import NOMINAL, WRONG_BY, drawn
 from tri_glide_kinematics.calibration.fit import Plate, Priors, WrongUnitError, calibrate
 
 GEOMETRY = NOMINAL.geometry
@@ -15,8 +15,7 @@ GEOMETRY = NOMINAL.geometry
 
 def measured(seed, height=0.0):
     """Return touches of a plate that is believed to be at this height, and a distance."""
-    rng = np.random.default_rng(seed)
-    machine = WrongMachine.random(rng)
+    machine, rng = drawn(seed)
     plate = Plate("bed", height)
     touches = [replace(one, plate=plate) for one in machine.touches(rng)]
     return touches, machine.one_distance(rng)

@@ -105,7 +105,7 @@ def test_it_says_why_nothing_is_known(recording, reason):
     assert np.isfinite(found.fit).all()
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_a_random_walk_has_no_mode(seed):
     walk = np.cumsum(np.random.default_rng(seed).normal(0.0, 1e-5, 1000))
     found = find_modes(recorded(walk))
@@ -171,7 +171,7 @@ def test_coloured_noise_widens_the_interval():
     """White noise through a low pass at 30 Hz, as accelerometers have it."""
     rng = np.random.default_rng(6)
     errors = []
-    for _ in range(8):
+    for _ in range(5):
         noise = np.zeros(1000)
         for place, push in enumerate(rng.normal(0.0, 1e-5, 999)):
             noise[place + 1] = 0.7 * noise[place] + push
@@ -209,8 +209,7 @@ def test_odd_recordings_have_an_answer_and_no_mode(values):
     assert np.isfinite(found.fit).all()
 
 
-@pytest.mark.parametrize("part", [0.5, 0.6, 0.75])
-@pytest.mark.parametrize("frequency", [9.0, 22.0, 55.0])
+@pytest.mark.parametrize(("frequency", "part"), [(9.0, 0.5), (22.0, 0.6), (55.0, 0.75)])
 def test_a_sensor_that_is_clipped_tells_no_mode(part, frequency):
     values = swing(frequency, 0.02) + NOISE * np.random.default_rng(3).standard_normal(len(TIMES))
     limit = part * np.abs(values).max()
@@ -234,7 +233,7 @@ def test_a_multiple_of_the_frequency_is_no_mode():
         assert len(both.modes) == 2
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_spring_that_stiffens_is_no_second_mode(seed):
     """Integrated by itself: x'' = -2 d w x' - w^2 x (1 + b x^2), in units of the first swing."""
     rng = np.random.default_rng(seed)

@@ -87,6 +87,13 @@ class Platform:
             self.step()
 
 
+def on_its_way_down():
+    """Return a platform 3 mm above its plate."""
+    platform = Platform(plate=0.046)
+    platform.run_until(0.049)
+    return platform
+
+
 def test_contact_ends_the_way_down_and_the_platform_goes_back():
     platform = Platform(plate=0.046)
     probe = platform.run()
@@ -114,8 +121,7 @@ def test_without_contact_it_stops_at_the_depth_and_goes_back():
 
 
 def test_a_dead_switch_ends_the_way_down():
-    platform = Platform(plate=0.046)
-    platform.run_until(0.049)
+    platform = on_its_way_down()
     platform.is_switch_dead = True
     probe = platform.run()
     assert probe.failure == "nothing about the contact for 0.5 s"
@@ -144,8 +150,7 @@ def test_a_switch_that_tells_of_changes_only_may_be_silent():
     ],
 )
 def test_who_else_leads_the_machine_is_left_to_it(state, text):
-    platform = Platform(plate=0.046)
-    platform.run_until(0.049)
+    platform = on_its_way_down()
     count = len(platform.commands)
     platform.probe.machine(told(state), platform.now)
     assert platform.probe.phase is ProbePhase.ENDED
@@ -167,8 +172,7 @@ def test_a_stop_between_the_way_down_and_the_way_back_ends_it(state):
 
 
 def test_another_command_ends_it_in_any_phase():
-    platform = Platform(plate=0.046)
-    platform.run_until(0.049)
+    platform = on_its_way_down()
     platform.probe.other_command("another", platform.now)
     assert (platform.probe.phase, platform.probe.failure) == (ProbePhase.ENDED, "another")
     platform.probe.other_command("once more", platform.now)
@@ -177,8 +181,7 @@ def test_another_command_ends_it_in_any_phase():
 
 @pytest.mark.parametrize("state", [STOPPING, IDLE])
 def test_a_stop_that_a_late_twist_made_goes_on(state):
-    platform = Platform(plate=0.046)
-    platform.run_until(0.049)
+    platform = on_its_way_down()
     platform.probe.machine(told(state, Cause.TWISTS_SILENT), platform.now)
     assert platform.run().failure is None
 
@@ -198,15 +201,13 @@ def test_a_platform_that_is_held_is_told():
 
 
 def test_silent_measurements_end_it_at_once():
-    platform = Platform(plate=0.046)
-    platform.run_until(0.049)
+    platform = on_its_way_down()
     platform.is_silent = True
     assert platform.run().failure == "no measured heights for 0.5 s"
 
 
 def test_time_in_which_nobody_listened_is_no_silence():
-    platform = Platform(plate=0.046)
-    platform.run_until(0.049)
+    platform = on_its_way_down()
     platform.now += 0.4
     assert platform.run().failure is None
 

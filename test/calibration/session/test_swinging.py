@@ -79,6 +79,13 @@ class Rig:
         return self.run(lambda search: search.phase is phase)
 
 
+def rig_at(phase, settings=SHORT):
+    """Return a rig whose search is in a ``phase``."""
+    rig = Rig(settings)
+    rig.to(phase)
+    return rig
+
+
 def test_each_direction_is_driven_out_and_back_with_a_recording_behind_each_move():
     rig = Rig()
     search = rig.to(SwingPhase.ENDED)
@@ -96,8 +103,7 @@ def test_each_direction_is_driven_out_and_back_with_a_recording_behind_each_move
 
 
 def test_a_recording_begins_when_the_setpoints_rest_and_has_the_stamps_of_the_sensor():
-    rig = Rig()
-    rig.to(SwingPhase.RECORDING)
+    rig = rig_at(SwingPhase.RECORDING)
     rested = rig.now
     search = rig.run(lambda search: search.recordings)
     first = search.recordings[0].times[0] - AHEAD
@@ -190,8 +196,7 @@ def test_silence_ends_a_search(phase, quiet, words):
 
 
 def test_samples_that_are_missing_now_and_then_end_nothing():
-    rig = Rig()
-    rig.to(SwingPhase.RECORDING)
+    rig = rig_at(SwingPhase.RECORDING)
     for index in range(100):
         rig.feels = index % 10 != 0
         rig.cycle()
@@ -200,8 +205,7 @@ def test_samples_that_are_missing_now_and_then_end_nothing():
 
 
 def test_a_goal_that_ends_elsewhere_ends_the_search():
-    rig = Rig()
-    rig.to(SwingPhase.MOVING)
+    rig = rig_at(SwingPhase.MOVING)
     rig.search.goal_ended(has_arrived=False, text="stop was asked for")
     search = rig.cycle()
     assert search.phase is SwingPhase.ENDED
@@ -211,8 +215,7 @@ def test_a_goal_that_ends_elsewhere_ends_the_search():
 
 @pytest.mark.parametrize("phase", [SwingPhase.LISTENING, SwingPhase.MOVING, SwingPhase.RECORDING])
 def test_a_stop_of_ik_node_ends_the_search_where_nothing_moves_too(phase):
-    rig = Rig()
-    rig.to(phase)
+    rig = rig_at(phase)
     count = len(rig.driven)
     rig.machine = replace(RESTING, stops=4)
     assert rig.cycle().failure == WAS_STOPPED
@@ -220,24 +223,21 @@ def test_a_stop_of_ik_node_ends_the_search_where_nothing_moves_too(phase):
 
 
 def test_another_motion_spoils_a_recording():
-    rig = Rig()
-    rig.to(SwingPhase.RECORDING)
+    rig = rig_at(SwingPhase.RECORDING)
     rig.heights = WORKSPACE.machine.inverse((0.021, 0.0, 0.3))
     assert "somebody else leads the platform" in rig.cycle().failure
 
 
 @pytest.mark.parametrize("phase", [SwingPhase.MOVING, SwingPhase.RECORDING])
 def test_setpoints_that_end_are_told(phase):
-    rig = Rig()
-    rig.to(phase)
+    rig = rig_at(phase)
     rig.machine = MachineView(FAULT, Cause.MEASUREMENT_JUMP, "a jump")
     rig.heights = None
     assert rig.cycle().failure == "ik_node leads the machine no more"
 
 
 def test_who_was_held_up_does_not_go_on():
-    rig = Rig()
-    rig.to(SwingPhase.RECORDING)
+    rig = rig_at(SwingPhase.RECORDING)
     rig.now += 2.0
     assert "this node was held up for 2" in rig.cycle().failure
 
@@ -250,8 +250,7 @@ def test_a_goal_that_never_ends_is_given_up():
 
 
 def test_too_few_samples_are_told():
-    rig = Rig(SwingSettings(duration=0.5))
-    rig.to(SwingPhase.RECORDING)
+    rig = rig_at(SwingPhase.RECORDING, SwingSettings(duration=0.5))
     rig.feels = False
     for _ in range(300):
         rig.cycle()
@@ -261,8 +260,7 @@ def test_too_few_samples_are_told():
 
 
 def test_the_first_reason_for_an_end_stays():
-    rig = Rig()
-    rig.to(SwingPhase.MOVING)
+    rig = rig_at(SwingPhase.MOVING)
     rig.search.end("calibration_node ends")
     rig.search.goal_ended(has_arrived=False, text="cancelled")
     assert rig.cycle().failure == "calibration_node ends"
