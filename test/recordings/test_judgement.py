@@ -13,11 +13,15 @@ from soak import many
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
+    AddedBound,
+    AddedBoundError,
     ForceLimits,
     MotionKind,
     PlatformSpeedLimit,
     SliderLimits,
 )
+from tri_glide_kinematics.motion.limits.limits import UsedParts
+from tri_glide_kinematics.motion.limits.series import largest_value
 from tri_glide_kinematics.recordings import Kind, Recording, WrongPeriodError, judge
 from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
 
@@ -372,6 +376,41 @@ def test_forces_by_differences_are_those_of_the_setpoints():
     needed = judged(recording, limits=QUICK.with_added(FORCE)).added[Kind.FORCE]
     exact = max((forces / 45.0).max(), (-forces / 20.0).max())
     assert needed == pytest.approx(exact, rel=0.02)
+
+
+class LiftLimit(AddedBound):
+    """A largest acceleration of the platform along z: a bound that only this test knows."""
+
+    name = "the lift limit"
+    order = 2
+    machine = MACHINE
+    largest = 4.0  # m/s^2
+
+    def used(self, position, half):
+        """Return which part of it is used."""
+        orders = np.array((2.0, 6.0, 12.0, 20.0))[:, np.newaxis]
+        values, rest = orders * position.values[2:, 2], orders[3] * position.bounds[5, 2]
+        most = [
+            largest_value(np.vstack((sign * values[:3], rest)), np.zeros_like(rest), half)
+            for sign in (1.0, -1.0)
+        ]
+        return UsedParts(np.max(most, axis=0) / self.largest, np.abs(values[0]) / self.largest)
+
+    def error(self, part, time):
+        """Return the error of a motion that uses more of it."""
+        return AddedBoundError("lift", part * self.largest, self.largest, "m/s^2", time)
+
+
+@pytest.mark.parametrize("drive", [moves, paths, upright], ids=lambda drive: drive.__name__)
+def test_a_bound_of_ones_own_is_planned_and_judged(drive):
+    limits = QUICK.with_added(LiftLimit())
+    found = judged(record(drive, 1, 1e-3, limits=limits), limits=limits)
+    assert found.violations == ()
+    assert 0.9 < found.added[Kind.ADDED_BOUND] < 1.001
+    (wrong,) = judged(record(drive, 1, 1e-3, limits=QUICK), limits=limits).violations
+    assert wrong.kind is Kind.ADDED_BOUND
+    assert wrong.value > 1.5
+    assert f"the motion uses {wrong.value:.6f} of the lift limit" == wrong.text
 
 
 def test_few_digits_are_no_force():

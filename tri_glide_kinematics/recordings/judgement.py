@@ -8,7 +8,7 @@ then. So heights are compared over the *period*, and stamps tell the order and t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.checks import non_negative, positive
-from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limit_use import (
     LIMIT_TOLERANCE,
@@ -24,12 +23,7 @@ from tri_glide_kinematics.motion.limit_use import (
     CommandStream,
     LimitUse,
 )
-from tri_glide_kinematics.motion.limits import (
-    QUANTITIES,
-    ForceLimits,
-    PlatformSpeedLimit,
-    SliderLimits,
-)
+from tri_glide_kinematics.motion.limits import QUANTITIES, AddedBound, SeenParts, SliderLimits
 from tri_glide_kinematics.recordings.setpoint_files import Recording
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text
@@ -49,10 +43,6 @@ SAME_PERIOD = 0.3
 BLOCK = 100_000
 # A jerk is a difference over so many rows before its own.
 ROWS_BEFORE = 3
-
-# By differences, a force may pass a limit by this part of it times the square of the period, as
-# they leave out how the forces change from one setpoint to the next [1/s^2].
-FORCE_TOLERANCE = 1e3
 
 Rows = NDArray[np.bool_]
 
@@ -86,6 +76,8 @@ class Kind(Enum):
     CONDITION = "condition number"
     PLATFORM_SPEED = "platform speed"
     FORCE = "force"
+    # A bound whose quantity is none of these.
+    ADDED_BOUND = "added bound"
 
 
 class Violation(NamedTuple):
@@ -119,7 +111,8 @@ class Judgement:
         duration: from the first stamp to the last [s].
         beginnings: how many stretches of setpoints there are.
         largest: velocity, acceleration and jerk as parts of their limits.
-        added: speed of the platform and force as parts of their limits, where there are such.
+        added: speed of the platform, force and whatever else is bounded as parts of their limits,
+            where there are such.
         longest_gap: longest time between two stamps in a stretch [s].
         last_speed: of the fastest slider at the last setpoint, as published, or else by the
             heights; 0 if the recording ends at rest, but for rounding [m/s].
@@ -171,10 +164,7 @@ def judge(
     judging.look_at_stamps(bound, limits, may_pause)
     judging.look_at_heights(workspace, limits)
     for added in limits.added:
-        if isinstance(added, PlatformSpeedLimit):
-            judging.look_at_platform_speed(added)
-        elif isinstance(added, ForceLimits):
-            judging.look_at_forces(added)
+        judging.look_at_added(added)
     return judging.judgement()
 
 
@@ -338,7 +328,7 @@ class _Judging:
         count = len(self._times)
         uses, places = np.zeros((count, 3)), np.full((count, 4), -np.inf)
         values, sliders = np.zeros((count, 3)), np.zeros((count, 3), dtype=np.int8)
-        for rows, fresh in self._blocks(ROWS_BEFORE):
+        for rows, fresh in self._blocks():
             heights = self._heights[rows]
             stream = CommandStream.from_heights(heights, self._period, self._resolution)
             parts = LimitUse.of(stream, limits, self._begins[rows]).parts[fresh:]
@@ -378,91 +368,28 @@ class _Judging:
                 lambda row: _outside(workspace, self._heights[row]),
             )
 
-    def look_at_platform_speed(self, limit: PlatformSpeedLimit) -> None:
-        """Compare differences of the places of the platform with a ``limit``.
+    def look_at_added(self, bound: AddedBound) -> None:
+        """Compare what the heights use of an added ``bound`` with it."""
 
-        A difference over the period is a mean of velocities, so it keeps each limit that they keep.
-        """
-        machine, period = limit.machine, self._period
-        speeds = np.zeros(len(self._times))
-        roundings = np.zeros(len(self._times))
-        for rows, fresh in self._blocks(1):
-            places = machine.forward_batch(self._heights[rows])
-            # Errors of all heights grow by the square root of 3 over the least singular value. As
-            # the largest is at least that root, this is no more than the condition number.
-            wrong = self._rounding * machine.condition_number_batch(places)
-            steps = np.linalg.norm(np.diff(places, axis=0, prepend=places[:1]), axis=1)
-            new = slice(rows.start + fresh, rows.stop)
-            speeds[new] = steps[fresh:] / period
-            roundings[new] = 2.0 * wrong[fresh:] / period
+        def seen(rows: slice) -> SeenParts:
+            return bound.seen(self._heights[rows], self._period, self._rounding)
+
+        parts = np.zeros(len(self._times))
+        tolerance = 0.0
+        for start in range(0, len(parts), BLOCK):
+            # With a row before and one after.
+            rows = slice(max(start - 1, 0), start + BLOCK + 1)
+            found, tolerance, _ = seen(rows)
+            parts[start : start + BLOCK] = found[start - rows.start :][:BLOCK]
+        joined = ~self._begins
+        if bound.order == 2:
+            joined &= ~np.append(self._begins[1:], True)
         # Without a pose, the place is noted already.
-        known = ~self._begins & np.isfinite(speeds)
-        parts = np.where(known, np.maximum(speeds - roundings, 0.0), 0.0) / limit.speed
-        self._added[Kind.PLATFORM_SPEED] = float(parts.max(initial=0.0))
-        self._note(
-            Kind.PLATFORM_SPEED,
-            parts > 1.0 + LIMIT_TOLERANCE,
-            parts,
-            1.0,
-            lambda row: (
-                f"the platform moves at {speeds[row]:.9g} m/s, {parts[row]:.6f} of its limit, "
-                f"{number_text(limit.speed)} m/s"
-            ),
-        )
-
-    def look_at_forces(self, limits: ForceLimits) -> None:
-        """Compare the forces that the motion asks for with their ``limits``.
-
-        The acceleration of a row is a mean over the period before it and that after it. But for
-        the square of the period so is the force, and keeps each limit that the forces keep. Dry
-        friction counts where the slider moves the same way in both periods; else it is taken to
-        help.
-        """
-        masses, period, count = limits.forces.masses, self._period, len(self._times)
-        smooth = SliderForces(limits.machine, replace(masses, coulomb=(0.0,) * 3))
-        coulomb, viscous = np.array(masses.coulomb), np.array(masses.viscous)
-        of_rate, of_acceleration = self._rounding / period, 4.0 * self._rounding / period**2
-        parts, forces = np.zeros((count, 3)), np.zeros((count, 3))
-        bounds = np.array((limits.up, limits.down))
-        for rows, _ in self._blocks(2):
-            heights = self._heights[rows]
-            rates = np.diff(heights, axis=0) / period
-            middles, before, after = heights[1:-1], rates[:-1], rates[1:]
-            motion = middles, 0.5 * (before + after), (after - before) / period
-            found = smooth.forces_batch(*motion)
-            still = np.zeros(middles.shape)
-            held = smooth.forces_batch(middles, still, still)
-            wrong = of_rate * viscous + of_acceleration * sum(
-                np.abs(smooth.forces_batch(middles, still, still + unit) - held)
-                for unit in np.eye(3)
-            )
-            one_way = np.where(before * after > 0.0, np.sign(before), 0.0)
-            for sign, bound in zip((1.0, -1.0), bounds):
-                # At a turn, friction is against one of both ways.
-                friction = coulomb * np.where(one_way == 0.0, -sign, one_way)
-                force = found + friction
-                part = (sign * force - wrong) / bound
-                new = slice(rows.start + 1, rows.stop - 1)
-                larger = part > parts[new]
-                parts[new] = np.where(larger, part, parts[new])
-                forces[new] = np.where(larger, force, forces[new])
-        # A row is the middle of three.
-        joined = ~self._begins & ~np.append(self._begins[1:], True)
-        parts[~joined | ~np.isfinite(parts).all(axis=1)] = 0.0
-        self._added[Kind.FORCE] = float(parts.max(initial=0.0))
-        worst = parts.argmax(axis=1)
-
-        def text(row: int) -> str:
-            slider = int(worst[row])
-            force = float(forces[row, slider])
-            bound = float(bounds[0 if force > 0.0 else 1, slider])
-            return (
-                f"slider {slider + 1} needs {force:.6g} N, {parts[row, slider]:.6f} of its limit, "
-                f"{number_text(bound)} N {'upwards' if force > 0.0 else 'downwards'}"
-            )
-
-        most = parts.max(axis=1)
-        self._note(Kind.FORCE, most > 1.0 + FORCE_TOLERANCE * period**2, most, 1.0, text)
+        parts[~joined | ~np.isfinite(parts)] = 0.0
+        kind = Kind(bound.quantity)
+        self._added[kind] = float(parts.max(initial=0.0))
+        wrong = parts > 1.0 + max(tolerance, LIMIT_TOLERANCE)
+        self._note(kind, wrong, parts, 1.0, lambda row: seen(slice(row - 1, row + 2)).text(1))
 
     @property
     def _slowest(self) -> float:
@@ -476,10 +403,10 @@ class _Judging:
         largest = np.abs(self._heights).max(initial=0.0)
         return float(ROUNDING_STEPS * np.spacing(largest) + self._resolution)
 
-    def _blocks(self, before: int) -> Iterator[tuple[slice, int]]:
-        """Yield blocks of rows, each with some of those ``before`` it, and how many these are."""
+    def _blocks(self) -> Iterator[tuple[slice, int]]:
+        """Yield blocks of rows, each with some of those before it, and how many these are."""
         for start in range(0, len(self._times), BLOCK):
-            first = max(start - before, 0)
+            first = max(start - ROWS_BEFORE, 0)
             yield slice(first, min(start + BLOCK, len(self._times))), start - first
 
     def _note(

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.limits.limits import AddedBound as AddedBound
     from tri_glide_kinematics.motion.limits.limits import PathPlaces as PathPlaces
     from tri_glide_kinematics.motion.limits.limits import PathRows as PathRows
+    from tri_glide_kinematics.motion.limits.limits import SeenParts as SeenParts
     from tri_glide_kinematics.motion.limits.limits import SliderLimits as SliderLimits
     from tri_glide_kinematics.motion.limits.platform_speed import (
         PlatformSpeedLimit as PlatformSpeedLimit,

@@ -16,7 +16,7 @@ motion that takes n times as long uses, but for friction, the part over the squa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
@@ -25,7 +25,14 @@ from tri_glide_kinematics.checks import finite_vector, positive
 from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.errors import AddedBoundError
-from tri_glide_kinematics.motion.limits.limits import AddedBound, PathPlaces, PathRows, UsedParts
+from tri_glide_kinematics.motion.limits.limits import (
+    DIFFERENCES_TOLERANCE,
+    AddedBound,
+    PathPlaces,
+    PathRows,
+    SeenParts,
+    UsedParts,
+)
 from tri_glide_kinematics.motion.limits.series import (
     Series,
     heights_of,
@@ -79,6 +86,7 @@ class ForceLimits(AddedBound):
     """
 
     name = "force limits"
+    quantity = "force"
     order = 2
 
     forces: SliderForces
@@ -246,6 +254,46 @@ class ForceLimits(AddedBound):
                 ((sign * along.speed_squared + np.maximum(sign * of_squared, 0.0)) / room).T
             )
         return PathRows(np.concatenate(acceleration), np.concatenate(squared))
+
+    def seen(self, heights: FloatArray, period: float, rounding: float) -> SeenParts:
+        """Return which part of the limits the forces use that the motion asks for.
+
+        The acceleration of a row is a mean over the period before it and that after it. But for
+        the square of the period so is the force, and keeps each limit that the forces keep. Dry
+        friction counts where the slider moves the same way in both periods; else it is taken to
+        help.
+        """
+        masses = self.forces.masses
+        smooth = SliderForces(self.machine, replace(masses, coulomb=(0.0,) * 3))
+        rates = np.diff(heights, axis=0, prepend=heights[:1], append=heights[-1:]) / period
+        before, after = rates[:-1], rates[1:]
+        found = smooth.forces_batch(heights, 0.5 * (before + after), (after - before) / period)
+        still = np.zeros(heights.shape)
+        held = smooth.forces_batch(heights, still, still)
+        wrong = rounding / period * np.array(masses.viscous)
+        wrong = wrong + 4.0 * rounding / period**2 * sum(
+            np.abs(smooth.forces_batch(heights, still, still + unit) - held) for unit in np.eye(3)
+        )
+        one_way = np.where(before * after > 0.0, np.sign(before), 0.0)
+        parts, forces = np.zeros(heights.shape), np.zeros(heights.shape)
+        bounds = np.array((self.up, self.down))
+        for sign, bound in zip((1.0, -1.0), bounds):
+            # At a turn, friction is against one of both ways.
+            friction = np.array(masses.coulomb) * np.where(one_way == 0.0, -sign, one_way)
+            part = (sign * (found + friction) - wrong) / bound
+            forces = np.where(part > parts, found + friction, forces)
+            parts = np.maximum(part, parts)
+
+        def text(row: int) -> str:
+            slider = int(parts[row].argmax())
+            force = float(forces[row, slider])
+            bound = float(bounds[0 if force > 0.0 else 1, slider])
+            return (
+                f"slider {slider + 1} needs {force:.6g} N, {parts[row, slider]:.6f} of its limit, "
+                f"{number_text(bound)} N {'upwards' if force > 0.0 else 'downwards'}"
+            )
+
+        return SeenParts(parts.max(axis=1), DIFFERENCES_TOLERANCE * period**2, text)
 
     def error(self, part: float, time: float) -> AddedBoundError:
         """Return the error with the part of what the weight leaves of the limits."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
@@ -33,6 +33,10 @@ RELATIVE_ROUNDING = 1e-8
 
 # A slider may pass an end of its travel by this: rounding [m].
 TRAVEL_ROUNDING = 1e-9
+
+# By differences, a motion may use more of a bound than by derivatives, by this part of it times the
+# square of the period: they leave out how it changes from one setpoint to the next [1/s^2].
+DIFFERENCES_TOLERANCE = 1e3
 
 # A motion ends this far from the edge of the workspace, and needs as much room to begin [m].
 EDGE_CLEARANCE = 1e-6
@@ -118,6 +122,20 @@ class UsedParts(NamedTuple):
     middle: FloatArray
 
 
+class SeenParts(NamedTuple):
+    """Which part of an added bound n setpoints use, as differences of their heights tell.
+
+    Attributes:
+        parts: of the bound; NaN where there is no pose. Shape (n,).
+        tolerance: by which a part may be above 1, as differences are no derivatives.
+        text: what is used in a row, in words.
+    """
+
+    parts: FloatArray
+    tolerance: float
+    text: Callable[[int], str]
+
+
 class PathPlaces(NamedTuple):
     """n places on a path.
 
@@ -159,11 +177,13 @@ class AddedBound(ABC):
     Attributes:
         machine: whose motion it bounds.
         name: in words.
+        quantity: that it bounds, in words.
         order: 1 if a motion in n times the time uses an nth of it, 2 if the square of that.
     """
 
     machine: TriGlide
     name: ClassVar[str]
+    quantity: ClassVar[str] = "added bound"
     order: ClassVar[int]
 
     @property
@@ -202,11 +222,40 @@ class AddedBound(ABC):
 
     def part_at(self, state: SliderState) -> float:
         """Return which part of it is used in one ``state``; infinite if that is not known."""
-        at_once = np.zeros(1)
-        heights, rates, accelerations = (np.array(each)[:, np.newaxis] for each in state)
-        series = polynomial(np.array((heights, rates, 0.5 * accelerations)), at_once)
-        position = position_of(self.machine, series, at_once)
-        return float(np.nan_to_num(self.used(position, at_once).middle[0], nan=inf))
+        (part,) = self._parts_at(*(np.array([each]) for each in state))
+        return float(np.nan_to_num(part, nan=inf))
+
+    def _parts_at(
+        self, heights: FloatArray, rates: FloatArray, accelerations: FloatArray
+    ) -> FloatArray:
+        """Return which part of it is used in each state of the sliders. Shape (n,)."""
+        at_once = np.zeros(len(heights))
+        series = polynomial(np.array((heights.T, rates.T, 0.5 * accelerations.T)), at_once)
+        return self.used(position_of(self.machine, series, at_once), at_once).middle
+
+    def seen(self, heights: FloatArray, period: float, rounding: float) -> SeenParts:
+        """Return which part of it recorded setpoints use, by their heights alone.
+
+        A row tells of what was between it and the one before if ``order`` is 1; else it is the
+        middle of three. So the first row tells nothing, and else the last one neither.
+
+        Args:
+            heights: a period after each other. Shape (n, 3) [m].
+            period: [s].
+            rounding: by which a height may be wrong; what that makes is no use of a bound, where a
+                bound can tell it [m].
+        """
+        rates = np.diff(heights, axis=0, prepend=heights[:1]) / period
+        if self.order == 1:
+            parts = self._parts_at(heights - 0.5 * period * rates, rates, np.zeros(rates.shape))
+        else:
+            after = np.append(rates[1:], rates[-1:], axis=0)
+            parts = self._parts_at(heights, 0.5 * (rates + after), (after - rates) / period)
+        return SeenParts(
+            parts,
+            DIFFERENCES_TOLERANCE * period**2,
+            lambda row: f"the motion uses {parts[row]:.6f} of {self.name}",
+        )
 
     def times(self, part: float) -> AddedBound:
         """Return a bound that allows this ``part`` of it, in (0, 1]."""
