@@ -84,12 +84,15 @@ class Table:
         return TableError(self.file, int(self.lines[row]), column + 1, reason)
 
 
-def read_table(file: str | Path, *, may_be_endless: bool = False) -> Table:
+def read_table(
+    file: str | Path, *, may_be_endless: bool = False, must_be_ended: bool = True
+) -> Table:
     """Read a table.
 
     Args:
         file: its path.
         may_be_endless: whether cells may be NaN or infinite, as numbers that were recorded.
+        must_be_ended: whether the last line must have an end, without which it may be cut off.
 
     Raises:
         TableError: if it cannot be read, has no row, or its last row no end; or a cell is no
@@ -108,7 +111,8 @@ def read_table(file: str | Path, *, may_be_endless: bool = False) -> Table:
     ]
     if not lines:
         raise TableError(file, 0, 0, "is empty")
-    if lines[-1][0] == len(text.splitlines()) and not text.endswith("\n"):
+    is_ended = lines[-1][0] < len(text.splitlines()) or text.endswith("\n")
+    if must_be_ended and not is_ended:
         reason = "this last line has no end, so it may be cut off: if it is whole, end the line"
         raise TableError(file, lines[-1][0], 0, reason)
     delimiter = next((sign for sign in ";,\t" if sign in lines[0][1]), None)

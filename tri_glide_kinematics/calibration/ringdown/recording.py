@@ -6,26 +6,22 @@ A file is a table with a head: the time first, then one to three axes, each with
     0.000, 0.1203, -0.0311, 0.0007
     0.002, 0.1168, -0.0302, 0.0009
 
-Lines that begin with # are remarks. A line without a number for each column is a mistake, but for
-empty cells: such a sample is missing.
+Lines that begin with # are remarks (``tables.py``). A sample with an empty cell is missing.
 """
 
 from __future__ import annotations
 
-import csv
-import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from tri_glide_kinematics.checks import LARGEST, finite_array, member
+from tri_glide_kinematics.checks import finite_array, member
 from tri_glide_kinematics.errors import KinematicsError, WrongShapeError
 from tri_glide_kinematics.files import replace_file
-from tri_glide_kinematics.keys import FileError, shortened
+from tri_glide_kinematics.keys import FileError
+from tri_glide_kinematics.tables import Table, TableError, read_table
 from tri_glide_kinematics.vectors import FloatArray
 
 MOST_AXES = 3
@@ -57,9 +53,6 @@ UNITS = {
     "g": (Quantity.ACCELERATION, STANDARD_GRAVITY),
     "mg": (Quantity.ACCELERATION, 1e-3 * STANDARD_GRAVITY),
 }
-
-# A name, and a unit in square or round brackets.
-_HEAD = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?\s*")
 
 
 class RecordingFileError(FileError):
@@ -142,13 +135,46 @@ def load_recording(file: str | Path, unit: str | None = None) -> Recording:
             file, line, column and number.
     """
     try:
-        text = Path(file).read_text(encoding="utf-8-sig")
-    except OSError as error:
-        reason = f"cannot be read: {error.strerror or error}"
-        raise RecordingFileError(file, "", reason) from error
-    except UnicodeDecodeError as error:
-        raise RecordingFileError(file, "", f"is no text in UTF-8: {error.reason}") from error
-    return _Table(file, text).recording(unit)
+        return _recording(read_table(file, must_be_ended=False), unit)
+    except TableError as error:
+        raise RecordingFileError(file, error.place, error.reason) from error
+
+
+def _recording(table: Table, unit: str | None) -> Recording:
+    """Return what a table says.
+
+    Raises:
+        TableError: if something in it has no meaning.
+    """
+    heads, columns = table.heads, table.numbers.shape[1]
+    if heads is None or not 2 <= columns <= 1 + MOST_AXES:
+        found = f"{columns} columns" if heads else "no head"
+        reason = f"{found}; there must be a time and 1 to {MOST_AXES} axes, as in 't [s], x [mm]'"
+        raise TableError(table.file, table.head_line or int(table.lines[0]), 0, reason)
+    units = [heads[0].unit or "s", *(head.unit or unit for head in heads[1:])]
+    choices = (tuple(TIME_UNITS), *[tuple(UNITS)] * MOST_AXES)
+    for column, (known, given) in enumerate(zip(choices, units), 1):
+        if given not in known:
+            choice = f"it must be one of: {', '.join(known)}"
+            what = "has no unit, as in 'x [mm]'" if given is None else f"{given!r} is no unit"
+            raise TableError(table.file, table.head_line, column, f"{what}; {choice}")
+    axes = [UNITS[given] for given in units[1:] if given]
+    quantities = {quantity for quantity, _ in axes}
+    if len(quantities) > 1:
+        reason = "positions and accelerations in one file"
+        raise TableError(table.file, table.head_line, 0, reason)
+    rows = np.flatnonzero(np.isfinite(table.numbers).all(axis=1))
+    numbers = table.numbers[rows]
+    times = numbers[:, 0]
+    for place in np.flatnonzero(np.diff(times) <= 0.0)[:1] + 1:
+        reason = f"{times[place]:.9g} must be greater than the one before, {times[place - 1]:.9g}"
+        raise table.error(rows[place], 0, reason)
+    if not LEAST_SAMPLES <= len(rows) <= MOST_SAMPLES:
+        reason = f"{len(rows)} samples; there must be {LEAST_SAMPLES} to {MOST_SAMPLES}"
+        raise TableError(table.file, 0, 0, reason)
+    numbers = numbers * [TIME_UNITS[str(units[0])], *(scale for _, scale in axes)]
+    names = tuple(head.name for head in heads[1:])
+    return Recording(numbers[:, 0], numbers[:, 1:], quantities.pop(), names)
 
 
 # The first line of a file that is written here: what begins so may be replaced.
@@ -180,101 +206,3 @@ def save_recording(file: Path, recording: Recording, remark: str = "") -> None:
     except OSError as error:
         reason = f"cannot be written: {error.strerror or error}"
         raise RecordingFileError(file, "", reason) from error
-
-
-class _Table:
-    """The lines of one file."""
-
-    def __init__(self, file: str | Path, text: str) -> None:
-        self._file = file
-        lines = [
-            (number, line)
-            for number, line in enumerate(text.splitlines(), 1)
-            if line.strip() and not line.lstrip().startswith("#")
-        ]
-        if not lines:
-            raise RecordingFileError(file, "", "is empty")
-        self._numbers = [number for number, _ in lines]
-        # Of a semicolon the comma is the decimal separator of a language: it is not guessed.
-        delimiter = next((sign for sign in ",;\t" if sign in lines[0][1]), ",")
-        try:
-            self._rows = list(csv.reader((line for _, line in lines), delimiter=delimiter))
-        except csv.Error as error:
-            # A cell that is too long; before Python 3.11, a NUL, too.
-            raise RecordingFileError(file, "", f"is no table: {error}") from error
-
-    def recording(self, unit: str | None) -> Recording:
-        heads = [self._head(column, text) for column, text in enumerate(self._rows[0])]
-        if not 2 <= len(heads) <= 1 + MOST_AXES:
-            reason = f"{len(heads)} columns; there must be a time and 1 to {MOST_AXES} axes"
-            raise self._error(0, None, reason)
-        self._names = [name for name, _ in heads]
-        second = self._time_unit(heads[0][1])
-        units = [self._unit(column, given or unit) for column, (_, given) in enumerate(heads[1:])]
-        quantities = {quantity for quantity, _ in units}
-        if len(quantities) > 1:
-            raise self._error(0, None, "positions and accelerations in one file")
-        rows = [self._sample(place) for place in range(1, len(self._rows))]
-        kept = [(place, row) for place, row in enumerate(rows, 1) if row is not None]
-        for (_, before), (place, row) in pairwise(kept):
-            if row[0] <= before[0]:
-                reason = f"{row[0]:.9g} must be greater than the one before, {before[0]:.9g}"
-                raise self._error(place, 0, reason)
-        if not LEAST_SAMPLES <= len(kept) <= MOST_SAMPLES:
-            reason = f"{len(kept)} samples; there must be {LEAST_SAMPLES} to {MOST_SAMPLES}"
-            raise RecordingFileError(self._file, "", reason)
-        table = np.array([row for _, row in kept]) * [second, *(scale for _, scale in units)]
-        return Recording(table[:, 0], table[:, 1:], quantities.pop(), tuple(self._names[1:]))
-
-    def _head(self, column: int, text: str) -> tuple[str, str | None]:
-        match = _HEAD.fullmatch(text)
-        if match is None or not match["name"]:
-            raise self._error(0, None, f"column {column + 1}: {shortened(text)} is no head")
-        if _is_number(match["name"]):
-            reason = f"column {column + 1}: {shortened(text)} is a number, where a head must be"
-            raise self._error(0, None, reason)
-        return match["name"], match["unit"]
-
-    def _time_unit(self, unit: str | None) -> float:
-        if unit not in (None, *TIME_UNITS):
-            raise self._unknown(0, unit, TIME_UNITS)
-        return 1.0 if unit is None else TIME_UNITS[unit]
-
-    def _unit(self, axis: int, unit: str | None) -> tuple[Quantity, float]:
-        if unit is None:
-            reason = f"has no unit, as in 'x [mm]'; it is one of: {', '.join(UNITS)}"
-            raise self._error(0, axis + 1, reason)
-        if unit not in UNITS:
-            raise self._unknown(axis + 1, unit, UNITS)
-        return UNITS[unit]
-
-    def _unknown(self, column: int, unit: str | None, known: Iterable[str]) -> RecordingFileError:
-        reason = f"{shortened(unit)} is no unit; it must be one of: {', '.join(known)}"
-        return self._error(0, column, reason)
-
-    def _sample(self, place: int) -> list[float] | None:
-        """Return the numbers of a line; None if a cell is empty."""
-        cells = [cell.strip() for cell in self._rows[place]]
-        if len(cells) != len(self._names):
-            reason = f"{len(cells)} cells, but the head has {len(self._names)}"
-            raise self._error(place, None, reason)
-        for column, cell in enumerate(cells):
-            if cell and not _is_number(cell):
-                raise self._error(place, column, f"{shortened(cell)} is not a number")
-            if cell and not abs(float(cell)) <= LARGEST:
-                raise self._error(place, column, f"{cell} is not a finite number")
-        return [float(cell) for cell in cells] if all(cells) else None
-
-    def _error(self, place: int, column: int | None, reason: str) -> RecordingFileError:
-        where = f"line {self._numbers[place]}"
-        if column is not None:
-            where += f", column {shortened(self._names[column])}"
-        return RecordingFileError(self._file, where, reason)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
