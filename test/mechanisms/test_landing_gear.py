@@ -285,13 +285,6 @@ class TestErrataOfSource003:
         z = ca * ag + sa * ai - ca * sb * aw - sa * cb * wg * ww + ca * cb * wi * ww
         return np.stack([x, y, z], axis=1)
 
-    def test_total_angular_velocity_is_right(self, terms):
-        trajectory, state = terms
-        sa, ca, sb, cb = self.angles(trajectory)
-        wg, wi, ww = trajectory.rates
-        printed = [-cb * ww, ca * wi - sa * (wg + sb * ww), sa * wi + ca * (wg + sb * ww)]
-        assert scaled_error(state.wheel.angular_velocity, np.stack(printed, axis=1)) < 1e-14
-
     def test_total_angular_acceleration(self, terms):
         trajectory, state = terms
         found = state.wheel.angular_acceleration
@@ -320,29 +313,6 @@ class TestErrataOfSource003:
         assert np.abs(pitch @ retraction - result).max() < 1e-15
         assert np.abs(retraction @ pitch - result).max() > 0.1
 
-    def test_velocity_of_c_is_right(self, terms):
-        trajectory, state = terms
-        sa, ca, sb, cb = self.angles(trajectory)
-        wg, wi, _ = trajectory.rates
-        arm = GEAR.l3 * sb + GEAR.l4 * cb
-        x = wi * (-GEAR.l3 * cb + GEAR.l4 * sb)
-        y = ca * trajectory.speed - wg * ca * (arm - GEAR.l1) - wi * sa * arm
-        z = sa * trajectory.speed - wg * sa * (arm - GEAR.l1) + wi * ca * arm
-        assert scaled_error(state.wheel.velocity, np.stack([x, y, z], axis=1)) < 1e-13
-
-    def test_acceleration_of_c_is_right(self, terms):
-        trajectory, state = terms
-        sa, ca, sb, cb = self.angles(trajectory)
-        (wg, wi, _), (ag, ai, _) = trajectory.rates, trajectory.rates2
-        av, l1, l3, l4 = trajectory.speed_rate, GEAR.l1, GEAR.l3, GEAR.l4
-        arm, lift = l3 * sb + l4 * cb, -l3 * cb + l4 * sb
-        x = wg**2 * (arm - l1) + ai * lift + wi**2 * arm
-        y = av * ca + ca * ag * (l1 - arm) + 2.0 * wg * wi * ca * lift - sa * ai * arm
-        y += sa * wi**2 * lift
-        z = av * sa + sa * ag * (l1 - arm) + 2.0 * wg * wi * sa * lift + ca * ai * arm
-        z -= ca * wi**2 * lift
-        assert scaled_error(state.wheel.acceleration, np.stack([x, y, z], axis=1)) < 1e-13
-
     def test_y_component_of_retraction_times_the_arm_of_d(self, terms):
         """Printed + in 2.5.1, - in the velocity of D below it."""
         trajectory, state = terms
@@ -353,16 +323,6 @@ class TestErrataOfSource003:
         product = np.cross(retraction, state.gear.position - state.hinge.position)[:, 1]
         assert scaled_error(wi * sa * arm, product) > 0.1
         assert scaled_error(-wi * sa * arm, product) < 1e-14
-
-    def test_velocity_of_d_is_right(self, terms):
-        trajectory, state = terms
-        sa, ca, sb, cb = self.angles(trajectory)
-        wg, wi, _ = trajectory.rates
-        arm = 3.0 * GEAR.l3 * sb + GEAR.l4 * cb
-        x = -0.25 * wi * (3.0 * GEAR.l3 * cb - GEAR.l4 * sb)
-        swing = trajectory.speed - 0.25 * wg * (arm - 4.0 * GEAR.l1)
-        y, z = ca * swing - 0.25 * wi * sa * arm, sa * swing + 0.25 * wi * ca * arm
-        assert scaled_error(state.gear.velocity, np.stack([x, y, z], axis=1)) < 1e-13
 
     def test_acceleration_of_d(self, terms):
         """The printed l2 inside the term of omega_i would make the result depend on l2."""
@@ -399,16 +359,6 @@ class TestErrataOfSource003:
         relative = np.cross(retraction, state.wheel.position - state.hinge.position)
         as_in_the_text = -2.0 * np.cross(retraction, relative)
         assert scaled_error(as_in_the_text, printed) > 0.5
-
-    def test_momentum_of_the_gear_along_the_flight(self, terms):
-        """The printed line breaks off; what must stand in it is fixed by the velocity of D."""
-        trajectory, state = terms
-        sa, ca, sb, cb = self.angles(trajectory)
-        along = state.gear.momentum[:, 1] * ca + state.gear.momentum[:, 2] * sa
-        wg = trajectory.rates[0]
-        arm = 0.25 * (3.0 * GEAR.l3 * sb + GEAR.l4 * cb)
-        expected = 120.0 * (trajectory.speed - wg * (arm - GEAR.l1))
-        assert scaled_error(along, expected) < 1e-13
 
 
 class TestBadInput:

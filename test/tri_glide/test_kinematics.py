@@ -201,15 +201,6 @@ def test_condition_number_agrees_with_singular_value_decomposition():
         np.testing.assert_allclose(single, found, rtol=1e-9)
 
 
-def test_jacobian_of_the_centre_is_isotropic_across():
-    """In the middle of a symmetric machine each arm leans by the same angle."""
-    machine = TriGlide(DEFAULT_GEOMETRY)
-    lean = 0.2 / math.sqrt(0.4**2 - 0.2**2)
-    largest, smallest = machine.singular_values((0.0, 0.0, 0.1))
-    assert largest == pytest.approx(math.sqrt(3.0), rel=1e-14)
-    assert smallest == pytest.approx(lean * math.sqrt(1.5), rel=1e-14)
-
-
 @reproducible
 @given(geometries, st.integers(0, 2**32 - 1))
 def test_batch_is_the_single_pose_repeated(geometry, seed):
@@ -651,19 +642,3 @@ class TestSource:
         )
         printed = printed_tables(self.r, self.R, self.L, beta, heights, rates, erratum=True)
         assert abs(printed[1][2] - difference[2]) > 1e-3
-
-    @pytest.mark.parametrize(("beta", "heights", "rates"), poses)
-    def test_inverse_table(self, beta, heights, rates):
-        machine = TriGlide(TriGlideGeometry.symmetric(self.r, self.R, self.L, beta))
-        (x, y, z), (vx, vy, vz) = machine.forward_velocity(heights, rates)
-        gap, thirty = self.R - self.r, math.radians(30.0)
-        columns = (
-            (gap * math.sin(beta), -gap * math.cos(beta)),
-            (gap * math.cos(thirty + beta), gap * math.sin(thirty + beta)),
-            (-gap * math.cos(thirty - beta), gap * math.sin(thirty - beta)),
-        )
-        for column, height, rate in zip(columns, heights, rates):
-            fx, fy = column[0] - x, column[1] - y
-            rise = math.sqrt(self.L**2 - fx**2 - fy**2)
-            assert rise + z == pytest.approx(height, abs=1e-13)
-            assert (fx * vx + fy * vy) / rise + vz == pytest.approx(rate, abs=1e-12)

@@ -74,7 +74,7 @@ def test_random_mechanisms_agree_with_a_dense_scan():
     rng = np.random.default_rng(20_000)
     grid = np.linspace(-math.pi, math.pi, 721)
     counts = np.zeros(7, dtype=int)
-    for _ in range(3_000):
+    for _ in range(1_000):
         mechanism = random_mechanism(rng)
         crank_angle = rng.uniform(-math.pi, math.pi)
         poses = mechanism.poses(crank_angle)
@@ -87,23 +87,8 @@ def test_random_mechanisms_agree_with_a_dense_scan():
             # A pair of roots narrower than the scan: only a much finer one tells.
             fine = np.linspace(-math.pi, math.pi, 200_001)
             assert scan_count(mechanism, crank_angle, fine) == len(poses)
-    assert np.all(counts[[0, 2, 4, 6]] > 20)
+    assert np.all(counts[[0, 2, 4, 6]] > 5)
     assert np.all(counts[[1, 3, 5]] == 0)
-
-
-@pytest.mark.slow
-def test_root_at_half_a_turn_is_not_special():
-    rng = np.random.default_rng(180)
-    for _ in range(800):
-        joints, pins = random_points(rng, 3), random_points(rng, 3)
-        pose = (math.pi, random_points(rng, 1)[0])
-        angles = rng.uniform(-math.pi, math.pi, 3)
-        cranks = rng.uniform(0.1, 0.6, 3)
-        mechanism = mechanism_through(pins, joints, pose, cranks, angles, bool(rng.integers(2)))
-        for poses in (single_row(mechanism, angles[0]), batch_row(mechanism, angles[0])):
-            near = [angle_difference(angle, math.pi) for angle, _ in poses]
-            assert min(near) < 1e-9
-            assert all(-math.pi < angle <= math.pi for angle, _ in poses)
 
 
 def batch_row(mechanism, crank_angle):
@@ -116,10 +101,9 @@ def single_row(mechanism, crank_angle):
     return [(pose.angle, pose.position) for pose in mechanism.poses(crank_angle)]
 
 
-@pytest.mark.slow
 def test_exact_folds_are_found_once():
     rng = np.random.default_rng(11)
-    for _ in range(800):
+    for _ in range(150):
         # Three rods through one point: the platform can turn about it for an instant.
         joints, pose = random_points(rng, 3), (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
         places = pose[1] + np.exp(1j * pose[0]) * joints
@@ -139,7 +123,7 @@ def test_exact_folds_are_found_once():
 
 def test_degenerate_linear_system_keeps_both_positions():
     rng = np.random.default_rng(12)
-    for _ in range(500):
+    for _ in range(150):
         joints, pose = random_points(rng, 3), (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
         z = np.exp(1j * pose[0])
         places = pose[1] + z * joints
@@ -167,7 +151,7 @@ def test_degenerate_linear_system_keeps_both_positions():
 
 def test_degenerate_linear_system_invents_nothing():
     rng = np.random.default_rng(13)
-    for _ in range(500):
+    for _ in range(150):
         joints = random_points(rng, 3)
         angle = rng.uniform(-3.1, 3.1)
         pin_a, pin_b = random_points(rng, 2)
@@ -197,7 +181,7 @@ def test_identically_vanishing_determinant():
     # Pins and platform both collinear in the same ratio: the two linear equations are parallel at
     # every platform angle, and every root of F is double.
     rng = np.random.default_rng(14)
-    for _ in range(200):
+    for _ in range(100):
         ratio = rng.uniform(-2.0, 2.0)
         d_b, pin_a, e_b = random_points(rng, 3)
         joints = np.array([0.0, d_b, ratio * d_b])
@@ -287,7 +271,7 @@ def test_redundant_rod_that_never_closes_is_no_self_motion():
 
 def test_two_coincident_platform_joints_are_allowed():
     rng = np.random.default_rng(15)
-    for _ in range(200):
+    for _ in range(100):
         joints = random_points(rng, 3)
         joints[2] = joints[1]
         pose = (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
@@ -302,7 +286,7 @@ def test_velocities_against_central_differences():
     rng = np.random.default_rng(16)
     step = 1e-6
     checked = 0
-    for _ in range(300):
+    for _ in range(100):
         mechanism = random_mechanism(rng)
         crank_angle = rng.uniform(-math.pi, math.pi)
         corner = tuple(rng.uniform(-1.0, 1.0, 2))
@@ -325,7 +309,7 @@ def test_velocities_against_central_differences():
             slope = (np.array(after.point(corner)) - before.point(corner)) / (2.0 * step)
             assert slope == pytest.approx(pose.point_velocity(corner), abs=1e-5)
             checked += 1
-    assert checked > 300
+    assert checked > 100
 
 
 def test_singularity_is_the_determinant_of_the_rod_lines():
@@ -483,11 +467,10 @@ def test_half_a_turn_of_the_platform_is_the_last_position():
     for _ in range(100):
         joints, pins, place = random_points(rng, 3), random_points(rng, 3), random_points(rng, 1)[0]
         angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
-        mechanism = mechanism_through(pins, joints, (math.pi, place), cranks, angles)
-        single = [pose.angle for pose in mechanism.poses(angles[0])]
-        batch = mechanism.poses_batch([angles[0]])
-        assert single[-1] == pytest.approx(math.pi, abs=1e-11)
-        assert batch.angle[0, batch.counts[0] - 1] == pytest.approx(math.pi, abs=1e-11)
+        turned = (math.pi, place)
+        mechanism = mechanism_through(pins, joints, turned, cranks, angles, bool(rng.integers(2)))
+        for poses in (single_row(mechanism, angles[0]), batch_row(mechanism, angles[0])):
+            assert poses[-1][0] == pytest.approx(math.pi, abs=1e-11)
 
 
 def test_is_a_value():

@@ -113,45 +113,23 @@ def test_turning_points_are_exact():
             for event in trace.turning_points[:3]:
                 value = closure_value(mechanism, event.crank_angle, circle)
                 scale = np.max(np.abs(value))
-                angle = event.pose.angle
-                value, slope, _ = expansion(mechanism, event.crank_angle, angle, 1e-3)
+                # Value and slope of F, the slope by a difference of fourth order.
+                around = event.pose.angle + 1e-3 * np.arange(-2.0, 3.0)
+                f = closure_value(mechanism, event.crank_angle, around)
+                value, slope = f[2], (f[0] - 8.0 * f[1] + 8.0 * f[3] - f[4]) / 12e-3
                 assert abs(value) < 1e-9 * scale
                 assert abs(slope) < 1e-9 * scale
                 assert abs(event.pose.singularity) < 1e-9
                 assert event.pose.residual < 1e-9 * mechanism.size
-                # F at its extremum near the fold has the crank angle as a simple zero.
-                assert refined_fold(mechanism, event.crank_angle, angle) == pytest.approx(
-                    event.crank_angle, abs=1e-9
-                )
                 checked += 1
     assert checked > 50
 
 
-def expansion(mechanism, crank_angle, angle, step):
-    """Value, first and second derivative of F by differences of fourth order."""
-    f = closure_value(mechanism, crank_angle, angle + step * np.arange(-2.0, 3.0))
-    slope = (f[0] - 8.0 * f[1] + 8.0 * f[3] - f[4]) / (12.0 * step)
-    curvature = (-f[0] + 16.0 * f[1] - 30.0 * f[2] + 16.0 * f[3] - f[4]) / (12.0 * step**2)
-    return f[2], slope, curvature
-
-
-def refined_fold(mechanism, crank_angle, angle):
-    """Crank angle at which the extremum of F is zero: Newton's method with differences."""
-    step = 1e-4
-    for _ in range(3):
-        value, slope, curvature = expansion(mechanism, crank_angle, angle, step)
-        extremum = value - slope**2 / (2.0 * curvature)
-        ahead = closure_value(mechanism, crank_angle + step, angle)
-        behind = closure_value(mechanism, crank_angle - step, angle)
-        crank_angle -= extremum / ((ahead - behind) / (2.0 * step))
-    return crank_angle
-
-
 @pytest.mark.slow
-def test_every_branch_of_40_mechanisms():
+def test_every_branch_of_20_mechanisms():
     rng = np.random.default_rng(200)
     branches = turning_points = fully = 0
-    for _ in range(40):
+    for _ in range(20):
         mechanism = random_mechanism(rng)
         overview = mechanism.overview(120)
         spacing = 2.0 * math.pi / 120
@@ -174,9 +152,9 @@ def test_every_branch_of_40_mechanisms():
         assert visits.tolist() == overview.counts.tolist()
         # Positions appear and vanish in pairs, at turning points only.
         assert change.tolist() == (np.roll(overview.counts, -1) - overview.counts).tolist()
-    assert branches > 40
-    assert turning_points > 80
-    assert fully > 4
+    assert branches > 20
+    assert turning_points > 40
+    assert fully > 2
 
 
 def side_of_fold(mechanism, event):
@@ -192,7 +170,7 @@ def side_of_fold(mechanism, event):
 def test_forwards_and_back_returns_to_the_start():
     rng = np.random.default_rng(32)
     checked = 0
-    for _ in range(80):
+    for _ in range(40):
         mechanism = random_mechanism(rng)
         for pose in mechanism.poses(0.3):
             there = mechanism.trace(0.3, pose, 0.3 + rng.uniform(-4.0, 4.0), steps=20)
@@ -203,13 +181,13 @@ def test_forwards_and_back_returns_to_the_start():
             assert kinds(back) == [EventKind.END]
             assert_same_pose(back.pose(-1), pose, mechanism.size)
             checked += 1
-    assert checked > 100
+    assert checked > 50
 
 
 @pytest.mark.slow
 def test_step_widths_change_nothing():
     rng = np.random.default_rng(33)
-    for _ in range(24):
+    for _ in range(8):
         mechanism = random_mechanism(rng)
         for pose in mechanism.poses(1.0):
             fine = mechanism.trace(1.0, pose, steps=96, through=True)
@@ -325,15 +303,6 @@ def test_a_phase_change_has_turning_points_too():
     assert min(on.phase_b) >= mechanism.phase_b - 1e-12
 
 
-def test_a_turn_in_two_pieces_equals_one():
-    mechanism = example_2()
-    *_, pose = mechanism.poses(START)
-    half = mechanism.trace(START, pose, START + math.pi, steps=10)
-    rest = mechanism.trace(START + math.pi, half.pose(-1), START + 2.0 * math.pi, steps=10)
-    whole = mechanism.trace(START, pose, steps=20)
-    assert np.concatenate([half.angle, rest.angle[1:]]) == pytest.approx(whole.angle, abs=1e-9)
-
-
 def test_start_at_a_turning_point():
     mechanism = example_2()
     pose = mechanism.poses(START)[1]
@@ -370,11 +339,11 @@ def test_a_branch_closes_after_one_turn_wherever_it_starts():
     mechanism = example_2()
     traces = [
         mechanism.trace(start, pose, steps=4)
-        for start in np.random.default_rng(41).uniform(0.0, 3.0, 100).tolist()
+        for start in np.random.default_rng(41).uniform(0.0, 3.0, 30).tolist()
         for pose in mechanism.poses(start)
     ]
     whole = [trace for trace in traces if len(trace.angle) == 5]
-    assert len(whole) == 100
+    assert len(whole) == 30
     assert all(trace.closed and trace.turns_fully for trace in whole)
 
 
@@ -391,7 +360,7 @@ def test_bifurcations_are_reported_and_passed():
     rng = np.random.default_rng(34)
     passed = 0
     reach = 3e-4
-    for _ in range(150):
+    for _ in range(60):
         mechanism, crank_angle, place = bifurcating_mechanism(rng)
         near = [
             pose
@@ -429,7 +398,7 @@ def test_bifurcations_are_reported_and_passed():
             (a, a_on), (b, b_on) = slopes
             # Each branch goes on in its own direction, not in that of the other one.
             assert abs(a_on - a) + abs(b_on - b) < abs(a_on - b) + abs(b_on - a)
-    assert passed > 40
+    assert passed > 15
 
 
 def event_angle(trace):

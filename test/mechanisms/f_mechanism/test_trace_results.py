@@ -32,11 +32,6 @@ def test_the_velocity_of_a_point_is_the_difference_of_its_places(branch):
     assert np.max(abs(differences - velocities[1:-1])) < 1e-3 * np.max(abs(velocities))
 
 
-def test_the_origin_of_the_platform_is_one_of_its_points(branch):
-    assert np.array_equal(branch.point((0.0, 0.0)), branch.position)
-    assert np.array_equal(branch.point_velocity((0.0, 0.0)), branch.velocity)
-
-
 def test_joints_are_points_of_the_platform(branch):
     for index, joint in enumerate(branch.linkage.joints):
         places = branch.point((joint.real, joint.imag))

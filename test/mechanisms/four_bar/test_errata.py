@@ -27,11 +27,6 @@ def g2():
     return A**2 + D**2 - 2.0 * A * D * math.cos(PHI)
 
 
-def test_6_2_the_diagonal_closes_the_triangle(g2):
-    diagonal = D - A * np.exp(1j * PHI)
-    assert abs(diagonal) ** 2 == pytest.approx(g2)
-
-
 def test_6_3_lacks_the_coupler_length(pose, g2):
     diagonal = D - A * np.exp(1j * PHI)
     rocker = C * np.exp(1j * pose.rocker_angle)
@@ -55,19 +50,6 @@ def test_the_angle_of_6_5_is_not_the_crank_angle(pose, g2):
     assert abs(cosine - math.cos(PHI)) > 0.5  # "= cos phi" as printed above (6.5)
 
 
-def test_6_5_and_6_6(pose, g2):
-    g = math.sqrt(g2)
-    cosine = (B**2 + g2 - C**2) / (2.0 * B * g)
-    sine = math.sqrt(4.0 * B**2 * g2 - (B**2 + g2 - C**2) ** 2) / (2.0 * B * g)
-    assert math.hypot(cosine, sine) == pytest.approx(1.0)
-
-
-def test_6_7(g2):
-    g = math.sqrt(g2)
-    sine, cosine = -A * math.sin(PHI) / g, (D - A * math.cos(PHI)) / g
-    assert math.hypot(cosine, sine) == pytest.approx(1.0)
-
-
 def coupler_6_8(sign, g2):
     root = math.sqrt(4.0 * B**2 * g2 - (B**2 + g2 - C**2) ** 2)
     along, across = D - A * math.cos(PHI), A * math.sin(PHI)
@@ -83,41 +65,6 @@ def test_6_8_has_the_wrong_sign_in_the_cosine(pose, g2):
     assert abs(math.hypot(*printed) - 1.0) > 0.05
     right = coupler_6_8(1.0, g2)
     assert right == pytest.approx((math.cos(pose.coupler_angle), math.sin(pose.coupler_angle)))
-
-
-def test_components_of_the_rocker_before_6_9_are_right(pose):
-    sine = (B * math.sin(pose.coupler_angle) + A * math.sin(PHI)) / C
-    cosine = (B * math.cos(pose.coupler_angle) - (D - A * math.cos(PHI))) / C
-    expected = (math.cos(pose.rocker_angle), math.sin(pose.rocker_angle))
-    assert (cosine, sine) == pytest.approx(expected)
-
-
-def test_6_9_is_right(pose, g2):
-    root = math.sqrt(4.0 * C**2 * g2 - (g2 + C**2 - B**2) ** 2)
-    along, across = D - A * math.cos(PHI), A * math.sin(PHI)
-    projection = g2 + C**2 - B**2
-    sine = (along * root + across * projection) / (2.0 * C * g2)
-    cosine = (across * root - along * projection) / (2.0 * C * g2)
-    assert (cosine, sine) == pytest.approx(
-        (math.cos(pose.rocker_angle), math.sin(pose.rocker_angle))
-    )
-
-
-def test_the_sums_of_angles_below_6_9(pose, g2):
-    g = math.sqrt(g2)
-    eta = math.atan2(-A * math.sin(PHI), D - A * math.cos(PHI))
-    xi = math.acos((g2 + C**2 - B**2) / (2.0 * g * C))
-    sine = math.sin(xi) * math.cos(eta) - math.cos(xi) * math.sin(eta)
-    assert sine == pytest.approx(math.sin(pose.rocker_angle), abs=1e-14)
-    printed = -(math.cos(xi) * math.cos(eta) + math.sin(xi) * math.sin(eta))
-    assert printed == pytest.approx(math.cos(pose.rocker_angle), abs=1e-14)
-
-
-def test_transmission_angle_of_the_source(pose, g2):
-    g = math.sqrt(g2)
-    lean = math.acos((B**2 + g2 - C**2) / (2.0 * B * g))
-    xi = math.acos((g2 + C**2 - B**2) / (2.0 * g * C))
-    assert pose.transmission_angle == pytest.approx(math.pi - lean - xi, abs=1e-14)
 
 
 def test_the_negative_root_is_no_mirror_image_in_the_ground(pose):

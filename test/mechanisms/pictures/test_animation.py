@@ -1,13 +1,13 @@
 """Animations: as many different frames as asked for, along one branch."""
 
 import itertools
-import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image, ImageChops
 
-from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
+from tri_glide_kinematics.mechanisms import load_mechanism
 from tri_glide_kinematics.mechanisms.four_bar import Branch, CrankLimitError, FourBar
 from tri_glide_kinematics.mechanisms.pictures import (
     detailed_overview,
@@ -16,15 +16,7 @@ from tri_glide_kinematics.mechanisms.pictures import (
     save_movie,
 )
 
-EXAMPLE = FMechanism(
-    base=[[0.0, 0.0], [0.0525, 0.008], [0.040, 0.099]],
-    crank_lengths=[0.019, 0.014, 0.016],
-    rod_lengths=[0.035, 0.034, 0.054],
-    platform=[[0.0, 0.0], [0.040, 0.018], [-0.007, 0.028]],
-    phase_b=math.radians(243.0),
-    phase_c=math.radians(-15.0),
-    counter_rotating=True,
-)
+CONFIG = Path(__file__).parents[3] / "config"
 POINT = (0.03, 0.02)
 TURNING = FourBar(0.02, 0.07, 0.09, 0.06)
 LIMITED = FourBar(0.08, 0.03, 0.09, 0.10)
@@ -38,7 +30,8 @@ def steps(points):
 
 @pytest.fixture(scope="module")
 def branches():
-    return detailed_overview(EXAMPLE).branches
+    example = load_mechanism(CONFIG / "f_mechanism_example_2.yaml").mechanism
+    return detailed_overview(example).branches
 
 
 @pytest.mark.parametrize("frames", [2, 7, 12])

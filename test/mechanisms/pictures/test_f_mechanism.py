@@ -9,7 +9,6 @@ import pytest
 from f_mechanism_samples import bifurcating_mechanism
 from figure_checks import (
     assert_equal_scales,
-    edges,
     lines_labelled,
     without_gaps,
 )
@@ -103,18 +102,10 @@ def test_the_turning_points_are_marked_where_they_are(overview):
     places = marks.get_xydata()
     assert marks.get_label() == "turning point (4)"
     np.testing.assert_allclose(places[:, 0], [135.044, 169.594, 250.223, 294.189], atol=1e-3)
-    for crank_angle, angle in places:
+    for crank_angle in places[:, 0]:
         # Two positions on one side of a turning point merge in it, and are gone on the other.
         counts = {len(EXAMPLE.poses(math.radians(crank_angle + side))) for side in (-0.01, 0.01)}
         assert counts == {2, 4}
-        inside = math.radians(crank_angle + 1e-4)
-        outside = math.radians(crank_angle - 1e-4)
-        near = [
-            pose
-            for pose in (*EXAMPLE.poses(inside), *EXAMPLE.poses(outside))
-            if abs(math.degrees(pose.angle) - angle) < 1.0
-        ]
-        assert len(near) == 2
 
 
 def test_a_bifurcation_is_marked_once():
@@ -162,15 +153,8 @@ def test_the_axes_have_units_and_planes_have_equal_scales(overview):
 
 
 def test_large_mechanisms_are_drawn_in_metres():
-    large = FMechanism(
-        **{
-            **LENGTHS,
-            **{
-                name: 100.0 * np.array(LENGTHS[name])
-                for name in ("base", "crank_lengths", "rod_lengths", "platform")
-            },
-        }
-    )
+    names = ("base", "crank_lengths", "rod_lengths", "platform")
+    large = FMechanism(**LENGTHS | {name: 100.0 * np.array(LENGTHS[name]) for name in names})
     (axes,) = paths_figure(large, detailed_overview(large), 0).axes
     assert axes.get_xlabel() == "x [m]"
     assert axes.get_xlim()[1] < 12.0
@@ -187,25 +171,6 @@ def test_the_paths_are_those_of_one_platform(overview, number):
     triangles = [line for line in axes.lines if len(line.get_xdata()) == 4]
     assert len(triangles) == 7
     assert f"branch {number + 1}: {describe(overview.branches[number])}" in axes.get_title()
-
-
-def test_the_drawn_mechanism_has_its_lengths(overview):
-    (axes,) = paths_figure(EXAMPLE, overview, 1).axes
-    bars = [
-        np.hypot(*np.diff(line.get_xydata(), axis=0)[0])
-        for line in axes.lines
-        if len(line.get_xdata()) == 2
-    ]
-    np.testing.assert_allclose(bars, [19.0, 14.0, 16.0, 35.0, 34.0, 54.0], atol=1e-6)
-    (plate,) = axes.patches
-    np.testing.assert_allclose(
-        edges(plate.get_xy()),
-        [math.hypot(40, 18), math.hypot(47, 10), math.hypot(7, 28)],
-        atol=1e-6,
-    )
-    assert [text.get_text() for text in axes.texts] == [
-        f"${corner}_{level}$" for level in "012" for corner in "ABC"
-    ]
 
 
 def test_the_positions_figure_shows_the_printed_positions(overview):
