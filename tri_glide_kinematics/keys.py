@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -39,6 +40,15 @@ class FileError(KinematicsError):
         self.file = file
         self.place = place
         self.reason = reason
+
+    @classmethod
+    @contextmanager
+    def of_writing(cls, file: str | Path) -> Iterator[None]:
+        """Raise the error where a ``file`` cannot be written."""
+        try:
+            yield
+        except OSError as error:
+            raise cls(file, "", f"cannot be written: {error.strerror or error}") from error
 
 
 class DuplicateKeyError(yaml.YAMLError):

@@ -31,6 +31,11 @@ def vector_text(values: Iterable[float], digits: int = 9, scale: float = 1.0) ->
     return "(" + ", ".join(number_text(value, digits, scale) for value in values) + ")"
 
 
+def list_text(values: Iterable[float], decimals: int) -> str:
+    """Return numbers as a list in YAML, with so many decimals; none is a negative zero."""
+    return f"[{', '.join(f'{round(value, decimals) + 0.0:.{decimals}f}' for value in values)}]"
+
+
 def unit_question(length: float, bound: float) -> str:
     """Return the end of a text about a length that is far beyond its bound: a question, or nothing.
 

@@ -49,16 +49,21 @@ class Converted(Generic[Settings]):
     shift: tuple[float, float]
 
 
-def _check(settings: KlipperDelta | MarlinDelta | RepRapFirmwareDelta) -> None:
-    for each in fields(settings):
-        value = getattr(settings, each.name)
-        is_vector = each.type == "Vector3"
-        checked = finite_vector(each.name, value, 3) if is_vector else finite(each.name, value)
-        object.__setattr__(settings, each.name, checked)
+@dataclass(frozen=True)
+class _Settings:
+    """Numbers of a firmware, which are finite."""
+
+    def __post_init__(self) -> None:
+        """Check the numbers; each error is a ``KinematicsError``."""
+        for each in fields(self):
+            value = getattr(self, each.name)
+            is_vector = each.type == "Vector3"
+            checked = finite_vector(each.name, value, 3) if is_vector else finite(each.name, value)
+            object.__setattr__(self, each.name, checked)
 
 
 @dataclass(frozen=True)
-class KlipperDelta:
+class KlipperDelta(_Settings):
     """``[printer]`` and ``[stepper_a]`` to ``[stepper_c]`` of Klipper.
 
     Attributes:
@@ -72,10 +77,6 @@ class KlipperDelta:
     angles: Vector3
     arm_lengths: Vector3
     position_endstops: Vector3
-
-    def __post_init__(self) -> None:
-        """Check the numbers; each error is a ``KinematicsError``."""
-        _check(self)
 
     def machine(self, end_stops: Sequence[float] = (0.0, 0.0, 0.0)) -> MachineParameters:
         """Return the machine; its arms are A, B and C.
@@ -114,7 +115,7 @@ class KlipperDelta:
 
 
 @dataclass(frozen=True)
-class MarlinDelta:
+class MarlinDelta(_Settings):
     """``DELTA_...`` of Marlin's ``Configuration.h``; each tower has trims to common values.
 
     Attributes:
@@ -135,10 +136,6 @@ class MarlinDelta:
     diagonal_rod: float
     diagonal_rod_trim: Vector3
     tower_angle_trim: Vector3
-
-    def __post_init__(self) -> None:
-        """Check the numbers; each error is a ``KinematicsError``."""
-        _check(self)
 
     def machine(self, end_stops: Sequence[float] = (0.0, 0.0, 0.0)) -> MachineParameters:
         """Return the machine, as in ``KlipperDelta``."""
@@ -188,7 +185,7 @@ class MarlinDelta:
 
 
 @dataclass(frozen=True)
-class RepRapFirmwareDelta:
+class RepRapFirmwareDelta(_Settings):
     """M665 and M666 of RepRapFirmware.
 
     Attributes:
@@ -204,10 +201,6 @@ class RepRapFirmwareDelta:
     homed_height: float
     angle_corrections: Vector3
     endstop_adjustments: Vector3
-
-    def __post_init__(self) -> None:
-        """Check the numbers; each error is a ``KinematicsError``."""
-        _check(self)
 
     def machine(self, end_stops: Sequence[float] = (0.0, 0.0, 0.0)) -> MachineParameters:
         """Return the machine, as in ``KlipperDelta``."""

@@ -27,7 +27,7 @@ from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.recordings.setpoint_files import Recording, RecordingError
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.wording import number_text
+from tri_glide_kinematics.wording import list_text, number_text
 
 # Length of the filter, a Hann window. In a longer one the machine moves so far that its forces are
 # no longer linear; a shorter one leaves more of the steps of encoders in the accelerations [s].
@@ -190,21 +190,14 @@ def save_masses(file: Path, masses: Masses) -> None:
     Raises:
         RecordingError: if it cannot be written, or a file is there that was not written so.
     """
-
-    def listed(numbers: tuple[float, ...]) -> str:
-        return f"[{', '.join(f'{each:.6f}' for each in numbers)}]"
-
     text = TEXT.format(
         name=file.name,
-        carriages=listed(masses.carriages),
+        carriages=list_text(masses.carriages, 6),
         platform=f"{masses.platform:.6f}",
-        arms=listed(tuple(arm.mass for arm in masses.arms)),
-        counterweights=listed(masses.counterweights),
-        coulomb=listed(masses.coulomb),
-        viscous=listed(masses.viscous),
+        arms=list_text((arm.mass for arm in masses.arms), 6),
+        counterweights=list_text(masses.counterweights, 6),
+        coulomb=list_text(masses.coulomb, 6),
+        viscous=list_text(masses.viscous, 6),
     )
-    try:
+    with RecordingError.of_writing(file):
         replace_file(file, text)
-    except OSError as error:
-        reason = f"cannot be written: {error.strerror or error}"
-        raise RecordingError(file, "", reason) from error

@@ -288,8 +288,5 @@ def _missing(file: str | Path) -> KinematicsError:
 
 
 def _write(file: Path, content: str | bytes) -> None:
-    try:
+    with RecordingError.of_writing(file):
         write_file(file, content)
-    except OSError as error:
-        reason = f"cannot be written: {error.strerror or error}"
-        raise RecordingError(file, "", reason) from error

@@ -25,10 +25,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.sizing.mesh import stl_bytes as stl_bytes
     from tri_glide_kinematics.sizing.mesh import surface as surface
     from tri_glide_kinematics.sizing.parameter_file import parameter_text as parameter_text
-    from tri_glide_kinematics.sizing.proof import Extremes as Extremes
     from tri_glide_kinematics.sizing.proof import largest_over as largest_over
     from tri_glide_kinematics.sizing.search import ImpossibleWishError as ImpossibleWishError
-    from tri_glide_kinematics.sizing.search import Stop as Stop
     from tri_glide_kinematics.sizing.search import size as size
     from tri_glide_kinematics.sizing.sizing import Sizing as Sizing
     from tri_glide_kinematics.sizing.sizing import sizing_of as sizing_of

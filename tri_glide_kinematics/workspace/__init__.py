@@ -6,7 +6,6 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.workspace.batch import OVERRUN_TOLERANCES as OVERRUN_TOLERANCES
-    from tri_glide_kinematics.workspace.batch import Overruns as Overruns
     from tri_glide_kinematics.workspace.batch import overruns as overruns
     from tri_glide_kinematics.workspace.batch import places_inside as places_inside
     from tri_glide_kinematics.workspace.bounds import ROUNDING as ROUNDING
@@ -15,7 +14,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.workspace.bounds import Face as Face
     from tri_glide_kinematics.workspace.limits import Cylinder as Cylinder
     from tri_glide_kinematics.workspace.limits import OutsideWorkspaceError as OutsideWorkspaceError
-    from tri_glide_kinematics.workspace.limits import UndecidedWayError as UndecidedWayError
     from tri_glide_kinematics.workspace.limits import WorkspaceLimit as WorkspaceLimit
     from tri_glide_kinematics.workspace.limits import WorkspaceLimits as WorkspaceLimits
     from tri_glide_kinematics.workspace.outline import edge_rings as edge_rings

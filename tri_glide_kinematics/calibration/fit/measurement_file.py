@@ -175,11 +175,8 @@ def save_measurements(file: str | Path, content: MeasurementFile, unit: str = "m
     Raises:
         MeasurementFileError: if it cannot be written, or a file is there that was not written so.
     """
-    try:
+    with MeasurementFileError.of_writing(file):
         replace_file(file, measurement_text(content, unit))
-    except OSError as error:
-        reason = f"cannot be written: {error.strerror or error}"
-        raise MeasurementFileError(file, "", reason) from error
 
 
 class _Reader:

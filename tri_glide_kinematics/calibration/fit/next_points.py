@@ -8,7 +8,7 @@ taken, its information added, and so on (Fedorov, Theory of Optimal Experiments,
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from statistics import median
 
@@ -56,14 +56,14 @@ class Proposal:
         target: name of the plate or of the frame; empty for a distance.
         measurement: as it is expected, with the reported heights to go to.
         volume: of the ellipsoid of the parameters after this and all proposals before it, as a part
-            of what it is now.
+            of what it is now; 1 of one that is not chosen yet.
     """
 
     kind: str
     places: tuple[Vector3, ...]
     target: str
     measurement: Measurement
-    volume: float
+    volume: float = 1.0
 
 
 def next_points(
@@ -102,8 +102,7 @@ def next_points(
         best = left.pop(first_largest(gains))
         information = information + rows[best].T @ rows[best]
         volume *= float(np.exp(-0.5 * gains.max()))
-        one = candidates[best]
-        proposals.append(Proposal(one.kind, one.places, one.target, one.measurement, volume))
+        proposals.append(replace(candidates[best], volume=volume))
     return tuple(proposals)
 
 
@@ -146,20 +145,12 @@ def _kinds_of(measured: Sequence[Measurement]) -> dict[str, float]:
     return {kind: median(values) for kind, values in deviations.items()}
 
 
-@dataclass(frozen=True)
-class _Candidate:
-    kind: str
-    places: tuple[Vector3, ...]
-    target: str
-    measurement: Measurement
-
-
 def _candidates(
     state: State,
     measured: Sequence[Measurement],
     kinds: Mapping[str, float],
     workspace: Workspace | None,
-) -> list[_Candidate]:
+) -> list[Proposal]:
     """Return what could be measured, where the platform can be."""
     machine = MachineParameters.from_vector(state.machine)
     kinematics = TriGlide(machine.geometry)
@@ -180,7 +171,7 @@ def _candidates(
     plates = {one.plate.name: one.plate for one in measured if isinstance(one, Touch)}
     frames = {one.frame for one in measured if isinstance(one, MeasuredPosition)}
     levels = _levels(state, measured)
-    found: list[_Candidate] = []
+    found: list[Proposal] = []
     if "touch" in kinds:
         for plate in plates.values() if plates else [Plate()]:
             found += _touches(disc, plate, state, kinds["touch"], heights)
@@ -192,7 +183,7 @@ def _candidates(
                     if reported is not None:
                         seen = _seen((x, y, z), frame, state)
                         one = MeasuredPosition(reported, seen, frame, kinds["position"])
-                        found.append(_Candidate("position", ((x, y, z),), frame, one))
+                        found.append(Proposal("position", ((x, y, z),), frame, one))
     if "distance" in kinds:
         ends = [((x, y, levels[0]), heights((x, y, levels[0]))) for x, y in disc]
         for (start, low), (end, high) in combinations(ends, 2):
@@ -200,7 +191,7 @@ def _candidates(
             # A short distance says little for its standard deviation.
             if low is not None and high is not None and length > 0.5 * region.radius:
                 measurement = Distance(low, high, length, kinds["distance"])
-                found.append(_Candidate("distance", (start, end), "", measurement))
+                found.append(Proposal("distance", (start, end), "", measurement))
     return found
 
 
@@ -210,7 +201,7 @@ def _touches(
     state: State,
     deviation: float,
     heights: Callable[[Vector3], Vector3 | None],
-) -> list[_Candidate]:
+) -> list[Proposal]:
     surface = state.plates.get(plate.name, np.zeros(3))
     found = []
     for x, y in disc:
@@ -218,7 +209,7 @@ def _touches(
         reported = heights(place)
         if reported is not None:
             touch = Touch(reported, plate, deviation)
-            found.append(_Candidate("touch", (place,), plate.name, touch))
+            found.append(Proposal("touch", (place,), plate.name, touch))
     return found
 
 

@@ -201,8 +201,5 @@ def save_recording(file: Path, recording: Recording, remark: str = "") -> None:
         ", ".join(heads),
         *(", ".join([f"{row[0]:.7f}", *(f"{value:.9g}" for value in row[1:])]) for row in rows),
     ]
-    try:
+    with RecordingFileError.of_writing(file):
         replace_file(file, "\n".join(lines) + "\n")
-    except OSError as error:
-        reason = f"cannot be written: {error.strerror or error}"
-        raise RecordingFileError(file, "", reason) from error

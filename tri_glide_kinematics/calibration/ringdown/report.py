@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from pathlib import Path
 
 from tri_glide_kinematics.calibration.ringdown.combining import CombinedModes
@@ -13,7 +12,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import FileError
 from tri_glide_kinematics.motion.shaping import ShaperKind
-from tri_glide_kinematics.wording import number_text
+from tri_glide_kinematics.wording import list_text, number_text
 
 MICROMETRES = 1e6
 
@@ -92,8 +91,8 @@ def mode_text(found: RingDown | CombinedModes, kind: ShaperKind, name: str) -> s
     return TEXT.format(
         name=name,
         shaper=kind.value,
-        frequencies=_as_yaml(mode.frequency for mode in found.modes),
-        dampings=_as_yaml(mode.damping for mode in found.modes),
+        frequencies=list_text((mode.frequency for mode in found.modes), 6),
+        dampings=list_text((mode.damping for mode in found.modes), 6),
     )
 
 
@@ -107,11 +106,8 @@ def save_modes(
         ModeFileError: if the file cannot be written, or one is there that was not written so.
     """
     text = mode_text(found, kind, file.name)
-    try:
+    with ModeFileError.of_writing(file):
         replace_file(file, text)
-    except OSError as error:
-        reason = f"cannot be written: {error.strerror or error}"
-        raise ModeFileError(file, "", reason) from error
 
 
 def _data(found: RingDown) -> str:
@@ -174,7 +170,3 @@ def _left(found: RingDown) -> str:
         f"{text}; it is MORE THAN WHITE NOISE: friction, play, another mode, a filter, or the "
         "motion was not over. The picture shows it"
     )
-
-
-def _as_yaml(numbers: Iterable[float]) -> str:
-    return "[" + ", ".join(f"{number:.6f}" for number in numbers) + "]"

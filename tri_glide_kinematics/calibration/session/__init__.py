@@ -45,10 +45,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.session import (
         new_session_file as new_session_file,
     )
-    from tri_glide_kinematics.calibration.session.swinging import DURATION as DURATION
-    from tri_glide_kinematics.calibration.session.swinging import LENGTH as LENGTH
     from tri_glide_kinematics.calibration.session.swinging import STOPS as STOPS
-    from tri_glide_kinematics.calibration.session.swinging import X_Y_Z as X_Y_Z
     from tri_glide_kinematics.calibration.session.swinging import SwingingError as SwingingError
     from tri_glide_kinematics.calibration.session.swinging import SwingMove as SwingMove
     from tri_glide_kinematics.calibration.session.swinging import SwingPhase as SwingPhase

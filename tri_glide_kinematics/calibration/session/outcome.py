@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from tri_glide_kinematics.calibration.session.session import SavingError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.wording import list_text
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 NOT_SAID = (
@@ -99,10 +99,10 @@ def parameter_text(
     geometry = machine.geometry
     return TEXT.format(
         name=name,
-        drawing="" if drawing is None else f",\n  drawn_machine: {_as_yaml(drawing.vector)}",
-        anchors=_as_yaml(number for anchor in geometry.anchors for number in anchor),
-        arm_lengths=_as_yaml(geometry.arm_lengths),
-        height_offsets=_as_yaml(machine.height_offsets),
+        drawing="" if drawing is None else f",\n  drawn_machine: {list_text(drawing.vector, 9)}",
+        anchors=list_text((number for anchor in geometry.anchors for number in anchor), 9),
+        arm_lengths=list_text(geometry.arm_lengths, 9),
+        height_offsets=list_text(machine.height_offsets, 9),
     )
 
 
@@ -118,8 +118,3 @@ def save_parameters(
         replace_file(file, parameter_text(machine, file.name, drawing))
     except OSError as error:
         raise SavingError(f"{file} cannot be written: {error.strerror or error}") from error
-
-
-def _as_yaml(numbers: Iterable[float]) -> str:
-    # Adding zero makes a zero of a negative one.
-    return "[" + ", ".join(f"{round(number, 9) + 0.0:.9f}" for number in numbers) + "]"
