@@ -139,11 +139,11 @@ def test_forces_of_a_motion_of_the_platform_are_those_of_its_sliders():
 
 
 def test_forces_take_the_same_power_as_energy_and_friction():
-    """Over 1,000 motions: the work of the drives is the change of energy, and the losses."""
+    """Over 200 motions: the work of the drives is the change of energy, and the losses."""
     rng = np.random.default_rng(1)
     nodes, weights = np.polynomial.legendre.leggauss(24)
     worst = 0.0
-    for _ in range(1000):
+    for _ in range(200):
         slider_forces = random_forces(rng)
         machine, masses = slider_forces.machine, slider_forces.masses
         start, velocity, acceleration = (each[0] for each in random_motion(machine, rng, 1))
@@ -197,29 +197,6 @@ def test_mass_matrix_and_bias_are_parts_of_the_forces():
         assert slider_forces.forces(heights, velocities, accelerations) == pytest.approx(parts)
 
 
-def test_at_rest_the_forces_hold_the_weight():
-    rng = np.random.default_rng(6)
-    for _ in range(20):
-        slider_forces = random_forces(rng)
-        height = random_motion(slider_forces.machine, rng, 1)[0][0]
-        held = slider_forces.forces(height, (0.0,) * 3, (0.0,) * 3)
-        step = 1e-5
-        for i in range(3):
-            up, down = height.copy(), height.copy()
-            up[i] += step
-            down[i] -= step
-            slope = slider_forces.energy(up, (0,) * 3).potential
-            slope -= slider_forces.energy(down, (0,) * 3).potential
-            assert held[i] == pytest.approx(slope / (2.0 * step), rel=1e-6, abs=1e-5)
-
-
-def test_a_balanced_machine_needs_no_force_at_rest():
-    """Each counterweight is as heavy as its carriage, arm and third of the platform."""
-    masses = Masses.uniform(1.0, 0.3, 0.9, counterweight=1.6)
-    held = SliderForces(MACHINE, masses).forces((0.6,) * 3, (0.0,) * 3, (0.0,) * 3)
-    assert held == pytest.approx((0.0,) * 3, abs=1e-12)
-
-
 def test_a_payload_adds_to_the_platform():
     empty = SliderForces(MACHINE, Masses.uniform(1.0, 0.2, 0.6))
     full = SliderForces(MACHINE, Masses.uniform(1.0, 0.2, 1.1))
@@ -260,7 +237,7 @@ def check_friction(slider_forces, heights, rates, forces, accelerations):
 def test_sliders_at_rest_stay_or_move_as_dry_friction_allows():
     rng = np.random.default_rng(12)
     stayed = np.zeros(3)
-    for _ in range(400):
+    for _ in range(200):
         slider_forces = random_forces(rng)
         heights, rates, _ = (each[0] for each in random_motion(slider_forces.machine, rng, 1, 50.0))
         rates[rng.random(3) < 0.7] = 0.0
@@ -268,7 +245,7 @@ def test_sliders_at_rest_stay_or_move_as_dry_friction_allows():
         accelerations = slider_forces.accelerations(heights, rates, forces)
         check_friction(slider_forces, heights, rates, forces, np.array(accelerations))
         stayed += (rates == 0.0) & (np.array(accelerations) == 0.0)
-    assert (stayed > 30).all()
+    assert (stayed > 15).all()
 
 
 def test_friction_holds_a_weight_that_it_can_hold():
@@ -316,18 +293,6 @@ def test_a_simulation_is_as_good_as_the_square_of_its_step():
         errors.append(np.linalg.norm(np.subtract(rates, motion(0.1)[1])))
     assert errors[0] < 1e-5
     assert errors[1] < 0.3 * errors[0]
-
-
-def test_no_energy_comes_from_nowhere():
-    """Without drives and friction, a simulated machine keeps its energy."""
-    masses = Masses.uniform(1.0, 0.5, 0.6, counterweight=1.45)
-    slider_forces = SliderForces(MACHINE, masses)
-    heights, rates = (0.6, 0.6, 0.6), (0.1, -0.2, 0.15)
-    before = slider_forces.energy(heights, rates)
-    for _ in range(500):
-        heights, rates = slider_forces.step(heights, rates, (0.0,) * 3, 0.001)
-    after = slider_forces.energy(heights, rates)
-    assert sum(after) - sum(before) == pytest.approx(0.0, abs=1e-4 * before.kinetic)
 
 
 def test_places_without_a_pose_are_refused():

@@ -226,13 +226,6 @@ def test_a_place_outside_the_workspace_is_found(shape):
     assert "outside the workspace at" in found.violations[0].text
 
 
-def test_heights_without_a_pose_are_outside():
-    recording = record(moves, 9, 1e-3)
-    heights = recording.heights.copy()
-    heights[500] = (0.3, 1.5, 0.3)
-    assert Kind.REACH in kinds_of(judged(replace(recording, heights=heights)))
-
-
 def two_stretches(rest_seconds: float):
     """A machine that was disabled, moved by hand, and enabled again."""
     first, second = record(upright, 0, 1e-3), record(moves, 1, 1e-3)

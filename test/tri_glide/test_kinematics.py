@@ -51,7 +51,7 @@ def test_forward_gives_back_what_inverse_took(symmetric):
     rng = np.random.default_rng(20240501)
     for _ in range(many(10)):
         machine = TriGlide(random_geometry(rng, symmetric))
-        positions = random_positions(machine, rng, 1500, max_condition=20.0)
+        positions = random_positions(machine, rng, 200, max_condition=20.0)
         velocities = rng.normal(size=positions.shape)
         back, rates_back = [], []
         for position, velocity in zip(positions.tolist(), velocities.tolist()):
@@ -166,9 +166,8 @@ def test_jacobian_turns_platform_velocity_into_height_rates():
         jacobian = np.array(machine.jacobian(position))
         columns = [machine.inverse_velocity(position, unit)[1] for unit in np.eye(3).tolist()]
         np.testing.assert_allclose(jacobian, np.transpose(columns), rtol=1e-13, atol=1e-15)
-        largest, smallest = machine.singular_values(position)
-        expected = np.linalg.svd(jacobian, compute_uv=False)
-        np.testing.assert_allclose((largest, smallest), expected[[0, 2]], rtol=1e-12)
+        expected = np.linalg.svd(jacobian, compute_uv=False)[[0, 2]]
+        np.testing.assert_allclose(machine.singular_values(position), expected, rtol=1e-12)
 
 
 def test_condition_number_does_not_depend_on_the_height():
@@ -191,7 +190,7 @@ def test_condition_number_agrees_with_singular_value_decomposition():
     rng = np.random.default_rng(13)
     for symmetric in (True, False):
         machine = TriGlide(random_geometry(rng, symmetric))
-        positions = random_positions(machine, rng, 2000)
+        positions = random_positions(machine, rng, 500)
         found = machine.condition_number_batch(positions)
         assert found.min() >= 1.0
         assert found.max() > 50.0

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from benchmarks.ringdown import ACCELERATIONS, NEAR, POSITIONS, WIDE, tally
 from testing.swings import NOISE, Measuring
-from tri_glide_kinematics.calibration.ringdown import NotKnown, Quantity, Recording, find_modes
+from tri_glide_kinematics.calibration.ringdown import NotKnown, Recording, find_modes
 from tri_glide_kinematics.motion.shaping import Mode
 
 TIMES = np.arange(1000) / 500.0
@@ -180,13 +180,6 @@ def test_coloured_noise_widens_the_interval():
         assert not found.is_explained
         errors.append((mode.frequency - 15.0) / mode.frequency_deviation)
     assert np.square(errors).mean() < 2.0
-
-
-def test_an_acceleration_is_a_recording_of_the_same_mode():
-    rng = np.random.default_rng(8)
-    [mode] = find_modes(ACCELERATIONS.of([Mode(20.0, 0.03)], rng)).modes
-    assert abs(mode.frequency - 20.0) < 4.0 * mode.frequency_deviation
-    assert ACCELERATIONS.quantity is Quantity.ACCELERATION
 
 
 @pytest.mark.filterwarnings("error")

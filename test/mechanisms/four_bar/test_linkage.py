@@ -274,13 +274,6 @@ class TestSweep:
                 found = branch.rocker_accelerations[index]
                 assert found == pytest.approx(pose.rocker_acceleration, abs=1e-12)
 
-    def test_order_of_the_rows_does_not_matter(self):
-        angles = np.random.default_rng(3).uniform(-9.0, 9.0, 1000)
-        order = np.argsort(angles)
-        assert np.array_equal(
-            TEXTBOOK.sweep(angles).motion[:, :, order], TEXTBOOK.sweep(angles[order]).motion
-        )
-
     def test_no_angles(self):
         sweep = TEXTBOOK.sweep([])
         assert sweep.open.rocker_pins.shape == (0, 2)
