@@ -6,12 +6,13 @@ import random
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import JointState
 
-from benchmarks.harness import Figure, Missing, attempt, figure
+from benchmarks.harness import Figure, Missing, attempt, figure, in_turn
 from benchmarks.ros_session import Session, session
 
 RATE = 500.0  # 1/s of each timer: the default of both nodes
@@ -106,10 +107,8 @@ def _compared(
 ) -> Figure | Missing:
     def measure() -> Figure:
         chance = random.Random(5)
-        medians: tuple[list[float], list[float]] = ([], [])
-        for block in range(BLOCKS):
-            for side in (0, 1) if block % 2 else (1, 0):
-                medians[side].append((ours, bare)[side].latency(messages, chance))
+        one, other = (partial(chain.latency, messages, chance) for chain in (ours, bare))
+        medians = in_turn(BLOCKS, one, other, warm_up=0)
         return figure(what, reference, *medians, goal=goal)
 
     return attempt(what, measure)

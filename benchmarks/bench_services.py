@@ -12,7 +12,7 @@ from rclpy.client import Client
 from std_srvs.srv import Trigger
 
 from benchmarks.bench_mechanisms import CRANK_VELOCITY, LENGTHS, example_2, full_turn_pose
-from benchmarks.harness import Figure, Missing, attempt, figure
+from benchmarks.harness import Figure, Missing, attempt, figure, in_turn
 from benchmarks.ros_session import Session, session
 from tri_glide_interfaces.msg import CrankSweep, Point2
 from tri_glide_interfaces.msg import FMechanism as FMechanismMessage
@@ -42,13 +42,11 @@ def _compared(what: str, kind: type, request: Any, goal: float) -> Figure:
         name = f"/ours/mechanism_node/{service_name(kind)}"
         client = running.probe.create_client(kind, name)
         running.spin_until(lambda: client.service_is_ready() and empty.service_is_ready(), name)
-        times: tuple[list[float], list[float]] = ([], [])
-        for index in range(-1, ROUNDS):  # the first is for warming up
-            ours = mean_time(running, client, request, CALLS)
-            theirs = mean_time(running, empty, Trigger.Request(), CALLS)
-            if index >= 0:
-                times[0].append(ours)
-                times[1].append(theirs)
+        times = in_turn(
+            ROUNDS,
+            lambda: mean_time(running, client, request, CALLS),
+            lambda: mean_time(running, empty, Trigger.Request(), CALLS),
+        )
     return figure(what, EMPTY_CALL, *times, goal)
 
 

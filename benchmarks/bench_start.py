@@ -8,7 +8,7 @@ from functools import partial
 
 from rcl_interfaces.srv import ListParameters
 
-from benchmarks.harness import Figure, Missing, attempt, figure
+from benchmarks.harness import Figure, Missing, attempt, figure, in_turn
 from benchmarks.ros_session import session
 
 ROUNDS = 10
@@ -27,12 +27,7 @@ def figures() -> Iterator[Figure | Missing]:
 
 
 def _compared(what: str, node: str) -> Figure:
-    times: tuple[list[float], list[float]] = ([], [])
-    for index in range(-1, ROUNDS):  # the first is for warming up
-        for side in (0, 1) if index % 2 else (1, 0):
-            taken = _time_to_serve(BARE if side else node)
-            if index >= 0:
-                times[side].append(taken)
+    times = in_turn(ROUNDS, lambda: _time_to_serve(node), lambda: _time_to_serve(BARE))
     return figure(what, "rclpy.init() and one bare node", *times, goal=1.5)
 
 

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 from functools import partial
 
-from benchmarks.harness import Figure, Missing, NoAnswerError, attempt, figure
+from benchmarks.harness import Figure, Missing, NoAnswerError, attempt, figure, in_turn
 from benchmarks.transport_probe import AGE, LOAD
 from tri_glide_kinematics.ros.starting import CELL, COMPUTER, MIDDLEWARE_VARIABLES, RANGE, VARIABLE
 
@@ -36,11 +36,9 @@ def _compared(
     title: str, what: str, name: str, rounds: dict[str, tuple[list[float], list[float]]]
 ) -> Figure:
     if not rounds:
-        measured: tuple[list[dict[str, float]], list[dict[str, float]]] = ([], [])
-        sides = ({VARIABLE: name}, SHARED_MEMORY)
-        for index in range(ROUNDS):
-            for side in (0, 1) if index % 2 else (1, 0):
-                measured[side].append(_probe(sides[side]))
+        measured = in_turn(
+            ROUNDS, lambda: _probe({VARIABLE: name}), lambda: _probe(SHARED_MEMORY), warm_up=0
+        )
         for key in MEASURED:
             ours, theirs = ([result[key] for result in results] for results in measured)
             rounds[key] = (ours, theirs)

@@ -12,10 +12,14 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from time import process_time
 from timeit import Timer
+from typing import TypeVar
 
 import numpy as np
+
+Value = TypeVar("Value")
 
 ROUNDS = 41
 ROUND_TIME = 0.02  # s that each side works in each round, unless one call takes longer
@@ -136,16 +140,24 @@ def compare(
     rounds: int = ROUNDS,
     round_time: float = ROUND_TIME,
 ) -> Figure:
-    """Measure ``ours`` and ``theirs`` in turn; who begins changes from round to round."""
-    works = (ours, theirs)
-    calls = [work.calls_within(round_time) for work in works]
-    times: tuple[list[float], list[float]] = ([], [])
-    for index in range(WARM_UP_ROUNDS + rounds):
+    """Measure ``ours`` and ``theirs`` in turn."""
+    one, other = (
+        partial(work.seconds_per_item, work.calls_within(round_time)) for work in (ours, theirs)
+    )
+    return figure(what, reference, *in_turn(rounds, one, other, WARM_UP_ROUNDS), goal)
+
+
+def in_turn(
+    rounds: int, ours: Callable[[], Value], theirs: Callable[[], Value], warm_up: int = 1
+) -> tuple[list[Value], list[Value]]:
+    """Return what both measure in turn; who begins changes, and rounds to warm up do not count."""
+    measured: tuple[list[Value], list[Value]] = ([], [])
+    for index in range(-warm_up, rounds):
         for side in (0, 1) if index % 2 else (1, 0):
-            taken = works[side].seconds_per_item(calls[side])
-            if index >= WARM_UP_ROUNDS:
-                times[side].append(taken)
-    return figure(what, reference, *times, goal)
+            value = (ours, theirs)[side]()
+            if index >= 0:
+                measured[side].append(value)
+    return measured
 
 
 def figure(

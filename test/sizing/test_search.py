@@ -174,7 +174,6 @@ def test_a_machine_far_larger_than_the_volume_is_found(far):
 @pytest.mark.parametrize(
     ("impossible", "demand"),
     [
-        ({"largest_column_height": 0.1}, Demand.COLUMN_HEIGHT),
         ({"largest_base_radius": 0.0501}, Demand.BASE_RADIUS),
         ({"least_arm_angle": math.radians(89.0)}, Demand.ARM_ANGLE),
         ({"max_condition_number": 1.0001}, Demand.CONDITION),

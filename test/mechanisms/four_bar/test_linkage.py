@@ -83,12 +83,12 @@ class TestPrintedNumbers:
 
 class TestPositions:
     @pytest.mark.slow
-    def test_closure_of_40_000_linkages(self):
+    def test_closure_of_random_linkages(self):
         """One angle each, a tenth of them within rounding or little more of a crank limit."""
         rng = np.random.default_rng(7)
         velocity = np.array(1.0)
         rows = []
-        for index, lengths in enumerate(random_linkages(many(40_000), seed=5)):
+        for index, lengths in enumerate(random_linkages(many(8_000), seed=5)):
             linkage = LinkLengths(*lengths)
             angle = rng.uniform(-math.pi, math.pi)
             if index % 10 == 0:
@@ -111,7 +111,7 @@ class TestPositions:
         margin = np.minimum(np.abs(diagonal - b - c), np.abs(diagonal - np.abs(b - c))) / longest
         clear = margin > 1e-13
         assert (np.isfinite(pins[0]) == exists)[clear].all()
-        assert 20_000 < np.isfinite(pins[0]).sum() < 38_000
+        assert 0.5 < np.isfinite(pins[0]).mean() < 0.95
 
     def test_closure_from_the_angles(self):
         angles = np.linspace(-math.pi, math.pi, 721)
