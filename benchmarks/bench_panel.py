@@ -75,7 +75,7 @@ def run() -> bool:
                         elsewhere.append(_late_part(panel))
                         if number == 0:
                             rows += _cpu(panel, "a page on another computer", lambda: math.nan)
-                page = panel.open(running.page(), DESKTOP)
+                page = panel.open(running.page(), DESKTOP, 1.0)
                 # To open it takes the whole computer for a moment.
                 panel.client.spin_for(5.0)
                 panel.recover()

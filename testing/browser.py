@@ -46,19 +46,22 @@ OPTIONS = (
     "--remote-debugging-port=0",
 )
 TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
-# Pause of what draws all the time after each frame [ms]: the processor would do nothing else.
+# So many pixels are drawn for each one of the page where nobody looks at them: the processor draws
+# them all, and a page shows what it was told with its next frame.
+COARSE = 0.25
+# Pause of what draws all the time after a frame in full [ms]: the processor would do nothing else.
 FRAME_PAUSE = 300
 FEWER_FRAMES = f"""
 const next = window.requestAnimationFrame.bind(window), drawn = new WeakSet();
 window.requestAnimationFrame = (draw) => {{
-  const pause = drawn.has(draw) ? {FRAME_PAUSE} : 0;
+  const pause = drawn.has(draw) ? {FRAME_PAUSE} * devicePixelRatio : 0;
   drawn.add(draw);
   return setTimeout(() => next(draw), pause);
 }};
 window.cancelAnimationFrame = clearTimeout;
 """
 # What stays where it is for so long does not move [s].
-STEADY = 0.1
+STEADY = 0.05
 DESKTOP, PHONE = (1280, 720), (390, 844)
 # Drawn by the processor in a third of the time.
 SMALL = (800, 500)
@@ -136,19 +139,19 @@ class Page:
         self.evaluate("0")
         return [event["params"] for event in self._events if event["method"] == method]
 
-    def open(self, address: str, size: tuple[int, int] = DESKTOP) -> None:
-        """Open an address in a window of a ``size`` in pixels."""
-        self.resize(size)
+    def open(self, address: str, size: tuple[int, int] = DESKTOP, scale: float = 1.0) -> None:
+        """Open an address in a window of a ``size`` in pixels, drawn to a ``scale``."""
+        self.resize(size, scale)
         self.call("Page.navigate", url=address)
 
-    def resize(self, size: tuple[int, int]) -> None:
-        """Give the window another ``size`` in pixels; what is open stays so."""
+    def resize(self, size: tuple[int, int], scale: float = 1.0) -> None:
+        """Give the window another ``size`` in pixels, or ``scale``; what is open stays so."""
         width, height = size
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width,
             height=height,
-            deviceScaleFactor=1,
+            deviceScaleFactor=scale,
             mobile=False,
         )
 

@@ -43,7 +43,8 @@ class Job(NamedTuple):
     """What a fork is to do.
 
     Attributes:
-        command: path of an executable written in Python, and its arguments.
+        command: path of an executable written in Python, or the interpreter, ``-m`` and the name
+            of a module; then its arguments.
         environment: all variables.
         log: file to which its output is appended; None for the output of the server.
     """
@@ -117,12 +118,16 @@ def run(job: Job) -> NoReturn:
         os.dup2(log, 1)
         os.dup2(log, 2)
         os.close(log)
-    sys.argv = list(job.command)
+    is_module = job.command[1:2] == ("-m",)
+    sys.argv = list(job.command[2 * is_module :])
     code = 1
     try:
         if random_texts.VARIABLE in job.environment:
             random_texts.install()
-        runpy.run_path(job.command[0], run_name="__main__")
+        if is_module:
+            runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+        else:
+            runpy.run_path(sys.argv[0], run_name="__main__")
         code = 0
     except SystemExit as end:
         code = int(end.code or 0)

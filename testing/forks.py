@@ -99,11 +99,11 @@ class Fork:
 
 
 class ForkedNodes(NodeProcesses):
-    """Processes of nodes, of which those of this package are forks."""
+    """Processes of nodes, of which those of this package, and modules, are forks."""
 
     def start_command(self, command: Sequence[str], log: Path | None = None) -> Process:
         """Start a node by its whole ``command``; ``log`` as for ``start``."""
-        if Path(command[0]).parent != executable("ik_node").parent:
+        if command[1:2] != ["-m"] and Path(command[0]).parent != executable("ik_node").parent:
             return super().start_command(command, log)
         server = _server(self._environment["PYTHONPATH"])
         if log is not None:

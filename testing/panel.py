@@ -16,7 +16,7 @@ from geometry_msgs.msg import TwistStamped
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 
-from testing.browser import SMALL, Page, Pixels
+from testing.browser import COARSE, SMALL, Page, Pixels
 from testing.browser import TIMEOUT as PAGE_TIMEOUT
 from testing.client import Client
 from testing.commands import KINEMATICS
@@ -104,9 +104,9 @@ class Panel:
         self.address = found.group(1)
         self.origin = self.address.partition("/?")[0]
 
-    def open(self, page: Page, size: tuple[int, int] = SMALL) -> Page:
+    def open(self, page: Page, size: tuple[int, int] = SMALL, scale: float = COARSE) -> Page:
         """Open the panel in a ``page`` and wait until it shows the machine."""
-        page.open(self.address, size)
+        page.open(self.address, size, scale)
         names = "Object.keys(window.__viserSceneTree.getState())"
         page.wait_for(f"{names}.includes('/measured/platform')", "the machine", spin=self.spin)
         # A browser that is started may leave the simulator too little time.

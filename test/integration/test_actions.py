@@ -73,7 +73,7 @@ def test_it_succeeds_when_the_platform_is_measured_there_and_tells_on_the_way(be
     bench.ends(bench.goals.move_to(FAR), SUCCEEDED, GoalCode.SUCCEEDED, "is reached")
 
 
-@pytest.mark.parametrize("own_bench", [{"rate": 20.0}], ids=["cycles-of-50-ms"], indirect=True)
+@pytest.mark.parametrize("own_bench", [{"rate": 10.0}], ids=["cycles-of-100-ms"], indirect=True)
 def test_goals_that_are_sent_at_once_do_not_wait_for_a_cycle_each(own_bench):
     bench, commands = own_bench, own_bench.machine.commands
     cycles = []

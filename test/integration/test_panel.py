@@ -18,7 +18,17 @@ from std_srvs.srv import SetBool
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from testing.browser import DESKTOP, PHONE, SMALL, Browser, Page, Pixels, browser, find_browser
+from testing.browser import (
+    COARSE,
+    DESKTOP,
+    PHONE,
+    SMALL,
+    Browser,
+    Page,
+    Pixels,
+    browser,
+    find_browser,
+)
 from testing.client import Client
 from testing.forks import ForkedNodes
 from testing.panel import STOP, STRIP, Panel, button, difference, field, pad, tab
@@ -85,6 +95,14 @@ def page(panel: Panel, operator: Page) -> Page:
     return operator
 
 
+@pytest.fixture
+def drawn(page: Page) -> Iterator[Page]:
+    """Return the operator's page, drawn in full."""
+    page.resize(SMALL)
+    yield page
+    page.resize(SMALL, COARSE)
+
+
 def scene_of(page: Page) -> Pixels:
     return page.pixels()[SCENE]
 
@@ -101,14 +119,14 @@ def still_scene_of(page: Page) -> Pixels:
         assert time.monotonic() < end, "the scene changes all the time"
 
 
-def test_the_machine_is_drawn_and_moves_by_a_target_of_a_topic(panel: Panel, page: Page) -> None:
-    before = still_scene_of(page)
+def test_the_machine_is_drawn_and_moves_by_a_target_of_a_topic(panel: Panel, drawn: Page) -> None:
+    before = still_scene_of(drawn)
     dark = (before.max(axis=2) < 110).sum()
     assert dark > 500, "no arms, carriages and towers"
     panel.client.send_pose((0.06, 0.0, 0.32))
     panel.wait_until_at((0.06, 0.0, 0.32))
     end = time.monotonic() + 10.0
-    while difference(before, scene_of(page)) < 15:
+    while difference(before, scene_of(drawn)) < 15:
         assert time.monotonic() < end, "the drawn machine stays where it was"
         panel.spin()
 
@@ -434,7 +452,8 @@ def test_a_shaper_is_switched_and_a_refusal_tells_number_and_bound(
     page.wait_for(f"{field('Mode [Hz, %]')}.value === '15'", "and the frequency")
 
 
-def test_the_swing_is_drawn_while_an_accelerometer_tells_it(panel: Panel, page: Page) -> None:
+def test_the_swing_is_drawn_while_an_accelerometer_tells_it(panel: Panel, drawn: Page) -> None:
+    page = drawn
     show_swing(panel, page)
     plot = "[...document.querySelectorAll('.uplot')].filter((e) => e.offsetParent)"
     page.wait_for(f"{plot}.length === 1", "the curve", spin=panel.spin)
@@ -570,7 +589,9 @@ def test_what_runs_is_in_sight_on_each_tab_and_kept_with_its_time(panel: Panel, 
     page.click(tab("Drive"))
 
 
-def test_a_page_is_dark_where_its_browser_asks_for_it(panel: Panel, page: Page) -> None:
+def test_a_page_is_dark_where_its_browser_asks_for_it(panel: Panel, drawn: Page) -> None:
+    page = drawn
+
     def background() -> float:
         return float(page.pixels()[-30:, -30:].mean())
 
@@ -589,9 +610,9 @@ def test_a_page_is_dark_where_its_browser_asks_for_it(panel: Panel, page: Page) 
 @pytest.fixture
 def narrow(page: Page) -> Iterator[Page]:
     """Return the operator's page as it is on a phone."""
-    page.resize(PHONE)
+    page.resize(PHONE, COARSE)
     yield page
-    page.resize(SMALL)
+    page.resize(SMALL, COARSE)
 
 
 def test_a_narrow_page_has_state_stop_and_controls_in_sight(panel: Panel, narrow: Page) -> None:
@@ -608,7 +629,7 @@ SIZES = [(360, 640), PHONE, (640, 480), SMALL, DESKTOP]
 
 @pytest.mark.parametrize("size", SIZES)
 def test_stop_and_the_controls_lie_apart(panel: Panel, narrow: Page, size: tuple[int, int]) -> None:
-    narrow.resize(size)
+    narrow.resize(size, COARSE)
     narrow.wait_for(f"innerWidth === {size[0]}", "the page in its new size")
     show_swing(panel, narrow)
     # Each can be pressed, if need be after it was scrolled into sight.
@@ -661,7 +682,7 @@ def lie_apart(first: Box, second: Box) -> bool:
 def test_long_words_hide_neither_stop_nor_their_own_end(
     page: Page, narrow: Page, size: tuple[int, int]
 ) -> None:
-    narrow.resize(size)
+    narrow.resize(size, COARSE)
     words = dict.fromkeys(("reason", "refusal", "pages"), LONG_WORDS)
     words |= {
         "state": "stopping",
@@ -750,7 +771,8 @@ MAP = "Object.keys(window.__viserSceneTree.getState()).includes('/map')"
 LEGEND = "document.querySelector('.tri-glide-legend')"
 
 
-def test_a_map_is_a_coloured_plane_with_a_legend(panel: Panel, page: Page) -> None:
+def test_a_map_is_a_coloured_plane_with_a_legend(panel: Panel, drawn: Page) -> None:
+    page = drawn
     before = still_scene_of(page)
     page.click(tab("Numbers"))
     panel.click_choice(page, "Show", "force")

@@ -157,15 +157,16 @@ class Campaign:
             each.forget_output()
             each.process.send_signal(signal.SIGUSR2)
             self.client.wait_for(lambda: CEASED in each.output, CEASED)
-        let_go = self.client.now() + 2e9 * SILENCE
+        let_go = self.client.now()
         if not machine.simulator.is_running:
+            # After a fault it is heard again when it has let go.
+            let_go += 2e9 * SILENCE
             machine.start_simulator()
         self.client.wait_for(lambda: self.client.enable().success, "the machine to be enabled")
         if machine.state == "paused":
             self.call("stop")
         machine.wait_for_state("idle")
         if state in ("jogging", "tracking"):
-            # After a fault it is heard again when it has let go.
             self.client.wait_for(lambda: self.client.now() > let_go, "a client to let go")
 
 

@@ -290,14 +290,16 @@ def drive(client: CalmClient, shapers: Sequence[str] = SHAPERS) -> list[Swing]:
     swings = []
     client.wait_for_machine()
     for shaper in shapers:
-        client.set_shaper(shaper)
         motions: tuple[tuple[str, Vector3, Callable[[], int | None]], ...] = (
             ("move", NEAR[0], lambda: client.move(NEAR[1])),
             ("path", CORNER, lambda: client.follow(PATH)),
             ("stop", FAR[0], lambda: client.move_until_stopped(FAR[1])),
         )
         for name, start, motion in motions:
+            # On the way there it does not swing, so that nothing has to fade.
+            client.set_shaper(shapers[-1])
             client.move(start)
+            client.set_shaper(shaper)
             swing = client.recorded(name, shaper, motion)
             say(f"{name}, shaper {shaper}: {1e3 * swing.left:.3f} mm of swing are left")
             swings.append(swing)
