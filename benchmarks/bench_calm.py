@@ -437,7 +437,7 @@ def _without_shaper(engine: MotionEngine, motion: Motion) -> MotionEngine:
     held = engine._holder.held
     limits = replace(held.limits, shaper=None, planned=None)
     same._holder.hold(replace(held, limits=limits, pending=None), engine._holder.time)
-    same._execution.tracks = engine._execution.tracks
+    same._execution.plans.tracks = engine._execution.plans.tracks
     return same
 
 

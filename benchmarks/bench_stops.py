@@ -11,7 +11,7 @@ from __future__ import annotations
 import gc
 import math
 from collections.abc import Callable, Iterator, Sequence
-from copy import copy
+from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from time import thread_time
 from typing import NamedTuple
@@ -302,10 +302,9 @@ def stopped(drive: Drive) -> tuple[float, float]:
 
 def _copied(engine: MotionEngine) -> MotionEngine:
     """Return an engine in the same state, which holds its own plan from now on."""
-    copied = copy(engine)
-    copied._execution = copy(engine._execution)
-    copied._holder = copied._execution.holder = copy(engine._holder)
-    return copied
+    holder, preparation = engine._holder, engine._execution.plans.preparation
+    same = (engine._workspace, engine.machine, holder.motion, holder.shaped, preparation)
+    return deepcopy(engine, {id(each): each for each in same})
 
 
 def _timed_stop(engine: MotionEngine) -> float:

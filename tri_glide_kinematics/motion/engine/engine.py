@@ -16,8 +16,9 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
 from tri_glide_kinematics.motion.engine.commands import Follow, Jog, Move, NewLimits, Track
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
-from tri_glide_kinematics.motion.engine.execution import PlanExecution, PlanHolder
+from tri_glide_kinematics.motion.engine.execution import PlanExecution
 from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.holder import PlanHolder
 from tri_glide_kinematics.motion.engine.progress import PathProgress
 from tri_glide_kinematics.motion.errors import NewerGoalError, NoPathError
 from tri_glide_kinematics.motion.limits import SampledPlan, SliderLimits, SliderState
@@ -122,10 +123,10 @@ class MotionEngine:
         """
         h1, h2, h3 = finite_vector("heights", heights, 3)
         self._machine.forward((h1, h2, h3))
-        self._execution.preparation = None
-        self._execution.tracks = False
+        self._execution.plans.preparation = None
+        self._execution.plans.tracks = False
         self._holder.shaped = None
-        self._execution.replace(
+        self._execution.plans.replace(
             self._execution.replanning.at_rest((h1, h2, h3), self._holder.newest_limits)
         )
 
@@ -241,13 +242,13 @@ class MotionEngine:
         if path.is_paused:
             return
         extension = self._extension
-        self._execution.preparation = None
+        self._execution.plans.preparation = None
         paused = held.on(replace(path, place=held.place(self._holder.time), is_paused=True))
         if held.role is PlanRole.LEADS_TO_GOAL and self._holder.time < held.plan.duration:
             paused = paused.waiting_to_brake()
-        self._execution.replace(paused)
+        self._execution.plans.replace(paused)
         if paused.waits(self._holder.time):
-            self._execution.prepare_braking(urgent=True)
+            self._execution.plans.prepare_braking(urgent=True)
         if extension is not None:
             self._execution.prepare_goal(extension)
 
@@ -263,12 +264,12 @@ class MotionEngine:
         if not path.is_paused:
             return
         extension = self._extension
-        self._execution.preparation = None
-        self._execution.replace(held.on(replace(path, is_paused=False)))
+        self._execution.plans.preparation = None
+        self._execution.plans.replace(held.on(replace(path, is_paused=False)))
         if extension is not None:
             self._execution.prepare_goal(extension)
         elif held.pending is None:
-            self._execution.prepare(self._execution.replanning.continued)
+            self._execution.plans.prepare(self._execution.replanning.continued)
 
     def keep_goal(self) -> None:
         """Give up a new goal that is still being prepared; what is held goes on."""
@@ -348,7 +349,7 @@ class MotionEngine:
     @property
     def shaper_pending(self) -> bool:
         """Whether another shaper waits for rest; at rest, what begins next has it."""
-        return self._execution.shaper_pending and self.phase is not MotionPhase.IDLE
+        return self._execution.shaped_plans.shaper_pending and self.phase is not MotionPhase.IDLE
 
     @property
     def limits(self) -> SliderLimits:
@@ -391,7 +392,7 @@ class MotionEngine:
         a path, until its end is planned, and while it is paused; of a moving target, and of a jog
         in motion, which have no end. A stop may be over sooner.
         """
-        return self._execution.remaining
+        return self._execution.plans.remaining
 
     @property
     def time_to_rest(self) -> float:
@@ -470,17 +471,17 @@ class MotionEngine:
     @property
     def preparing(self) -> bool:
         """Whether a plan is being made, or waits for the setpoint at which it begins."""
-        return self._execution.preparation is not None
+        return self._execution.plans.preparation is not None
 
     @property
     def preparing_goal(self) -> bool:
         """Whether that is the plan of a new goal, and not what comes next for the present one."""
-        return self._execution.goal_in_preparation is not None
+        return self._execution.plans.goal_in_preparation is not None
 
     @property
     def tracks(self) -> bool:
         """Whether something is tracked, so that a new velocity or target needs no plan."""
-        return self._execution.tracks
+        return self._execution.plans.tracks
 
     def step(self, dt: float) -> SliderState:
         """Advance by ``dt`` [s] and return the setpoint.
@@ -501,14 +502,14 @@ class MotionEngine:
 
     def take_refusal(self) -> KinematicsError | None:
         """Return, once, why something that had to wait could not be done after all."""
-        return self._execution.take_refusal()
+        return self._execution.plans.take_refusal()
 
     def keep_to_plan(self) -> None:
         """Forget all but the held plan, and drive that to its end.
 
         Nothing is planned for this: so it can be done, whatever has failed.
         """
-        self._execution.keep_to_plan()
+        self._execution.plans.keep_to_plan()
 
     @property
     def is_paused(self) -> bool:
@@ -533,7 +534,7 @@ class MotionEngine:
         held = self._holder.motion
         if held is None or held.goal is None or held.goal.has_end:
             return math.nan
-        return self._execution.tracker.distance(self.state.heights)
+        return self._execution.tracking.tracker.distance(self.state.heights)
 
     def distance_from_target(self, heights: Sequence[float]) -> float:
         """Return how far the platform at measured ``heights`` is from the target.
@@ -564,7 +565,7 @@ class MotionEngine:
             NewerGoalError: if another goal is being planned already.
         """
         held = self._holder.held
-        newer = self._execution.goal_in_preparation
+        newer = self._execution.plans.goal_in_preparation
         if newer is not None and self._extension is None:
             raise NewerGoalError
         if held.path is None or self.phase is MotionPhase.IDLE:
@@ -574,5 +575,5 @@ class MotionEngine:
     @property
     def _extension(self) -> Command | None:
         """An extension of the path that is being prepared."""
-        goal = self._execution.goal_in_preparation
+        goal = self._execution.plans.goal_in_preparation
         return goal if goal is not None and goal.extends else None

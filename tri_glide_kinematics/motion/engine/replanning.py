@@ -63,6 +63,20 @@ def longest_stop(state: SliderState, limits: SliderLimits) -> float:
     return max(LONGEST_STOP * own_stop(state, limits).duration, ALWAYS_ALLOWED)
 
 
+def stops_in_time(held: HeldMotion, state: SliderState, time_to_rest: float) -> bool:
+    """Return whether what is ``held`` is a braking that takes no longer than a stop may.
+
+    Args:
+        held: what is held.
+        state: of the sliders now.
+        time_to_rest: until the platform rests [s].
+    """
+    if held.limits.shaper is None or held.role is PlanRole.EARLIER:
+        return held.role is not PlanRole.EARLIER
+    # A plan is ahead of what is driven: where that gets faster its braking takes longer.
+    return time_to_rest - held.limits.held_back <= longest_stop(state, held.limits.scaled)
+
+
 class PathReplanning:
     """Makes the next value of what is held, where a path is the goal."""
 

@@ -10,19 +10,56 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.engine.command import Command
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.preparation import (
+    SAME_TIME,
+    LeadTime,
+    Making,
+    Preparation,
+)
+from tri_glide_kinematics.motion.engine.replacing import RETRY_INTERVAL, PlanReplacing
+from tri_glide_kinematics.motion.engine.replanning import Replanned
+from tri_glide_kinematics.motion.errors import PlanningError
+from tri_glide_kinematics.motion.shaped import Planned
 from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.tracking import Follower, MovingTarget, TargetMotion, Wanted
-from tri_glide_kinematics.motion.trajectory import TrackedStep
+from tri_glide_kinematics.motion.trajectory import TrackedStep, Trajectory
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 # A platform that is nearer to a target when it begins to follow it is there [m].
 NEAR = 1e-3
+
+# The first step of tracking, before any other was made, is taken to be this long [s].
+FIRST_STEP = 0.002
+
+# With a shaper or added bounds a step of tracking has to be proved, which takes longer than a
+# cycle: so the steps are about so long [s], and no smaller part of the shaper, as each of them that
+# it remembers costs.
+SHAPED_STEP = 0.02
+PART_OF_SHAPER = 0.3
+
+# They turn more than plans do: so they leave more of the jerks to the shaper, with each attempt.
+JERK_LEFT_TO_STEPS = 0.9
+
+
+def step_period(shaper: Shaper | None) -> float:
+    """Return how long steps of tracking are that have to be proved, with a ``shaper`` or none [s].
+
+    A step has three phases. If they are as long as the first delay, or fit into it, the knots of
+    the copies fall together. So there are few cells to prove.
+    """
+    if shaper is None:
+        return SHAPED_STEP
+    three = 3.0 * shaper.times[1]
+    period = max(SHAPED_STEP, PART_OF_SHAPER * shaper.duration)
+    return three * max(round(period / three), 1) / max(round(three / period), 1)
 
 
 class Tracker:
@@ -119,3 +156,214 @@ class Tracker:
                 # When it comes back, it is caught up with as soon as possible.
                 self._target.lose()
         return None
+
+
+class Tracking:
+    """Holds one step of tracking after the other.
+
+    As a rule each is made when it is its turn; with a shaper or added bounds it is longer, and
+    prepared and proved like any other plan.
+
+    Attributes:
+        tracker: makes the steps.
+    """
+
+    def __init__(self, plans: PlanReplacing, workspace: Workspace) -> None:
+        """Track what is asked for.
+
+        Args:
+            plans: lets the next plan take the place of the held one.
+            workspace: where the platform may be, and of which machine.
+        """
+        self._plans = plans
+        self._holder = plans.holder
+        self._replanning = plans.replanning
+        self._workspace = workspace
+        self.tracker = Tracker(workspace)
+        self._lead_time = LeadTime()
+        # Where the held plan is no step: that plan, and when the next step may begin in it.
+        self._begins: tuple[Trajectory, float] | None = None
+        plans.when_taken = self._after_taking
+
+    @property
+    def prepares_steps(self) -> bool:
+        """Whether steps of tracking are prepared, as their proof takes longer than a cycle."""
+        return self._plans.shaped_plans.is_shaped or bool(self._holder.limits.sliders.added)
+
+    @property
+    def _next_step_at(self) -> float:
+        """When the next step may begin in the held plan [s]."""
+        plan = self._holder.held.plan
+        if self._begins is not None and self._begins[0] is plan:
+            return self._begins[1]
+        return plan.period if isinstance(plan, TrackedStep) else 0.0
+
+    def go_over_to(self, goal: Command) -> bool:
+        """Track a ``goal`` in motion, if a step towards it is certified; return whether it is.
+
+        With a shaper or added bounds the step is prepared. Outside the workspace nothing is
+        tracked.
+        """
+        held = self._holder.held
+        if held.region is not self._workspace:
+            return False
+        tracking = held.with_goal(goal)
+        goes_on = self._tracks_like(goal)
+        if self.prepares_steps:
+            if goes_on:
+                # A step that is being prepared is held soon; the next one leads to this.
+                self._plans.keep_goal()
+                self._plans.replace(tracking)
+                return True
+            if held.pending is not None or self._holder.time >= held.plan.duration:
+                return False
+            self._prepare_step(goal)
+            return True
+        if not goes_on:
+            step = self.tracker.next(
+                tracking, self._holder.time, self._plans.last_step or FIRST_STEP
+            )
+            if step is None:
+                return False
+            tracking = step
+        self._begin(tracking)
+        return True
+
+    def follow_target(self, goal: Command, target: MovingTarget, age: float) -> None:
+        """Track a ``target``, seen ``age`` seconds ago, as soon as a step is certified.
+
+        Until then the platform brakes.
+        """
+        held, time = self._holder.held, self._holder.time
+        self._plans.keep_goal()
+        if self._tracks_like(goal):
+            self.tracker.report(target, age, None)
+            self._plans.replace(held.with_goal(goal))
+            return
+        start = held.plan.at(time).heights
+        self._workspace.check_heights(start)
+        self._workspace.check_position(target.position)
+        self.tracker.report(target, age, start)
+        tracking = held.with_goal(goal, region=self._workspace)
+        if time < held.plan.duration and not held.brakes:
+            self._begin(tracking.waiting_to_brake())
+            self._plans.prepare_braking(urgent=False)
+        else:
+            self._begin(tracking)
+
+    def _tracks_like(self, goal: Command) -> bool:
+        """Return whether something is tracked that is of the kind of a ``goal``."""
+        held = self._holder.held
+        return self._plans.tracks and held.goal is not None and held.goal.kind is goal.kind
+
+    def _begin(self, held: HeldMotion) -> None:
+        """Hold what begins to track, or is to do so when a step is certified."""
+        self._plans.tracks = True
+        self._plans.preparation = None
+        self._plans.replace(held)
+
+    def take_step(self, dt: float) -> bool:
+        """Track for ``dt`` [s] if such a step is certified; return whether it is."""
+        held = self._holder.held
+        tracking = self.tracker.next(held, self._holder.time, dt)
+        if tracking is not None:
+            self._plans.preparation = None
+            self._plans.replace(tracking)
+        elif self._holder.time >= held.plan.duration and held.pending is not None:
+            self._plans.replace(replace(held, limits=held.pending, pending=None))
+        if held.goal is not None:
+            self._after_step(held.goal, is_certified=tracking is not None)
+        return tracking is not None
+
+    def prepare_next_step(self) -> None:
+        """Make the next step of tracking if it is time to; it begins where the present one ends."""
+        holder, last = self._holder, self._plans.last_step
+        lead = self._plans.lead(self._lead_time)
+        # Exactly there, so that the motion is the same whatever the steps are; and as late as
+        # possible, as the newest report of the target says most.
+        if holder.time + last + lead > self._next_step_at + SAME_TIME:
+            start = max(holder.time + lead, self._next_step_at)
+            making = self._step_or(self._going_on, None)
+            self._plans.begin(making, None, start, self._lead_time)
+
+    def _prepare_step(self, goal: Command) -> None:
+        """Make the first step towards a ``goal``, or a plan where none is proved."""
+        lead_time = self._plans.lead_time
+        start = self._holder.time + self._plans.lead(lead_time)
+        self._plans.begin(self._step_or(self._plans.making(goal), goal), goal, start, lead_time)
+
+    def _step_or(self, other: Making, goal: Command | None) -> Making:
+        """Return what makes a proved step towards a ``goal``, or ``other`` where there is none.
+
+        Without a goal it is the newest one of tracking.
+        """
+        proved = self._plans.shaped_plans.made
+
+        def made(held: HeldMotion, start: float) -> Interruptible[Replanned]:
+            try:
+                return (yield from proved(partial(self._step, goal), goal, held, start))
+            except KinematicsError:
+                return (yield from proved(other, goal, held, start))
+
+        return made
+
+    def _step(
+        self, goal: Command | None, held: HeldMotion, start: float
+    ) -> Interruptible[Replanned]:
+        """Make a step of tracking that begins at ``start`` [s], with the braking behind it.
+
+        Raises:
+            PlanningError: if there is none.
+        """
+        ahead = max(start - self._holder.time, 0.0)
+        limits = held.pending or held.limits
+        if limits.shaper is not held.limits.shaper and start < held.rests_at:
+            raise PlanningError("a shaper has to be empty when another one takes its place")
+        limits = limits.leaving(Planned(limits.effective.times(1.0, 1.0, JERK_LEFT_TO_STEPS)))
+        held = held.with_goal(goal or self._holder.held.goal, limits=limits, pending=None)
+        period = step_period(limits.shaper)
+        step = yield from self.tracker.prepared(held, start, period, ahead)
+        if step is None:
+            raise PlanningError("there is no certified step")
+        yield
+        return Replanned(step)
+
+    def _going_on(self, held: HeldMotion, start: float) -> Interruptible[Replanned]:
+        """Make what is held where there is no step of tracking: the braking, as a rule."""
+        if held.role is PlanRole.EARLIER:
+            held = yield from self._replanning.braked(held, start, stays=False)
+        elif held.pending is not None and start >= held.rests_at:
+            held = replace(held, limits=held.pending, pending=None)
+        return Replanned(held)
+
+    def _after_step(self, goal: Command, *, is_certified: bool) -> None:
+        """Where a ``goal`` has an end, end its tracking at rest, or where there is no step.
+
+        Where there is none once, near an edge, there are some and none in turn, and the platform
+        would swerve. So the goal is planned there, as from rest.
+        """
+        if not goal.has_end:
+            return
+        held, time = self._holder.held, self._holder.time
+        if is_certified:
+            step = held.tracked_step
+            self._plans.tracks = step is None or not step.ends_at_rest
+        else:
+            self._plans.tracks = False
+            self._plans.replace(held.left_to_brake())
+            if held.pending is None and time < held.plan.duration:
+                self._plans.prepare(self._plans.making(goal))
+        self._plans.look_ahead()
+
+    def _after_taking(self, preparation: Preparation, is_step: bool) -> None:
+        """Note when the next step may begin, or end the tracking."""
+        held, time = self._holder.held, self._holder.time
+        if not self.prepares_steps or held.goal is None:
+            return
+        if not is_step:
+            # Not in this engine step any more, however long that is.
+            last = self._plans.last_step
+            begun = max(time, preparation.start)
+            begins = begun + RETRY_INTERVAL + last + self._lead_time.after(last)
+            self._begins = held.plan, begins
+        self._after_step(held.goal, is_certified=is_step)

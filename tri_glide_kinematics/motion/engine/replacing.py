@@ -1,0 +1,263 @@
+"""Lets the next plan take the place of the held one: at most one is prepared at a time.
+
+What could not be done at once is tried again: a braking that would break a limit just now, and
+limits that the motion cannot keep yet.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.engine.command import Command
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.holder import PlanHolder
+from tri_glide_kinematics.motion.engine.preparation import (
+    LeadTime,
+    Making,
+    Preparation,
+    only_held,
+)
+from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning
+from tri_glide_kinematics.motion.engine.shaped_plans import ShapedPlans
+
+# What could not be done at once is tried again after this time of motion [s].
+RETRY_INTERVAL = 0.008
+
+# A stop may take so many pieces within its call. Nearly all take fewer.
+URGENT_PIECES = 7
+
+
+class PlanReplacing:
+    """Prepares at most one plan, and holds it when it begins.
+
+    Attributes:
+        holder: of the plan.
+        replanning: makes what is held next.
+        shaped_plans: makes it where it is shaped.
+        in_pieces: whether plans are made by ``work``, and not when they are asked for.
+        tracks: whether something is tracked, so that a new velocity or target needs no plan.
+        preparation: of the next plan; None if there is none.
+        last_step: how long the last step of the engine was; 0 before the first [s].
+        retry_at: when what had to wait is tried again, in the held plan [s].
+        event_at: when there is something to do besides going on, in the held plan [s].
+        lead_time: of plans.
+        path_lead_time: of the next part of a path, which takes longer, but is known to be needed
+            long before.
+        when_taken: is told what was taken that was made for something tracked, and whether it is
+            a step of tracking.
+    """
+
+    def __init__(
+        self,
+        holder: PlanHolder,
+        replanning: Replanning,
+        shaped_plans: ShapedPlans,
+        in_pieces: bool,
+    ) -> None:
+        """Prepare for what ``holder`` holds."""
+        self.holder = holder
+        self.replanning = replanning
+        self.shaped_plans = shaped_plans
+        self.in_pieces = in_pieces
+        self.tracks = False
+        self.preparation: Preparation | None = None
+        self.last_step = 0.0
+        self.retry_at = math.inf
+        self.event_at = math.inf
+        self.lead_time = LeadTime()
+        self.path_lead_time = LeadTime()
+        # All of a path is looked at before it is followed, or goes on.
+        self._goal_lead_time = LeadTime()
+        self._refusal: KinematicsError | None = None
+        self.when_taken: Callable[[Preparation, bool], None] = lambda *_: None
+
+    @property
+    def goal_in_preparation(self) -> Command | None:
+        """The goal of the plan that is being prepared; None if there is none."""
+        return self.preparation.goal if self.preparation is not None else None
+
+    @property
+    def remaining(self) -> float:
+        """Time to the end of what was asked for; inf where it is not known [s]."""
+        held = self.holder.motion
+        if held is None:
+            return 0.0
+        if self.goal_in_preparation is not None:
+            return math.inf
+        return held.remaining(self.holder.time)
+
+    def take_refusal(self) -> KinematicsError | None:
+        """Return, once, why something that had to wait could not be done after all."""
+        refusal, self._refusal = self._refusal, None
+        return refusal
+
+    def work(self, may_go_on: Callable[[], bool]) -> None:
+        """Go on with what is being prepared, by one piece at least."""
+        try:
+            self._go_on(may_go_on)
+        except KinematicsError as error:
+            self._refusal = error
+
+    def keep_to_plan(self) -> None:
+        """Forget all but the held plan, and drive that to its end.
+
+        Nothing is planned for this: so it can be done, whatever has failed.
+        """
+        self.preparation = None
+        self.tracks = False
+        self.retry_at = self.event_at = math.inf
+        if self.holder.motion is not None:
+            self.holder.motion = self.holder.motion.with_goal(
+                None, role=PlanRole.BRAKES, pending=None
+            )
+
+    def keep_goal(self) -> None:
+        """Give up a new goal that is still being prepared; what is held goes on."""
+        if self.goal_in_preparation is not None:
+            self.preparation = None
+            self.look_ahead()
+
+    def try_again(self) -> None:
+        """Put pending limits in force, or brake. On a path its next part is planned for that."""
+        on_path = self.holder.held.path_plan is not None
+        lead_time = self.path_lead_time if on_path else None
+        self.prepare(self.replanning.tried_again, lead_time=lead_time)
+
+    def prepare(
+        self,
+        making: Making,
+        goal: Command | None = None,
+        *,
+        urgent: bool = False,
+        lead_time: LeadTime | None = None,
+    ) -> None:
+        """Make what is held next, unless that is for later; at rest, a first piece of it.
+
+        What is ``urgent`` begins now. If it is not ready after some pieces, it begins later, too.
+        """
+        is_long = goal is not None and goal.is_checked_whole
+        lead_time = lead_time or (self._goal_lead_time if is_long else self.lead_time)
+        pieces = URGENT_PIECES if urgent else 0
+        making = self.shaped_plans.proved(making, goal)
+        start = self.holder.time + (0.0 if urgent else self.lead(lead_time))
+        self.begin(making, goal, start, lead_time, pieces)
+
+    def prepare_braking(self, *, urgent: bool, stays: bool = True) -> None:
+        """Make a braking; an ``urgent`` one begins at once, which takes a millisecond.
+
+        One that must not leave its path may take longer, so it begins some setpoints later.
+
+        Args:
+            urgent: whether it is made at once.
+            stays: whether the platform stays on its line where that takes little longer.
+        """
+        urgent = urgent and self.holder.held.path_plan is None
+        self.prepare(partial(self.braked, stays), urgent=urgent)
+
+    def braked(self, stays: bool, held: HeldMotion, time: float) -> Interruptible[Replanned]:
+        """Make a braking from what is ``held``, as something that refuses no goal."""
+        return only_held(self.replanning.braked(held, time, stays=stays))
+
+    def making(self, goal: Command) -> Making:
+        """Return what makes a plan to a ``goal``."""
+        return lambda held, time: only_held(self.replanning.with_goal(held, time, goal))
+
+    def lead(self, lead_time: LeadTime) -> float:
+        """Return how far ahead a plan with this ``lead_time`` begins [s]."""
+        return lead_time.after(self.last_step) if self.in_pieces else 0.0
+
+    def begin(
+        self,
+        making: Making,
+        goal: Command | None,
+        start: float,
+        lead_time: LeadTime,
+        pieces: int = 0,
+    ) -> None:
+        """Begin to make what is held next, with so many ``pieces`` of it at once.
+
+        Args:
+            making: makes it, shaped where there is a shaper.
+            goal: that it leads to; None if it is not made for a new one.
+            start: when it begins, in the held plan [s].
+            lead_time: is told how long it takes.
+            pieces: that are made within this call.
+        """
+        held, time = self.holder.held, self.holder.time
+        preparation = Preparation(making, goal, held, time, start, lead_time)
+        self.preparation = preparation
+        self.look_ahead()
+        if not self.in_pieces:
+            self._go_on(lambda: True)
+        elif pieces or preparation.begins_at_rest:
+            left = iter(range(pieces - 1))
+            self._go_on(lambda: next(left, None) is not None)
+
+    def _go_on(self, may_go_on: Callable[[], bool]) -> None:
+        preparation = self.preparation
+        if preparation is None or preparation.ready is not None:
+            return
+        try:
+            preparation.work(may_go_on)
+        except BaseException as error:
+            self.preparation = None
+            self._wait(self.holder.held)
+            # A goal that was taken before comes to rest where it cannot go on.
+            if isinstance(error, KinematicsError) and preparation.goal is None:
+                return
+            raise
+        if preparation.ready is not None:
+            preparation.note_time(self.holder.time)
+            if preparation.has_begun(self.holder.time):
+                self.take(preparation)
+
+    def take(self, preparation: Preparation) -> None:
+        """Hold what is ready, as it begins now or in the next step."""
+        assert preparation.ready is not None
+        self.preparation = None
+        held, refusal = preparation.ready
+        is_step = held.tracked_step is not None and held.plan is not self.holder.held.plan
+        if preparation.goal is not None:
+            self.tracks = is_step
+        elif self.tracks:
+            # The target, or the velocity, may be a newer one.
+            held = held.with_goal(self.holder.held.goal)
+        # Limits that have come meanwhile, while something is tracked, go on waiting.
+        newest = self.holder.held.pending
+        if newest is not preparation.held.pending:
+            held = replace(held, pending=newest)
+        self.replace(held, refusal, preparation.elapsed(self.holder.time))
+        if self.tracks:
+            self.when_taken(preparation, is_step)
+
+    def replace(
+        self, held: HeldMotion, refusal: KinematicsError | None = None, elapsed: float = 0.0
+    ) -> None:
+        """Hold something else, keep a ``refusal``, and see to it that what waits is tried again."""
+        self.holder.hold(held, elapsed)
+        self._refusal = refusal or self._refusal
+        self._wait(held)
+
+    def _wait(self, held: HeldMotion) -> None:
+        """Note when what waits of ``held`` is tried again, if something does."""
+        waits = held.waits(self.holder.time)
+        self.retry_at = min(self.holder.time + RETRY_INTERVAL, held.rests_at) if waits else math.inf
+        self.look_ahead()
+
+    def look_ahead(self) -> None:
+        """Note when there is something to do besides going on."""
+        if self.tracks:
+            self.event_at = -math.inf
+        elif self.preparation is not None:
+            self.event_at = self.preparation.start
+        elif math.isfinite(self.retry_at):
+            self.event_at = self.retry_at
+        else:
+            # The next part of a path is made as soon as it is known to be needed.
+            goes_on = math.isfinite(self.holder.held.goes_on_at)
+            self.event_at = -math.inf if goes_on else math.inf
