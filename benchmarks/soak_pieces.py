@@ -6,7 +6,9 @@ piece the shortest processor time of its thread counts. The longest piece of the
 added bound says how fast the computer is: with added bounds none may be longer by more than a part.
 The work of a whole plan is told as well, and so is the longest step of the engine.
 
-Run it as ``python -m benchmarks.soak_pieces --episodes 10``; it exits with 1 if a piece is longer.
+``python -m benchmarks.soak_pieces --episodes 10`` exits with 1 if a piece is longer. With ``--moves
+10000`` it plans so many random moves instead, however much work they take, and tells how many of
+them the most work of a plan refuses: it exits with 1 if that is more than one of a thousand.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from __future__ import annotations
 import itertools
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from time import thread_time
 from typing import NamedTuple
 
@@ -41,6 +44,11 @@ REPLAYS = 3
 
 # So much longer than without an added bound the longest piece may be.
 LONGER = 1.2
+
+# Of moves that are planned however much work they take, the most work refuses no larger part. So
+# many pieces are more than any move takes.
+MOST_REFUSED = 0.001
+UNBOUNDED = 100_000
 
 COMMANDS = ("linear", "slider", "path", "jog", "track")
 SPEEDS = (None, 1.0, 0.1, 0.02, 0.01, 0.005, 0.001, 1e-4, 1e-5)  # m/s
@@ -108,6 +116,59 @@ def cases() -> Iterator[Case]:
 def episode(case: Case, seed: int) -> Cost:
     """Drive an engine as ``case`` says; what comes when is chosen by the ``seed``."""
     rng = np.random.default_rng(seed)
+    engine, workspace = resting(case, rng)
+    cost = Cost([], [], [])
+    with timing(cost):
+        for cycle in range(CYCLES):
+            if cycle == 0 or rng.random() * PAUSE < 1.0:
+                try:
+                    _command(engine, workspace, case.command, rng, cycle)
+                except KinematicsError as error:
+                    cost.refused.append(type(error).__name__)
+            engine.work(pieces(PIECES_IN_CYCLE))
+            before = _total(cost)
+            begin = thread_time()
+            engine.step(PERIOD)
+            took = thread_time() - begin
+            cost.steps.append(took - (_total(cost) - before))
+            refusal = engine.take_refusal()
+            if refusal is not None:
+                cost.refused.append(type(refusal).__name__)
+    return cost
+
+
+def move(seed: int) -> Cost:
+    """Plan one move from rest or in the middle of another one; all of it is chosen by the seed."""
+    rng = np.random.default_rng(seed)
+    kinds = list(MotionKind)
+    command = kinds[int(rng.integers(len(kinds)))].value
+    speed = SPEEDS[int(rng.integers(len(SPEEDS)))]
+    case = Case(command, speed, *(rng.random(2) < 0.5).tolist())
+    engine, workspace = resting(case, rng)
+    if rng.random() < 0.5:
+        _plan(engine, random_place(rng, workspace))
+        # Slow ones take hours: most of that in one step.
+        engine.step(PERIOD + rng.random() * engine.remaining)
+        engine.step(PERIOD)
+    cost = Cost([], [], [])
+    with timing(cost):
+        refusal = _plan(engine, random_place(rng, workspace))
+    return cost if refusal is None else cost._replace(refused=[type(refusal).__name__])
+
+
+def _plan(engine: MotionEngine, place: tuple[float, float, float]) -> KinematicsError | None:
+    """Plan a move; return why it is refused, if it is."""
+    try:
+        engine.move_to(place)
+        while engine.preparing:
+            engine.work(pieces(1))
+    except KinematicsError as error:
+        return error
+    return engine.take_refusal()
+
+
+def resting(case: Case, rng: np.random.Generator) -> tuple[MotionEngine, Workspace]:
+    """Return an engine that rests somewhere, and its workspace."""
     is_unequal = rng.random() < 0.5
     machine = TriGlide(UNEQUAL if is_unequal else DEFAULT_GEOMETRY)
     workspace = Workspace(machine, WIDE)
@@ -124,29 +185,7 @@ def episode(case: Case, seed: int) -> Cost:
     engine.start(workspace.check_position(random_place(rng, workspace)))
     while case.shaped and engine.shaper is None:
         engine.set_shaper(random_shaper(rng))
-    cost = Cost([], [], [])
-    timing = _timing(cost)
-    with_begin = preparation.Preparation._begin_at
-    preparation.Preparation._begin_at = timing  # type: ignore[method-assign, assignment]
-    try:
-        for cycle in range(CYCLES):
-            if cycle == 0 or rng.random() * PAUSE < 1.0:
-                try:
-                    _command(engine, workspace, case.command, rng, cycle)
-                except KinematicsError as error:
-                    cost.refused.append(type(error).__name__)
-            engine.work(pieces(PIECES_IN_CYCLE))
-            before = _total(cost)
-            begin = thread_time()
-            engine.step(PERIOD)
-            took = thread_time() - begin
-            cost.steps.append(took - (_total(cost) - before))
-            refusal = engine.take_refusal()
-            if refusal is not None:
-                cost.refused.append(type(refusal).__name__)
-    finally:
-        preparation.Preparation._begin_at = with_begin  # type: ignore[method-assign]
-    return cost
+    return engine, workspace
 
 
 def pieces(count: int) -> Callable[[], bool]:
@@ -159,7 +198,9 @@ def _total(cost: Cost) -> float:
     return sum(map(sum, cost.plans))
 
 
-def _timing(cost: Cost) -> Callable[[preparation.Preparation, float], None]:
+@contextmanager
+def timing(cost: Cost) -> Iterator[None]:
+    """Let each plan that is begun add the processor time of its pieces to a ``cost``."""
     begin_at = preparation.Preparation._begin_at
 
     def begun(making: preparation.Preparation, start: float) -> None:
@@ -167,7 +208,11 @@ def _timing(cost: Cost) -> Callable[[preparation.Preparation, float], None]:
         cost.plans.append([])
         making._computation = timed(making._computation, cost.plans[-1])
 
-    return begun
+    preparation.Preparation._begin_at = begun  # type: ignore[method-assign]
+    try:
+        yield
+    finally:
+        preparation.Preparation._begin_at = begin_at  # type: ignore[method-assign]
 
 
 def _command(
@@ -202,6 +247,24 @@ def replayed(case: Case, seed: int, replays: int) -> Cost:
     return cost
 
 
+def plan_moves(count: int, seed: int) -> int:
+    """Plan random moves, and print how much work they take.
+
+    Returns:
+        Exit code: 1 if the most work of a plan refuses too many of them.
+    """
+    most, preparation.MOST_PIECES = preparation.MOST_PIECES, UNBOUNDED
+    costs = [move(seed * count + number) for number in range(count)]
+    planned = sorted((each for each in costs if not each.refused), key=lambda each: each.most[1])
+    took = np.array([each.most for each in planned])
+    refused = int((took[:, 1] > most).sum())
+    for number in {0, refused, *(int(part * count) for part in (0.001, 0.01, 0.1, 0.5))}:
+        work, pieces = planned[-1 - number].most
+        print(f"but for {number} of them a move takes {pieces:.0f} pieces ({1e3 * work:.0f} ms)")
+    print(f"{len(planned)} moves are planned, of which {refused} take more than {most} pieces")
+    return int(refused > MOST_REFUSED * len(planned))
+
+
 def main() -> int:
     """Drive all cases, and print what each kind took.
 
@@ -211,9 +274,12 @@ def main() -> int:
     arguments = numbers(
         __doc__,
         episodes=(10, "of each case"),
+        moves=(0, "random moves to plan instead"),
         seed=(1, "of the random commands"),
         replays=(REPLAYS, "of each episode"),
     )
+    if arguments.moves:
+        return plan_moves(arguments.moves, arguments.seed)
     longest = {False: 0.0, True: 0.0}
     for case in cases():
         costs = [

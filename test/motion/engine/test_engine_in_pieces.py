@@ -21,6 +21,7 @@ from motion_machine import (
     within,
 )
 
+from testing.pieces import timed
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformSpeedLimit
 from tri_glide_kinematics.motion.engine import preparation, replanning
@@ -408,7 +409,12 @@ def test_what_goes_on_for_ever_is_given_up_after_so_much_work():
         return replanning.Replanned(held)
 
     held = engine(in_pieces=True)._holder.held
-    made = preparation.Preparation(making, None, held, 0.0, 0.0, preparation.LeadTime())
+    times: list[float] = []
+    made = preparation.Preparation(
+        lambda *each: timed(making(*each), times), None, held, 0.0, 0.0, preparation.LeadTime()
+    )
     made.work(lambda: True)
     assert made.ready == replanning.Replanned(held)
     assert tried == [0] * preparation.MOST_PIECES + [1, 2]
+    # It is so, too, where somebody looks at how long the pieces take.
+    assert len(times) == len(tried) + 1

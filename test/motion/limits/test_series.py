@@ -9,8 +9,12 @@ import pytest
 from motion_machine import LIMITS, MACHINE, WORKSPACE
 from timed_paths import random_path
 
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import MotionKind, plan_move, time_path
 from tri_glide_kinematics.motion.limits.series import (
+    EDGES_AT_ONCE,
+    divided,
+    dividing,
     heights_of,
     moved,
     polynomial,
@@ -146,3 +150,11 @@ def test_where_no_pose_is_there_is_no_bound():
     coefficients[1, 0, 0] = 10.0
     heights = heights_of(MACHINE.geometry, polynomial(coefficients, half), half)
     assert np.isnan(heights.bounds[1:]).any()
+
+
+def test_many_edges_are_divided_in_pieces():
+    edges = np.cumsum(10.0 ** np.random.default_rng(2).uniform(-4.0, 0.0, 3 * EDGES_AT_ONCE))
+    assert sum(1 for _ in dividing(edges)) == 2
+    for found, expected in zip(at_once(dividing(edges)), divided(edges)):
+        np.testing.assert_array_equal(found, expected)
+    assert not any(map(len, at_once(dividing(edges[:1]))))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,14 +17,17 @@ from tri_glide_kinematics.motion import (
     MotionKind,
     PlatformPath,
     SliderLimitError,
+    SliderTravelError,
     plan_move,
     time_path,
 )
 from tri_glide_kinematics.motion.limits import AT_REST, Series, SliderState
 from tri_glide_kinematics.motion.shaped.path_driven import DrivenPart
 from tri_glide_kinematics.motion.shaped.shaped import ShapedTrajectory, largest_of
+from tri_glide_kinematics.motion.shaped.slowed import SlowedPlan
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.trajectory import CubicPlan, SequencePlan, Trajectory
+from tri_glide_kinematics.motion.trajectory import CubicPlan, SequencePlan, Trajectory, checked
+from tri_glide_kinematics.workspace import Workspace
 
 SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 
@@ -203,6 +207,29 @@ def test_a_limit_that_is_exceeded_is_named():
     with pytest.raises(SliderLimitError, match="acceleration"):
         motion.check_limits(less)
     assert not motion.keeps_limits(less)
+
+
+def test_limits_are_checked_in_pieces():
+    start, end = random_ends(1)[0]
+    motion = shaped(plan_move(WORKSPACE, LIMITS, start, end))
+    slowed = SlowedPlan(MACHINE, motion, 0.2 * motion.duration, 0.5)
+    more = LIMITS.times(2.0, 4.0, 8.0)
+    for each in (motion, slowed, SequencePlan([motion]), SequencePlan([slowed, slowed])):
+        assert sum(1 for _ in checked(each, more)) > 2
+
+
+def test_travel_that_is_left_is_found_without_a_second_look(monkeypatch):
+    start, end = random_ends(1)[0]
+    motion = shaped(plan_move(WORKSPACE, LIMITS, start, end))
+    begin, rest = (np.array(motion.at(time).heights) for time in (0.0, motion.duration))
+    ends = np.maximum(begin, rest)
+    slider = int((rest - begin).argmax())
+    ends[slider] = 0.5 * (begin + rest)[slider]
+    region = Workspace(MACHINE, replace(WORKSPACE.limits, upper_heights=tuple(ends.tolist())))
+    at_once(motion.limit_use(LIMITS, region=region))
+    monkeypatch.delattr(ShapedTrajectory, "limit_use")
+    with pytest.raises(SliderTravelError):
+        motion.check_inside(region, LIMITS)
 
 
 def test_a_motion_that_is_over_keeps_all_limits():

@@ -23,7 +23,9 @@ from tri_glide_kinematics.motion import (
     plan_move,
     time_path,
 )
+from tri_glide_kinematics.motion.limits import series
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
+from tri_glide_kinematics.motion.trajectory import LinePlan, along_curve, bounds_along, cubic
 from tri_glide_kinematics.motion.trajectory.trajectory import added_use
 
 SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
@@ -110,11 +112,59 @@ def test_a_part_of_a_bound_allows_that_part(bound):
         for state in (motion.at(share * motion.duration) for share in (0.1, 0.3, 0.8)):
             assert half.part_at(state) == pytest.approx(2.0 * bound.part_at(state))
             assert half.part_at(state) <= 1.0 + 1e-6
+            assert bound.part_at(state) == pytest.approx(AddedBound.part_at(bound, state))
             assert half.raised(state) == half
             # Where the motion uses more than a small part, as much of it is allowed.
             used, little = bound.part_at(state), bound.times(1e-3)
             assert little.raised(state) == bound.times(max(used, 1e-3))
             assert bound.raised(state) is bound
+
+
+def cells_of_pieces(monkeypatch, computation) -> list[tuple[int, int]]:
+    """Return in how many cells each piece makes a series, and in how many it asks a bound."""
+    pieces, counts = [], [0, 0]
+
+    def polynomial(coefficients, half):
+        counts[0] += len(half)
+        return series.polynomial(coefficients, half)
+
+    def used(bound, position, half):
+        counts[1] += len(half)
+        return PlatformSpeedLimit.used(bound, position, half)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(along_curve, "polynomial", polynomial)
+        patch.setattr(cubic, "polynomial", polynomial)
+        patch.setattr(CountedSpeed, "used", used)
+        try:
+            while True:
+                counts[:] = 0, 0
+                next(computation)
+                pieces.append((counts[0], counts[1]))
+        except StopIteration:
+            pieces.append((counts[0], counts[1]))
+    return pieces
+
+
+class CountedSpeed(PlatformSpeedLimit):
+    """A speed limit that can be counted."""
+
+
+@pytest.mark.parametrize("kind", MotionKind)
+def test_a_piece_makes_series_of_few_cells_or_asks_a_bound_in_them(kind, monkeypatch):
+    bound = CountedSpeed(MACHINE, 0.25)
+    slow = SliderLimits.uniform(0.002, 10.0, 200.0).with_added(bound)
+    motion = plan_move(WORKSPACE, slow, (-0.1, 0.0, 0.3), (0.1, 0.0, 0.3), kind=kind)
+    computations = [added_use(motion, bound)]
+    if isinstance(motion, LinePlan):
+        computations.append(bounds_along(motion.curve, motion.scaling, slow))
+    for computation in computations:
+        made, asked = zip(*cells_of_pieces(monkeypatch, computation))
+        assert max(made) <= 64
+        assert sum(made) == sum(asked) > 0
+        assert not any(map(min, made, asked))
+    # The last one of a line looks at more than one piece has.
+    assert sum(made) > 64 or kind is MotionKind.SLIDER
 
 
 def test_a_line_is_as_fast_as_the_platform_may_be():

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.limits.series import Series as Series
     from tri_glide_kinematics.motion.limits.series import composed as composed
     from tri_glide_kinematics.motion.limits.series import divided as divided
+    from tri_glide_kinematics.motion.limits.series import dividing as dividing
     from tri_glide_kinematics.motion.limits.series import heights_of as heights_of
     from tri_glide_kinematics.motion.limits.series import moved as moved
     from tri_glide_kinematics.motion.limits.series import polynomial as polynomial

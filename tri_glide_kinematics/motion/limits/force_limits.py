@@ -39,6 +39,7 @@ from tri_glide_kinematics.motion.limits.series import (
     largest_inverse,
     largest_value,
 )
+from tri_glide_kinematics.motion.limits.setpoint import AT_REST, SliderState
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
@@ -147,8 +148,7 @@ class ForceLimits(AddedBound):
 
     def acceleration(self, heights: Vector3) -> float:
         """Return how fast all sliders may get faster, whichever way, at ``heights`` [m]."""
-        still = (0.0, 0.0, 0.0)
-        held = self.forces.forces(heights, still, still)
+        held = self.forces.forces(heights, AT_REST, AT_REST)
         matrix = self.forces.mass_matrix(heights)
         return min(
             max(min(up - force, down + force), _LEAST_ROOM * up) / sum(map(abs, row))
@@ -236,6 +236,19 @@ class ForceLimits(AddedBound):
             most_part = np.maximum(most_part, used.max(axis=0))
             middle_part = np.fmax(middle_part, np.nan_to_num(there, nan=inf).max(axis=0))
         return UsedParts(most_part, middle_part)
+
+    def part_at(self, state: SliderState) -> float:
+        """Return which part of the forces is used in one ``state``; a series would take longer."""
+        try:
+            held = self.forces.forces(state.heights, AT_REST, AT_REST)
+            driven = self.forces.forces(*state)
+        except KinematicsError:
+            return inf
+        most = 0.0
+        for up, down, still, force in zip(self.up, self.down, held, driven):
+            for used, room in ((force - still, up - still), (still - force, down + still)):
+                most = max(most, used / room if room > 0.0 else inf)
+        return most
 
     def rows(self, places: PathPlaces, part: float = 1.0) -> PathRows:
         """Return the rows of the forces over what is left beside weight and friction."""

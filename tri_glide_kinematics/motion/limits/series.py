@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.interruptible import Interruptible, blocks
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -30,6 +31,9 @@ _SUPPOSED = 1.5
 FIRST_CELL = 0.008
 MOST_BETWEEN = 16
 SHORTEST_CELL = FIRST_CELL / 64.0
+
+# So many edges are looked at between two breaks.
+EDGES_AT_ONCE = 500
 
 # Where the middles of the quarters of a cell are, in halves of it.
 _QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
@@ -72,6 +76,17 @@ def divided(edges: FloatArray, most: int = MOST_BETWEEN) -> tuple[FloatArray, Fl
     half = np.repeat(0.5 * lengths / counts, counts)
     number = np.arange(len(half)) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.repeat(edges[:-1], counts) + (2.0 * number + 1.0) * half, half
+
+
+def dividing(edges: FloatArray) -> Interruptible[tuple[FloatArray, FloatArray]]:
+    """Return the same as ``divided``, in pieces where there are many edges."""
+    parts = []
+    for some in blocks(max(len(edges) - 1, 1), EDGES_AT_ONCE):
+        if some.start:
+            yield
+        parts.append(divided(edges[some.start : some.stop + 1]))
+    middles, half = (np.concatenate(each) for each in zip(*parts))
+    return middles, half
 
 
 def quartered(middles: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -361,7 +361,7 @@ def _bounds(
         found.append(bounds_of(parts, seen))
         yield
         if limits.added:
-            found[-1] = yield from with_added(found[-1], curve, block, limits)
+            found[-1] = yield from with_added(found[-1], curve, block, parts.times, limits)
     return Bounds.joined(found)
 
 

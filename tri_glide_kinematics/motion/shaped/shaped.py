@@ -33,7 +33,7 @@ from tri_glide_kinematics.motion.limits import (
     SliderLimits,
     SliderState,
     arms_of,
-    divided,
+    dividing,
     heights_of,
     positions,
     quartered,
@@ -175,6 +175,7 @@ class ShapedTrajectory(Trajectory):
         "_arms",
         "_begins",
         "_extremes",
+        "_extremes_for",
         "_final",
         "_impulses",
         "_machine",
@@ -196,6 +197,7 @@ class ShapedTrajectory(Trajectory):
         self._begins = [-inf, *(part.begin for part in self.driven[1:])]
         # Bounds of the heights and of the accelerations, from the look at the limits.
         self._extremes: tuple[FloatArray, FloatArray] | None = None
+        self._extremes_for: Workspace | None = None
         self._acceleration = inf
         self.duration = max(self._end + shaper.duration, 0.0)
 
@@ -315,7 +317,8 @@ class ShapedTrajectory(Trajectory):
         """
         path = path_driven(self.driven)
         edges = self.knots()
-        middles, half = divided(ascending(np.append(edges[edges > since], since)))
+        edges = ascending(np.append(edges[edges > since], since))
+        middles, half = yield from dividing(edges)
         most, when, known = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
         most_added, added_at, known_added = np.zeros((3, len(limits.added)))
         most_cut, cut_at = 0.0, 0.0
@@ -374,7 +377,7 @@ class ShapedTrajectory(Trajectory):
                     when = np.where(more, middles[some][chosen][index[..., 0]], when)
                 yield
             middles, half = quartered(middles[~settled], half[~settled])
-        self._extremes = lowest, highest
+        self._extremes, self._extremes_for = (lowest, highest), region
         self._acceleration = float(np.nan_to_num(hypot(*(most[1] * limits.table[1])), nan=inf))
         segment = path.segment(cut_at - self.shaper.delay) if path else 0
         return LimitBounds(most, when, most_cut, segment, most_added, added_at)
@@ -394,12 +397,18 @@ class ShapedTrajectory(Trajectory):
         Raises:
             SliderLimitError: if a limit may be exceeded.
         """
+        at_once(self.checking_sliders(limits, since))
+
+    def checking_sliders(self, limits: SliderLimits, since: float = 0.0) -> Interruptible[None]:
+        """Do the same, in pieces."""
         limits = limits.with_added()
-        at_once(self.limit_use(limits, since)).check(limits)
+        (yield from self.limit_use(limits, since)).check(limits)
 
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
         """Check travel, and return the check of the way; of a line, until it is left no more."""
-        if self._extremes is None or not _between(*self._extremes, region):
+        # Where the look at the limits was for this region, a closer one would tell nothing new.
+        is_known = self._extremes is not None and self._extremes_for is region
+        if not is_known and (self._extremes is None or not _between(*self._extremes, region)):
             at_once(self.limit_use(limits, 0.0, region))
         assert self._extremes is not None
         self.check_travel(*self._extremes, region)

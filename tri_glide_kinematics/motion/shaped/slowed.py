@@ -123,8 +123,12 @@ class SlowedPlan(Trajectory):
         Raises:
             SliderLimitError: if a limit may be exceeded.
         """
+        at_once(self.checking_sliders(limits, since))
+
+    def checking_sliders(self, limits: SliderLimits, since: float = 0.0) -> Interruptible[None]:
+        """Do the same, in pieces."""
         limits = limits.with_added()
-        at_once(self.limit_use(limits, since)).check(limits)
+        (yield from self.limit_use(limits, since)).check(limits)
 
     def checks_inside(self, _region: Workspace, _limits: SliderLimits) -> Iterable[Traced[None]]:
         """Return nothing: the other plan was checked, and this leads to no other place."""

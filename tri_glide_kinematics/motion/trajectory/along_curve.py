@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterable
+from itertools import groupby
 from math import hypot
 
 import numpy as np
@@ -26,8 +27,8 @@ from tri_glide_kinematics.motion.path import check_place
 from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
 from tri_glide_kinematics.motion.trajectory.curve_bounds import (
     Bounds,
+    bounds_of,
     check_along,
-    derivative_bounds,
     smooth_parts,
 )
 from tri_glide_kinematics.motion.trajectory.curves import Curve, PathHeights, StraightLine
@@ -250,37 +251,46 @@ def bounds_along(
         limits: whose added bounds count.
         blend: offsets of the sliders that are added to them.
     """
-    bounds = derivative_bounds(curve, scaling, blend)
-    return (yield from with_added(bounds, curve, scaling, limits, blend))
+    parts = smooth_parts(curve, scaling)
+    bounds = bounds_of(parts, curve.in_parts(parts.ways), blend)
+    return (yield from with_added(bounds, curve, scaling, parts.times, limits, blend))
 
 
 def with_added(
     bounds: Bounds,
     curve: Curve,
     scaling: TimeScaling,
+    knots: FloatArray,
     limits: SliderLimits,
     blend: CubicPlan | None = None,
 ) -> Interruptible[Bounds]:
-    """Return ``bounds`` in the pieces of a ``scaling`` with the parts of the added ones."""
+    """Return ``bounds`` in the pieces of a ``scaling`` with the parts of the added ones.
+
+    Between two ``knots`` [s] the curve is smooth, and so is the scaling.
+    """
     if not limits.added:
         return bounds
-    knots = smooth_parts(curve, scaling).times
     if blend is not None:
         knots = ascending(np.concatenate((knots, blend.knots())))
         knots = knots[knots <= scaling.times[-1]]
+    yield
+    table = scaling.coefficients()
     middles, half = divided(knots)
-    way = _way_series(scaling, scaling.coefficients(), middles, half)
     pieces = np.searchsorted(scaling.times, middles, side="right") - 1
     added = np.zeros((len(limits.added), len(scaling.times) - 1))
     for some in blocks(len(middles), CELLS_AT_ONCE):
-        here, cells = Series(*(each[..., some] for each in way)), half[some]
-        for bound, used in zip(limits.added, added):
+        if some.start:
             yield
-            mixed = _mixed_series(curve, here, blend, bound.machine, middles[some], cells)
-            series = positions(bound.machine, *mixed, cells)
-            # NaN, where a blend leads out of reach, stays.
-            with np.errstate(invalid="ignore"):
-                np.maximum.at(used, pieces[some], bound.used(series, cells).most)
+        cells = half[some]
+        way = _way_series(scaling, table, middles[some], cells)
+        for machine, bounded in groupby(zip(limits.added, added), lambda each: each[0].machine):
+            mixed = _mixed_series(curve, way, blend, machine, middles[some], cells)
+            series = positions(machine, *mixed, cells)
+            for bound, used in bounded:
+                yield
+                # NaN, where a blend leads out of reach, stays.
+                with np.errstate(invalid="ignore"):
+                    np.maximum.at(used, pieces[some], bound.used(series, cells).most)
     return bounds._replace(added=added)
 
 

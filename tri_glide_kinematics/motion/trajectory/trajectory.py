@@ -97,6 +97,12 @@ class Trajectory(ABC):
             PlanningError: if the platform would go back along its line or path.
         """
 
+    def checking_sliders(self, limits: SliderLimits, since: float = 0.0) -> Interruptible[None]:
+        """Do what ``check_sliders`` does, in pieces where it takes long."""
+        self.check_sliders(limits, since)
+        return
+        yield
+
     @abstractmethod
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
         """Return what is left to check of travel and workspace; see ``check_inside``."""
@@ -250,8 +256,14 @@ class SequencePlan(Trajectory):
 
     def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
         """Check what is left of each plan, as that does."""
-        for plan, past in self.parts(since):
-            plan.check_sliders(limits, past)
+        at_once(self.checking_sliders(limits, since))
+
+    def checking_sliders(self, limits: SliderLimits, since: float = 0.0) -> Interruptible[None]:
+        """Do the same, in pieces."""
+        for number, (plan, past) in enumerate(self.parts(since)):
+            if number:
+                yield
+            yield from plan.checking_sliders(limits, past)
 
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
         """Return what is left to check of each plan."""
@@ -345,6 +357,8 @@ def added_use(
             yield
             with np.errstate(invalid="ignore"):
                 series = trajectory.platform_series(bound.machine, middles[some], half[some])
+            yield
+            with np.errstate(invalid="ignore"):
                 most[some], middle[some] = bound.used(series, half[some])
         known = float(np.fmax(known, np.fmax.reduce(middle)))
         settled = (half <= 0.5 * _SHORTEST) | (most <= close_to(known))
@@ -369,7 +383,7 @@ def close_to(known: float | FloatArray) -> FloatArray:
 
 def checked(motion: Motion, limits: SliderLimits, since: float = 0.0) -> Interruptible[Motion]:
     """Return a ``motion`` that keeps limits and added bounds; see ``Trajectory.check_limits``."""
-    motion.check_sliders(limits, since)
+    yield from motion.checking_sliders(limits, since)
     yield from check_added(motion, limits, since)
     return motion
 
