@@ -66,40 +66,31 @@ def machine(rate: float) -> Node:
 
 def pose(_: float) -> Node:
     """Return a node that answers each JointState with a PoseStamped."""
-    from geometry_msgs.msg import PoseStamped
-    from sensor_msgs.msg import JointState
-
-    node = Node("pose")
-    message = PoseStamped()
-    publisher = node.create_publisher(PoseStamped, "platform_pose", 10)
-
-    def on_joint_state(measured: JointState) -> None:
-        message.header.stamp = measured.header.stamp
-        point = message.pose.position
-        point.x, point.y, point.z = measured.position
-        publisher.publish(message)
-
-    node.create_subscription(JointState, "joint_states", on_joint_state, qos_profile_sensor_data)
-    return node
+    return _answering(with_twist=False)
 
 
 def pose_and_twist(_: float) -> Node:
     """Return a node that answers each JointState with a PoseStamped and a TwistStamped."""
+    return _answering(with_twist=True)
+
+
+def _answering(*, with_twist: bool) -> Node:
     from geometry_msgs.msg import PoseStamped, TwistStamped
     from sensor_msgs.msg import JointState
 
-    node = Node("pose_and_twist")
+    node = Node("pose_and_twist" if with_twist else "pose")
     place, motion = PoseStamped(), TwistStamped()
     places = node.create_publisher(PoseStamped, "platform_pose", 10)
-    motions = node.create_publisher(TwistStamped, "platform_twist", 10)
+    motions = node.create_publisher(TwistStamped, "platform_twist", 10) if with_twist else None
 
     def on_joint_state(measured: JointState) -> None:
         place.header.stamp = motion.header.stamp = measured.header.stamp
         point, linear = place.pose.position, motion.twist.linear
         point.x, point.y, point.z = measured.position
         places.publish(place)
-        linear.x, linear.y, linear.z = measured.velocity
-        motions.publish(motion)
+        if motions is not None:
+            linear.x, linear.y, linear.z = measured.velocity
+            motions.publish(motion)
 
     node.create_subscription(JointState, "joint_states", on_joint_state, qos_profile_sensor_data)
     return node

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy.stats import chi2
 
-from benchmarks.calibration_points import proposals, random_places
 from benchmarks.command_line import numbers
 from benchmarks.machine import description
 from benchmarks.table import Row, print_rows
@@ -42,6 +41,8 @@ GEOMETRY = NOMINAL.geometry
 SCALE = "the common scale of anchors and arms"
 # Searches for the best places of touches, from places at random.
 SEARCHES = 3
+# Of each measurement one place, or two for a distance.
+Places = Sequence[Sequence[Sequence[float]]]
 FREE = ("shifting along x", "shifting along y", "turning about z")
 
 
@@ -237,6 +238,44 @@ def speed(rng: np.random.Generator) -> Row:
         "100 ms",
         float(np.median(times)) < 0.1,
     )
+
+
+def proposals(count: int, rng: np.random.Generator) -> Iterator[Row]:
+    """Ten points that are proposed against ten at random, of the same kinds."""
+    for name, kinds in (
+        ("touches", {"touch": TOUCH}),
+        ("touches and distances", {"touch": TOUCH, "distance": DISTANCE}),
+    ):
+        parts = []
+        for _ in range(count):
+            machine = WrongMachine.random(rng)
+            touches = machine.touches(rng, random_places(4, rng))
+            result = calibrate(GEOMETRY, touches, priors=WRONG_BY)
+            chosen = [one.places for one in result.next_points(10, kinds=kinds)]
+            ours = _volume(machine, touches, chosen, rng)
+            random = [
+                [(x, y, 0.0) for x, y in random_places(len(one), rng).tolist()] for one in chosen
+            ]
+            parts.append(ours / _volume(machine, touches, random, rng))
+        median = float(np.median(parts))
+        what = f"10 {name} proposed: volume by that of 10 at random, median (largest) of {count}"
+        yield Row(what, f"{median:.2f} ({max(parts):.2f})", "0.5", median <= 0.5)
+
+
+def _volume(
+    machine: WrongMachine, touches: list[Touch], chosen: Places, rng: np.random.Generator
+) -> float:
+    """Return the volume of the ellipsoid, to a constant, after these are measured, too."""
+    more = [machine.touch(one[0][0], one[0][1], rng) for one in chosen if len(one) == 1]
+    distances = [machine.distance(one[0], one[1], rng) for one in chosen if len(one) == 2]
+    result = calibrate(GEOMETRY, [*touches, *more], (), distances, WRONG_BY)
+    return float(np.exp(0.5 * np.linalg.slogdet(result.covariance)[1]))
+
+
+def random_places(count: int, rng: np.random.Generator) -> FloatArray:
+    """Return places evenly spread over the disc. Shape (count, 2) [m]."""
+    angles, radii = rng.uniform(0.0, 2.0 * np.pi, count), RADIUS * np.sqrt(rng.uniform(size=count))
+    return np.column_stack((radii * np.cos(angles), radii * np.sin(angles)))
 
 
 def _size(errors: FloatArray, unknown_height: bool) -> float:

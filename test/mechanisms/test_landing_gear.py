@@ -40,7 +40,7 @@ def second_derivative(values):
 class Trajectory:
     """The motion in time that has given rates now, by rotations of scipy; all from positions."""
 
-    def __init__(self, count=10_000, seed=1):
+    def __init__(self, count=2000, seed=1):
         rng = np.random.default_rng(seed)
         self.alpha, self.beta = rng.uniform(-math.pi, math.pi, (2, count))
         self.rates = rng.uniform(-3.0, 3.0, (3, count))
@@ -168,8 +168,8 @@ class TestDynamics:
         No angular momentum and no Euler equation: force and moment are sums over the points.
         """
         gravity = np.array([0.0, 0.0, -9.80665])
-        force, moment = np.zeros((2, 10_000, 3))
-        wheel_force, wheel_moment = np.zeros((2, 10_000, 3))
+        force, moment = np.zeros((2, *trajectory.speed.shape, 3))
+        wheel_force, wheel_moment = np.zeros((2, *trajectory.speed.shape, 3))
         b = trajectory.points(0.0, [0.0] * 3, [0.0] * 3)[2]
         c = state.wheel.position
         gear_points = point_masses(120.0, INERTIA)
@@ -225,22 +225,6 @@ class TestDynamics:
         weight = np.array([0.0, 0.0, -9.80665])
         power += (state.gear.momentum + state.wheel.momentum) @ weight
         assert scaled_error(power, rate) < 1e-7
-
-    def test_at_rest_the_hinge_carries_the_weight(self):
-        state = GEAR.state(LandingGearMotion(0.0, 0.0))
-        assert state.hinge.force == pytest.approx([0.0, 0.0, 165.0 * 9.80665])
-        lever = 120.0 * 0.25 * 0.4 + 45.0 * 0.4
-        assert state.hinge.moment == pytest.approx([0.0, -lever * -9.80665, 0.0])
-
-    def test_gyroscopic_moment_of_the_wheel(self):
-        """A wheel that spins while it is retracted: spin momentum times retraction rate."""
-        spinning = GEAR.state(
-            LandingGearMotion(0.2, 0.3, retraction_velocity=0.5, spin_velocity=90.0)
-        )
-        still = GEAR.state(LandingGearMotion(0.2, 0.3, retraction_velocity=0.5))
-        extra = spinning.hinge.moment - still.hinge.moment
-        assert np.linalg.norm(extra) == pytest.approx(3.2 * 90.0 * 0.5)
-        assert spinning.hinge.axial_moment == pytest.approx(float(still.hinge.axial_moment))
 
     def test_gravity_can_be_turned_off(self):
         weightless = LandingGear(

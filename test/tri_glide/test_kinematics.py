@@ -190,14 +190,15 @@ def test_condition_number_agrees_with_singular_value_decomposition():
     rng = np.random.default_rng(13)
     for symmetric in (True, False):
         machine = TriGlide(random_geometry(rng, symmetric))
-        positions = random_positions(machine, rng, 500)
+        positions = random_positions(machine, rng, 2000)
         found = machine.condition_number_batch(positions)
         assert found.min() >= 1.0
         assert found.max() > 50.0
-        expected = [np.linalg.cond(machine.jacobian(p)) for p in positions.tolist()]
-        np.testing.assert_allclose(found, expected, rtol=1e-9)
-        single = [machine.condition_number(p) for p in positions.tolist()]
-        np.testing.assert_allclose(single, found, rtol=1e-9)
+        some = positions[::5].tolist()
+        expected = [np.linalg.cond(machine.jacobian(p)) for p in some]
+        np.testing.assert_allclose(found[::5], expected, rtol=1e-9)
+        single = [machine.condition_number(p) for p in some]
+        np.testing.assert_allclose(single, found[::5], rtol=1e-9)
 
 
 @reproducible

@@ -20,6 +20,7 @@ from tri_glide_kinematics.calibration import (
     save_measurements,
 )
 from tri_glide_kinematics.calibration.fit import FIRST_LINE
+from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
 
 HEIGHTS = [346.4, 346.4, 346.4]
 NOMINAL_KEYS = {
@@ -27,6 +28,13 @@ NOMINAL_KEYS = {
     "arm_lengths": [400, 400, 400],
 }
 TOUCH = {"heights": HEIGHTS, "standard_deviation": 0.01}
+TRAVEL = ((0.3, 0.31, 0.32), (0.9, 0.8, 0.7), 0.005, 6.0)
+SPACE = {
+    "lower_heights": [300, 300, 300],
+    "upper_heights": [900, 900, 900],
+    "reach_margin": 5,
+    "max_condition_number": 6,
+}
 
 
 def test_a_file_that_is_cut_off_is_refused(tmp_path):
@@ -55,7 +63,7 @@ def load(tmp_path):
 
 
 def numbers(content):
-    """Return all lengths of a content, in their order."""
+    """Return all numbers of a content, in their order."""
     found = [*content.nominal.vector]
     for touch in content.touches:
         found += [*touch.heights, touch.standard_deviation]
@@ -63,12 +71,24 @@ def numbers(content):
         found += [*one.heights, *one.position, one.standard_deviation]
     for one in content.distances:
         found += [*one.heights_from, *one.heights_to, one.distance, one.standard_deviation]
+    for value in vars(content.workspace).values() if content.workspace else ():
+        some = [*vars(value).values()] if isinstance(value, Cylinder) else value
+        found += [math.inf] if some is None else np.ravel(some).tolist()
     return np.array(found)
 
 
 @pytest.mark.parametrize("unit", ["m", "mm"])
-@pytest.mark.parametrize("priors", [WRONG_BY, None])
-def test_what_is_written_is_read_as_the_same(tmp_path, unit, priors):
+@pytest.mark.parametrize(
+    ("priors", "limits"),
+    [
+        (WRONG_BY, None),
+        (None, WorkspaceLimits(*TRAVEL)),
+        (None, WorkspaceLimits(*TRAVEL, (-0.1, -0.2, 0.0), (0.1, 0.2, 0.5))),
+        (None, WorkspaceLimits(*TRAVEL, box_upper=(0.1, 0.2, 0.5))),
+        (WRONG_BY, WorkspaceLimits(*TRAVEL, cylinder=Cylinder(0.01, 0.02, 0.12, 0.0, 0.5))),
+    ],
+)
+def test_what_is_written_is_read_as_the_same(tmp_path, unit, priors, limits):
     machine, rng = drawn(1)
     plate = Plate("table", None, (0.001, 0.002))
     touches = (*machine.touches(rng)[:3], machine.touch(0.0, 0.05, rng, plate))
@@ -78,6 +98,7 @@ def test_what_is_written_is_read_as_the_same(tmp_path, unit, priors):
         touches,
         (machine.position((0.0, 0.0, 0.1), rng, "camera"),),
         tuple(machine.one_distance(rng)),
+        limits,
     )
     file = tmp_path / "measurements.yaml"
     save_measurements(file, content, unit)
@@ -119,6 +140,18 @@ def test_what_a_file_leaves_out_has_a_default(load):
         ({"nominal": {**NOMINAL_KEYS, "arm_lengths": [1, 1, 1]}}, "nominal: arms of .* never meet"),
         ({"nominal": {"arm_lengths": [1, 1, 1]}}, "nominal, anchors: is missing"),
         ({"measurements": []}, "measurements: is not known here"),
+        (
+            {"workspace": SPACE | {"lower_heights": [300, 300]}},
+            "workspace, lower_heights: is .* 3 numbers",
+        ),
+        (
+            {"workspace": SPACE | {"upper_heights": [900, 900, 100]}},
+            r"upper_heights\[2\] = 0.1 m must be greater than",
+        ),
+        ({"workspace": SPACE | {"reach_margin": None}}, "workspace, reach_margin: is missing"),
+        ({"workspace": SPACE | {"cylinder_center": [0, 0]}}, "workspace, cylinder_z: is missing"),
+        ({"workspace": SPACE | {"cylinder_radius": 9}}, "workspace, cylinder_radius: is not known"),
+        ({"workspace": SPACE | {"space": "box"}}, "workspace, space: is not known here"),
     ],
 )
 def test_what_has_no_meaning_is_said_with_its_place(load, keys, text):

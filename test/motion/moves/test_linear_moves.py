@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from strategies import DEFAULT_LIMITS
 
+from benchmarks.bench_moves import bent, planned, random_turns
 from benchmarks.linear_moves import (
     LARGEST_DEVIATION,
     LARGEST_MEDIAN,
@@ -19,7 +20,6 @@ from benchmarks.linear_moves import (
     time_between_rests,
     time_to_turn,
 )
-from benchmarks.moves_in_motion import bent, planned, random_turns
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.errors import NoRoomError, PlanningError
