@@ -67,7 +67,7 @@ def run() -> bool:
         with own_context() as context, tempfile.TemporaryDirectory() as folder:
             client = Client(context, "/bench_panel")
             with launched(Path(folder), "/bench_panel") as launcher, browser() as running:
-                panel = Panel(client, launcher, Path(folder))
+                panel = Panel(client, launcher, Path(folder), 500.0)
                 without, elsewhere = [], []
                 for number in range(ROUNDS):
                     without.append(_late_part(panel))

@@ -98,7 +98,7 @@ def main() -> int:
         tempfile.TemporaryDirectory() as name,
         session(context, "page") as (client, launcher),
     ):
-        soak = Soak(Panel(client, launcher, Path(name)), Path(name), arguments.seed)
+        soak = Soak(Panel(client, launcher, Path(name), 500.0), Path(name), arguments.seed)
         soak.refused(arguments.refused)
         soak.admitted(arguments.admitted)
         passed = soak.look()

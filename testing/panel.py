@@ -71,16 +71,21 @@ def _found(selector: str, text: str) -> str:
 class Panel:
     """A machine with a panel, seen by a client on the topics and by pages in a browser."""
 
-    def __init__(self, client: Client, launcher: Launcher, folder: Path) -> None:
-        """Start simulator, ik_node and panel_node; all that is saved is in ``folder``."""
+    def __init__(
+        self, client: Client, launcher: Launcher, folder: Path, rate: float = 200.0
+    ) -> None:
+        """Start simulator, ik_node and panel_node; all that is saved is in ``folder``.
+
+        A ``rate`` [1/s] below that by default leaves more of the processor to the browser.
+        """
         self.client = client
         self.machine = Machine(client, launcher, listen=False)
         self.points_file = folder / "points.yaml"
         self._commands = client.record(JointState, "joint_commands", NEWEST, keep=1)
         self._measured = client.record(JointState, "joint_states", NEWEST, keep=1)
         self._twists = client.record(TwistStamped, "target_twist")
-        self.machine.start_simulator()
-        self.machine.start_ik()
+        self.machine.start_simulator({"rate": rate})
+        self.machine.start_ik({"rate": rate})
         self.programs = folder / "programs"
         # In it, the zero of programs is that of the machine.
         (folder / "settings.yaml").write_text("unit: mm\n")

@@ -37,10 +37,15 @@ class Searching:
     """A client of calibration_node beside a machine that swings."""
 
     def __init__(self, machine: Machine, client: Client, nodes, folder, arguments=()):
-        self.machine, self.client, self.folder = machine, client, folder
+        self.machine, self.client, self.nodes, self.folder = machine, client, nodes, folder
         parameters = {"folder": str(folder)}
         self.node = nodes.start("calibration_node", parameters, arguments=arguments)
         self.asking = client.node.create_client(FindModes, "calibration_node/find_modes")
+
+    def command(self, *arguments):
+        """Start the command that lets the machine swing."""
+        module = "tri_glide_kinematics.commands.ringdown"
+        return self.nodes.start_module(module, ["--machine", *arguments], "ringdown", {})
 
     def ask(self, **fields):
         """Ask for a search, and return the future of its answer."""
@@ -99,11 +104,15 @@ class TestOneMachine:
     def test_the_modes_are_those_of_the_simulated_machine(self, started):
         first = len(started.machine.commands)
         answer = started.find(
-            recordings="swing", parameter_file="modes.yaml", shaper="zvd", duration=1.0
+            directions=[Vector3(x=1.0), Vector3(y=1.0)],
+            recordings="swing",
+            parameter_file="modes.yaml",
+            shaper="zvd",
+            duration=1.0,
         )
         assert answer.success, answer.message
         assert answer.reason == FindModes.Response.NONE
-        assert answer.swings == 9
+        assert answer.swings == 6
         for frequency, damping in {*zip(FREQUENCIES, DAMPINGS)}:
             place = min(range(2), key=lambda i: abs(answer.frequencies[i] - frequency))
             assert answer.frequencies[place] == pytest.approx(frequency, rel=FREQUENCY)
@@ -118,7 +127,7 @@ class TestOneMachine:
         swings = (find_modes(load_recording(started.folder / f"swing_{i}.csv")) for i in (1, 2, 3))
         lowest = min(mode.frequency for found in swings for mode in found.modes)
         assert lowest == pytest.approx(15.0, rel=FREQUENCY)
-        assert (started.folder / "swing_9.csv").exists()
+        assert (started.folder / "swing_6.csv").exists()
         written = yaml.safe_load((started.folder / "modes.yaml").read_text())
         values = written["ik_node"]["ros__parameters"]
         assert values["shaper"] == "zvd"
@@ -208,54 +217,55 @@ class TestOneMachine:
         assert "somebody else leads the platform" in answer.message
         assert_nothing_moves_on(started.machine)
 
+    def test_the_command_lets_the_machine_swing(self, started):
+        modes = started.folder / "modes_of_the_command.yaml"
+        command = started.command("--write", str(modes))
+        assert command.process.wait(SEARCH) == 0, command.output
+        assert "All swings together\nMode 1: frequency " in command.output
+        assert (started.folder / "swing_9.csv").exists()
+        values = yaml.safe_load(modes.read_text())["ik_node"]["ros__parameters"]
+        assert sorted(values["mode_frequencies"]) == pytest.approx([15.0, 22.0], rel=FREQUENCY)
 
-def test_the_command_lets_the_machine_swing(searching, machine, nodes):
-    machine.start(None, SWINGING)
-    machine.move(PLACE)
-    machine.wait_for_measured_rest()
-    modes = searching.folder / "modes.yaml"
-    arguments = ["--machine", "--write", str(modes)]
-    command = nodes.start_module(
-        "tri_glide_kinematics.commands.ringdown", arguments, "ringdown", {}
-    )
-    assert command.process.wait(SEARCH) == 0, command.output
-    assert "All swings together\nMode 1: frequency " in command.output
-    assert (searching.folder / "swing_9.csv").exists()
-    values = yaml.safe_load(modes.read_text())["ik_node"]["ros__parameters"]
-    assert sorted(values["mode_frequencies"]) == pytest.approx([15.0, 22.0], rel=FREQUENCY)
+    def test_ctrl_c_of_the_command_stops_the_machine(self, started):
+        command = started.command()
+        command.exit_codes = (130,)
+        started.machine.wait_for_new_state("moving", lambda: None)
+        command.process.send_signal(signal.SIGINT)
+        assert command.process.wait(PATIENCE) == 130
+        assert "ringdown: interrupted" in command.output
+        assert "Traceback" not in command.output
+        assert_nothing_moves_on(started.machine)
 
+    def test_encoders_that_see_the_swing(self, started):
+        set_parameters = started.client.set_parameters
+        assert set_parameters("simulator_node", {"encoders_see_swing": True}).successful
+        try:
+            started.machine.wait_for_measured_rest()
+            source = FindModes.Request.MEASURED_HEIGHTS
+            answer = started.find(directions=ALONG_X, duration=1.0, source=source)
+        finally:
+            set_parameters("simulator_node", {"encoders_see_swing": False})
+        assert answer.success, answer.message
+        assert answer.frequencies[0] == pytest.approx(FREQUENCIES[0], rel=FREQUENCY)
+        assert answer.dampings[0] == pytest.approx(DAMPINGS[0], abs=DAMPING)
 
-def test_ctrl_c_of_the_command_stops_the_machine(searching, machine, client, nodes):
-    machine.start(None, SWINGING)
-    command = nodes.start_module(
-        "tri_glide_kinematics.commands.ringdown", ["--machine"], "ringdown", {}
-    )
-    command.exit_codes = (130,)
-    machine.wait_for_state("moving")
-    command.process.send_signal(signal.SIGINT)
-    assert command.process.wait(PATIENCE) == 130
-    assert "ringdown: interrupted" in command.output
-    assert "Traceback" not in command.output
-    assert_nothing_moves_on(machine)
+    # The last one of this machine.
+    def test_a_killed_ik_node_is_told(self, started):
+        asked = started.ask(duration=1.0)
+        started.machine.wait_for_state("moving")
+        started.machine.ik.signal(signal.SIGKILL)
+        answer = started.answer(asked)
+        assert not answer.success
+        assert "ik_node has told nothing on motion_state" in answer.message
 
 
 def assert_nothing_moves_on(machine):
-    """Assert that the setpoints rest, for longer than the time between two moves."""
+    """Assert that the setpoints rest, for longer than a move begins after another command."""
     machine.wait_for_state("idle")
     machine.catch_up()
     first = len(machine.commands)
-    machine.client.wait_for(lambda: len(machine.commands) > first + 1000, "setpoints")
+    machine.client.wait_for(lambda: len(machine.commands) > first + 300, "setpoints")
     assert len({machine.heights(message) for message in machine.commands[first:]}) == 1
-
-
-def test_encoders_that_see_the_swing(searching, machine):
-    machine.start(None, {**SWINGING, "encoders_see_swing": True})
-    machine.move(PLACE)
-    machine.wait_for_measured_rest()
-    answer = searching.find(directions=ALONG_X, source=FindModes.Request.MEASURED_HEIGHTS)
-    assert answer.success, answer.message
-    assert answer.frequencies[0] == pytest.approx(FREQUENCIES[0], rel=FREQUENCY)
-    assert answer.dampings[0] == pytest.approx(DAMPINGS[0], abs=DAMPING)
 
 
 def test_what_is_missing_is_told(searching, machine, client, nodes):
@@ -275,7 +285,7 @@ def test_without_an_accelerometer_nothing_moves(client, machine, nodes, tmp_path
     assert "0 samples with ascending stamps have come on" in searching.refused()
 
 
-def test_ctrl_c_ends_the_search_and_the_motion(searching, machine, client):
+def test_ctrl_c_ends_the_search_and_the_motion(searching, machine):
     machine.start(None, SWINGING)
     machine.move(PLACE)
     machine.wait_for_measured_rest()
@@ -286,15 +296,3 @@ def test_ctrl_c_ends_the_search_and_the_motion(searching, machine, client):
     assert (answer.success, answer.message) == (False, "calibration_node ends")
     assert searching.node.process.wait(PATIENCE) == 0
     assert_nothing_moves_on(machine)
-
-
-def test_a_killed_ik_node_is_told(searching, machine):
-    machine.start(None, SWINGING)
-    machine.move(PLACE)
-    machine.wait_for_measured_rest()
-    asked = searching.ask(duration=1.0)
-    machine.wait_for_state("moving")
-    machine.ik.signal(signal.SIGKILL)
-    answer = searching.answer(asked)
-    assert not answer.success
-    assert "ik_node has told nothing on motion_state" in answer.message

@@ -28,10 +28,10 @@ pytestmark = [
 SQUARE = """\
 G21 G90 G17 (mm)
 G0 X0 Y0 Z260
-G1 X-20 F1200
-G1 X60
+G1 X-20 F6000
+G1 X60 F1200
 M0
-G3 X20 Y0 I-20 J0
+G3 X20 Y0 I-20 J0 F6000
 G1 X0
 M2
 """
@@ -89,13 +89,13 @@ def test_a_file_is_seen_and_checked_and_one_that_is_wrong_tells_its_line(
     operator.wait_for(PIXELS, "the path", spin=panel.spin)
     assert (panel.programs / "square.ngc").read_text() == SQUARE
     operator.click(button("check"))
-    wait_for_text(panel, operator, "duration\t0:1")
+    wait_for_text(panel, operator, "duration\t0:0")
     # It holds for the limits of that time.
     panel.client.set_parameters("ik_node", {"speed_scale": 0.5})
     wait_for_text(panel, operator, "have changed since the check")
     wait_for_text(panel, operator, "duration\tnot known before the check")
     operator.click(button("check"))
-    wait_for_text(panel, operator, "duration\t0:1")
+    wait_for_text(panel, operator, "duration\t0:0")
     assert not operator.evaluate("document.body.innerText.includes('changed since the check')")
     panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
     upload(operator, tmp_path / "wrong.ngc", "G21\nG1 X0 Y0 Z260 F500\nG1 Xten\nM2\n")
@@ -249,7 +249,7 @@ def test_a_page_that_only_looks_on_may_stop_a_program(
 ) -> None:
     """It is the last one: the operator's page is hidden by then."""
     panel.recover()
-    upload(operator, tmp_path / "wide.ngc", square_to(61))
+    upload(operator, tmp_path / "wide.ngc", square_to(61).replace("F1200", "F6000"))
     wait_for_text(panel, operator, "-20 to 61 mm")
     # A node that was just started takes no motion before it is sure of the machine.
     panel.wait_for_state(operator, "idle")
