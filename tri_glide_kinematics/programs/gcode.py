@@ -11,6 +11,7 @@ import hashlib
 import math
 from array import array
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple, NoReturn
@@ -32,8 +33,8 @@ from tri_glide_kinematics.programs.program import (
     Output,
     PathRun,
     Program,
-    ProgramStep,
     ProgramStop,
+    Step,
     StopKind,
     Told,
 )
@@ -210,7 +211,7 @@ class _Interpreter:
         # Where the platform is sent, and where the last segment ends, which is hardly elsewhere.
         self._here = list(settings.begin)
         self._end = list(settings.begin)
-        self._steps: list[ProgramStep] = []
+        self._steps: list[Step] = []
         self._begin_run()
 
     def program(self) -> Program:
@@ -406,7 +407,7 @@ class _Interpreter:
         self._steps += before
         if count:
             self._steps.append(self._run(tuple(inner)))
-        self._steps += (output._replace(joint=0) for output in after)
+        self._steps += (replace(output, joint=0) for output in after)
         self._begin_run()
 
     def _run(self, outputs: tuple[Output, ...]) -> PathRun:
