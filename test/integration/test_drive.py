@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import threading
+import time
 
 import pytest
 import yaml
@@ -20,16 +21,16 @@ from tri_glide_interfaces.msg import Output
 from tri_glide_kinematics.control import WAS_STOPPED
 from tri_glide_kinematics.programs import (
     DriveFile,
+    Dwell,
+    ProgramRun,
     ProgramSettings,
     RunState,
-    WaitStep,
-    line_of,
     load_kept,
     read_program,
 )
-from tri_glide_kinematics.ros import program_run
+from tri_glide_kinematics.programs import run as program_run
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
-from tri_glide_kinematics.ros.program_run import ProgramLink, ProgramRun
+from tri_glide_kinematics.ros.program_run import ProgramLink
 from tri_glide_kinematics.ros.starting import executable
 
 TIMEOUT = 60.0  # s
@@ -249,9 +250,9 @@ def test_a_file_with_a_mistake_moves_nothing(drive):
 
 def test_without_a_machine_it_says_what_is_missing(client, monkeypatch):
     monkeypatch.setattr(program_run, "START_TIMEOUT", 0.3)
-    steps = DriveFile("", (WaitStep(1.0), WaitStep(2.0)))
+    steps = DriveFile("", (Dwell(1.0), Dwell(2.0)))
     run = ProgramRun(ProgramLink(client.node), steps)
-    client.wait_for(lambda: run.look() or run.state is RunState.ENDED, "the end")
+    client.wait_for(lambda: run.look(time.monotonic()) or run.state is RunState.ENDED, "the end")
     assert [report.result for report in run.reports] == ["lost", "not driven"]
     assert f"the actions of {client.namespace}/ik_node after 0.3 s" in run.reports[0].text
 
@@ -523,7 +524,7 @@ def test_a_single_block_waits_before_each_line(running_machine):
     run = run_of(client, text, single_block=True)
     ends = {3: 10.0, 4: 10.0, 5: 20.0}
     for line, end in ends.items():
-        looked = lambda: run.look() or run.state is RunState.WAITING  # noqa: E731
+        looked = lambda: run.look(time.monotonic()) or run.state is RunState.WAITING  # noqa: E731
         client.wait_for(looked, f"line {line} to be next")
         assert run.line == line
         assert run.waits_at is None
@@ -533,28 +534,28 @@ def test_a_single_block_waits_before_each_line(running_machine):
         assert not any(machine.commands[-1].velocity)
         run.go_on()
         assert run.state is RunState.WAITING
-        run.look()
+        run.look(time.monotonic())
         assert run.state is RunState.RUNNING
         client.wait_for(lambda: len(told(outputs, 3)) == len(run.reports) // 2, "the output")
     run.single_block = False
-    client.wait_for(lambda: run.look() or run.state is RunState.ENDED, "the end")
+    client.wait_for(lambda: run.look(time.monotonic()) or run.state is RunState.ENDED, "the end")
     assert run.is_whole
-    assert [line_of(each.step) for each in run.reports] == [2, 3, 4, 5, 6, 7]
+    assert [each.step.line_at() for each in run.reports] == [2, 3, 4, 5, 6, 7]
 
 
 def test_a_single_block_that_is_switched_on_in_a_path_waits_at_its_end(running_machine):
     machine, client = running_machine, running_machine.client
     run = run_of(client, "G1 X0 Y0 Z40 F6000\nX20\nX40\nG4 P0.01\nX0\nM2\n")
-    moving = lambda: run.look() or KINEMATICS.forward(machine.heights())[0] > 0.005  # noqa: E731
+    moving = lambda: run.look(time.monotonic()) or KINEMATICS.forward(machine.heights())[0] > 0.005  # noqa: E731
     client.wait_for(moving, "some way")
     run.single_block = True
-    client.wait_for(lambda: run.look() or run.state is RunState.WAITING, "the wait")
+    client.wait_for(lambda: run.look(time.monotonic()) or run.state is RunState.WAITING, "the wait")
     assert run.line == 4
     machine.catch_up()
     place = KINEMATICS.forward(machine.heights())
     assert place == pytest.approx((0.04, 0.0, 0.29), abs=1e-6)
     run.stop()
-    client.wait_for(lambda: run.look() or run.state is RunState.ENDED, "the end")
+    client.wait_for(lambda: run.look(time.monotonic()) or run.state is RunState.ENDED, "the end")
 
 
 def test_a_paused_path_that_is_left_for_a_target_goes_on_where_it_was(running_machine):
@@ -563,7 +564,7 @@ def test_a_paused_path_that_is_left_for_a_target_goes_on_where_it_was(running_ma
     places = []
 
     def place():
-        run.look()
+        run.look(time.monotonic())
         places.append(KINEMATICS.forward(machine.heights()))
         return places[-1]
 
@@ -595,7 +596,7 @@ def test_the_platform_rests_before_the_spindle_is_off(running_machine, ending):
 
     def moving():
         """Tell whether the platform moves, and the line is known."""
-        run.look()
+        run.look(time.monotonic())
         return KINEMATICS.forward(machine.heights())[0] > 0.01 and "now line 3" in run.doing
 
     client.wait_for(moving, "some way")
@@ -603,11 +604,11 @@ def test_the_platform_rests_before_the_spindle_is_off(running_machine, ending):
         client.send_pose((-0.08, 0.0, 0.29))
     else:
         client.stop() if ending == "stop" else client.enable(False)
-    client.wait_for(lambda: run.look() or len(told(outputs, 4)) == 5, "the outputs")
+    client.wait_for(lambda: run.look(time.monotonic()) or len(told(outputs, 4)) == 5, "the outputs")
     if ending != "disable":
         machine.catch_up()
         assert not any(machine.commands[-1].velocity)
-    client.wait_for(lambda: run.look() or run.state is RunState.ENDED, "the end")
+    client.wait_for(lambda: run.look(time.monotonic()) or run.state is RunState.ENDED, "the end")
     if ending == "disable":
         client.enable(True)
     assert not run.is_whole

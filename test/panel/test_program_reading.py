@@ -26,7 +26,7 @@ from tri_glide_kinematics.panel.program_reading import (
     points_of_line,
     thinned_out,
 )
-from tri_glide_kinematics.programs import PathRun, ProgramCheck, ProgramSettings, line_of
+from tri_glide_kinematics.programs import PathRun, ProgramCheck, ProgramSettings
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
@@ -79,12 +79,12 @@ def test_the_steps_of_a_line_are_found(tmp_path: Path) -> None:
         expected = [
             index
             for index, step in enumerate(part.program.steps)
-            if line_of(step) <= line <= line_of(step, -1)
+            if step.line_at() <= line <= step.line_at(-1)
         ]
         assert list(part.steps_at(line)) == expected
         # What comes behind them begins later.
         behind = part.program.steps[part.steps_at(line).stop :]
-        assert all(line_of(step) > line for step in behind)
+        assert all(step.line_at() > line for step in behind)
 
 
 def test_what_is_outside_is_red_from_the_edge_on(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from tri_glide_kinematics.motion.path import PlatformPath
-from tri_glide_kinematics.programs import DriveFileError, MoveStep, PathStep, WaitStep, load_drive
+from tri_glide_kinematics.programs import DriveFileError, Dwell, MoveStep, PathStep, load_drive
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
@@ -36,7 +36,7 @@ def path_of(*segments):
 def test_the_example_is_a_drive_inside_the_default_machine():
     drive = load_drive(EXAMPLE)
     kinds = [type(step) for step in drive.steps]
-    assert kinds == [MoveStep, PathStep, WaitStep, PathStep, MoveStep]
+    assert kinds == [MoveStep, PathStep, Dwell, PathStep, MoveStep]
     assert drive.steps[0].position == (0.0, 0.0, 0.25)
     limits = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
     workspace = Workspace(TriGlide(DEFAULT_GEOMETRY), limits)

@@ -12,7 +12,6 @@ from tri_glide_kinematics.programs import (
     ProgressLine,
     StepReport,
     StopKind,
-    WaitStep,
     table,
 )
 
@@ -51,7 +50,7 @@ def test_the_table_has_what_is_known_and_dashes_for_the_rest():
         [
             StepReport(MOVE, "succeeded", True, 2.0, 0.1),
             StepReport(MOVE, "canceled", False, 0.5, 0.01, 0.00025),
-            StepReport(WaitStep(1.0), "not driven"),
+            StepReport(Dwell(1.0), "not driven"),
         ]
     ).splitlines()
     assert lines[0].split() == "step result time length mean speed largest deviation".split()

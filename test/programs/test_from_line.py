@@ -16,7 +16,6 @@ from tri_glide_kinematics.programs import (
     ProgramSettings,
     StopKind,
     from_line,
-    line_of,
     read_program,
 )
 
@@ -25,21 +24,31 @@ def done_by(steps):
     """Yield the line and what is done, segment by segment and at which place, with its bounds."""
     for step in steps:
         if not isinstance(step, PathRun):
-            yield line_of(step), step[:3] if isinstance(step, Output) else step
+            done = (step.name, step.number, step.value) if isinstance(step, Output) else step
+            yield step.line_at(), done
             continue
         flat = step.segments
         offsets = [*flat.offsets.tolist(), len(flat.numbers)]
         for index, line in enumerate(step.lines.tolist()):
-            yield from ((each.line, each[:3]) for each in step.outputs if each.joint == index)
+            yield from (
+                (each.line, (each.name, each.number, each.value))
+                for each in step.outputs
+                if each.joint == index
+            )
             start = flat.start_of(index, step.start)
             numbers = flat.numbers[offsets[index] : offsets[index + 1]].tolist()
             bounds = float(flat.tolerances[index]), float(flat.speeds[index])
             yield line, (int(flat.kinds[index]), *start, *numbers, *bounds, bool(step.rapid[index]))
 
 
+def is_output(done):
+    """Tell whether it is an output that changes."""
+    return isinstance(done, tuple) and isinstance(done[0], str)
+
+
 def same(one, other):
     """Tell whether two things that are done are the same, places to 1e-12 m."""
-    if type(one) is tuple and not isinstance(one[0], str):
+    if isinstance(one, tuple) and not is_output(one):
         return np.allclose(one, other, rtol=0.0, atol=1e-12)
     return one == other
 
@@ -61,7 +70,7 @@ def test_the_rest_is_the_tail_of_the_whole(dialect, seed):
         # They are part of the first line of the rest: nobody who stops there begins before it.
         assert {each[0] for each in again} <= {rest[len(again)][0]}
         # Each output that was changed before has its last value.
-        changed = [done for at, done in whole if at < line and isinstance(done[0], str)]
+        changed = [done for at, done in whole if at < line and is_output(done)]
         in_force = {done[:2]: done for done in changed}
         assert {done[:2]: done for _, done in again} == in_force
         assert len(again) == len(in_force)

@@ -36,6 +36,10 @@ def places_on(run: PathRun):
     return driven.derivatives_on(spans, ways.ravel(), 0)[0].reshape(len(flat), len(PARTS), 3)
 
 
+def said_by(output: Output):
+    return output.name, output.number, output.value
+
+
 def done_by(program: Program):
     """Yield what a program does, each with its line, and with the number of the run of a piece."""
     for number, step in enumerate(program.steps):
@@ -44,13 +48,13 @@ def done_by(program: Program):
             for index, line in enumerate(step.lines.tolist()):
                 for output in step.outputs:
                     if output.joint == index:
-                        yield output[:3], output.line, -1
+                        yield said_by(output), output.line, -1
                 bounds = flat.speeds[index], flat.tolerances[index]
                 yield (places[index], *bounds), line, number
         elif isinstance(step, Dwell):
             yield step.duration, step.line, -1
         elif isinstance(step, Output):
-            yield step[:3], step.line, -1
+            yield said_by(step), step.line, -1
         elif isinstance(step, ProgramStop):
             yield step.kind, step.line, -1
 

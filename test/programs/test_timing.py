@@ -14,7 +14,6 @@ from tri_glide_kinematics.programs import (
     Dwell,
     NoMotionError,
     ProgramError,
-    WaitStep,
     check_program,
     load_drive,
     load_program,
@@ -66,7 +65,7 @@ def test_a_drive_file_is_moves_paths_and_waits(kind, shaper):
     drive = load_drive(CONFIG / "drive_example.yaml")
     timed = time_steps(drive, WORKSPACE, LIMITS, kind=kind, shaper=shaper)
     assert_keeps_limits(timed)
-    (wait,) = (index for index, step in enumerate(timed.steps) if isinstance(step, WaitStep))
+    (wait,) = (index for index, step in enumerate(timed.steps) if isinstance(step, Dwell))
     durations = np.diff(timed.begins)
     assert durations[wait] == pytest.approx(0.5)
     # It begins where its first move ends.

@@ -93,8 +93,6 @@ def _draw(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.motion import CommandStream, MotionKind
     from tri_glide_kinematics.programs import (
         DriveFile,
-        Dwell,
-        WaitStep,
         load_settings,
         load_work,
         time_steps,
@@ -154,7 +152,7 @@ def _draw(options: argparse.Namespace) -> None:
     rests = [
         (begin, end)
         for step, begin, end in zip(timed.steps, timed.begins, timed.begins[1:])
-        if isinstance(step, (Dwell, WaitStep))
+        if step.rest
     ]
     name = "rest" if len(rests) <= MOST_NAMES else ""
     stream = CommandStream.from_heights(setpoints.heights, period)

@@ -33,10 +33,11 @@ from tri_glide_kinematics.picture_commands import find_file
 from tri_glide_kinematics.programs import (
     POINTS_ENDING,
     PROGRAM_ENDINGS,
+    START_TIMEOUT,
     DriveFile,
-    Output,
     Program,
     ProgramCheck,
+    ProgramRun,
     ProgressLine,
     RunState,
     check_program,
@@ -66,7 +67,7 @@ from tri_glide_kinematics.workspace import Workspace, places_inside
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-    from tri_glide_kinematics.ros.program_run import ProgramLink, ProgramRun
+    from tri_glide_kinematics.ros.program_run import ProgramLink
 
 ENDINGS_TEXT = ", ".join(PROGRAM_ENDINGS)
 
@@ -155,8 +156,6 @@ class _Terminal:
         from rclpy.parameter import parameter_value_to_python
         from rclpy.parameter_client import AsyncParameterClient
 
-        from tri_glide_kinematics.ros.program_run import START_TIMEOUT
-
         server = self._node.get_namespace().rstrip("/") + "/ik_node"
         client = AsyncParameterClient(self._node, "ik_node")
         end = time.monotonic() + START_TIMEOUT
@@ -179,8 +178,6 @@ class _Terminal:
         Raises:
             NoMachineError: if nobody tells it.
         """
-        from tri_glide_kinematics.ros.program_run import START_TIMEOUT
-
         end = time.monotonic() + START_TIMEOUT
         while link.machine is None:
             if time.monotonic() > end:
@@ -204,7 +201,7 @@ class _Terminal:
         """
         is_asked = False
         while run.state is not RunState.ENDED and len(came) < 2:
-            run.look()
+            run.look(time.monotonic())
             if came and run.state in (RunState.RUNNING, RunState.WAITING):
                 self.say("interrupted: the platform comes to rest")
                 run.stop("interrupted")
@@ -266,7 +263,7 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
     from rclpy.node import Node
     from rclpy.signals import SignalHandlerOptions
 
-    from tri_glide_kinematics.ros.program_run import ProgramLink, ProgramRun
+    from tri_glide_kinematics.ros.program_run import ProgramLink
     from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down
 
     choose_transport()
@@ -297,7 +294,7 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
         signals = EndSignals()
         signals.call(lambda: None)
         # Whoever goes on where the program ended at a stop lets it pass.
-        first = next((step for step in work.steps if not isinstance(step, Output)), None)
+        first = next((step for step in work.steps if step.takes_time), None)
         terminal.drive(run, signals.came, first if options.go_on else None)
         signals.ignore()
     finally:

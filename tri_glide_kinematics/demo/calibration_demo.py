@@ -6,20 +6,17 @@ distances are measured, the machine is calibrated, and ik_node is started again 
 
 from __future__ import annotations
 
-import argparse
 import math
 import os
 import signal
 import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
-from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 
 from tri_glide_interfaces.msg import MachineState
@@ -37,17 +34,20 @@ from tri_glide_kinematics.calibration.fit import (
     plane_basis,
 )
 from tri_glide_kinematics.calibration.session import report, save_parameters, solved
-from tri_glide_kinematics.demo.client import START_TIMEOUT, DemoError
 from tri_glide_kinematics.demo.running import (
+    MOVE_TIMEOUT,
     PATIENCE,
+    START_TIMEOUT,
+    DemoError,
+    DemoNode,
+    demo_parser,
     in_millimetres,
     ros_that_ctrl_c_ends,
     run_command,
     say,
 )
 from tri_glide_kinematics.picture_commands import save_figure
-from tri_glide_kinematics.ros.goal_sender import GoalSender
-from tri_glide_kinematics.ros.loop import OtherTurns
+from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.ros.starting import (
     NodeProcesses,
@@ -60,9 +60,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOVE_TIMEOUT = 30.0  # s
 ANSWER_TIMEOUT = 60.0  # s; a probe answers when it is back
-NAP = 0.05  # s
 # The longest arrow of the picture, as a part of the radius.
 ARROW = 0.35
 # The simulated sliders follow late: they rest if poses one after the other agree [m].
@@ -70,14 +68,12 @@ RESTING_POSES = 20
 RESTING = 1e-7
 
 
-class CalibrationClient(Node):
+class CalibrationClient(DemoNode):
     """Moves, asks, and looks at the true pose, which no real machine publishes."""
 
     def __init__(self, namespace: str) -> None:
         """Join the machine in ``namespace``."""
-        super().__init__("tri_glide_calibration_demo", namespace=namespace)
-        self._executor = OtherTurns(self)
-        self._goals = GoalSender(self)
+        super().__init__("tri_glide_calibration_demo", namespace)
         self._clients_of: dict[str, Any] = {}
 
     def wait_for_machine(self) -> None:
@@ -90,8 +86,8 @@ class CalibrationClient(Node):
         # Of each ik_node a new one: the last state of one that has ended is none of the next.
         told = self.create_subscription(MachineState, "ik_node/machine_state", on_state, LATCHED)
         try:
-            self._wait_for(
-                lambda: self._goals.is_ready and states[-1:] == [MachineState.IDLE],
+            self.wait_for(
+                lambda: self.goals.is_ready and states[-1:] == [MachineState.IDLE],
                 START_TIMEOUT,
                 "starting ik_node",
             )
@@ -100,7 +96,7 @@ class CalibrationClient(Node):
 
     def wait_until_gone(self) -> None:
         """Wait until no ik_node is there any more."""
-        self._wait_for(lambda: not self._goals.is_ready, START_TIMEOUT, "ending ik_node")
+        self.wait_for(lambda: not self.goals.is_ready, START_TIMEOUT, "ending ik_node")
 
     def move(self, position: Vector3) -> None:
         """Move the platform to where ik_node believes that ``position`` is [m].
@@ -108,10 +104,7 @@ class CalibrationClient(Node):
         Raises:
             DemoError: if it does not get there.
         """
-        goal = self._goals.move_to(position)
-        self._wait_for(lambda: goal.result is not None, MOVE_TIMEOUT, "a motion")
-        if not goal.has_succeeded:
-            raise DemoError(f"no motion to {position}: {goal.result.text}")
+        self.wait_for_goal(self.goals.move_to(position), f"a motion to {position}")
 
     def true_position(self) -> Vector3:
         """Return where the platform truly rests [m].
@@ -122,8 +115,7 @@ class CalibrationClient(Node):
         places: list[Vector3] = []
 
         def on_pose(message: PoseStamped) -> None:
-            point = message.pose.position
-            places.append((point.x, point.y, point.z))
+            places.append(vector_of(message.pose.position))
 
         def is_resting() -> bool:
             newest = places[-RESTING_POSES:]
@@ -133,7 +125,7 @@ class CalibrationClient(Node):
 
         poses = self.create_subscription(PoseStamped, "true_pose", on_pose, qos_profile_sensor_data)
         try:
-            self._wait_for(is_resting, MOVE_TIMEOUT, "coming to rest")
+            self.wait_for(is_resting, MOVE_TIMEOUT, "coming to rest")
         finally:
             self.destroy_subscription(poses)
         return places[-1]
@@ -147,20 +139,13 @@ class CalibrationClient(Node):
         if service not in self._clients_of:
             self._clients_of[service] = self.create_client(kind, f"calibration_node/{service}")
         client = self._clients_of[service]
-        self._wait_for(client.service_is_ready, START_TIMEOUT, "starting calibration_node")
+        self.wait_for(client.service_is_ready, START_TIMEOUT, "starting calibration_node")
         future = client.call_async(request)
-        self._wait_for(future.done, ANSWER_TIMEOUT, f"the answer to {service}")
+        self.wait_for(future.done, ANSWER_TIMEOUT, f"the answer to {service}")
         response = future.result()
         if not response.success:
             raise DemoError(f"{service}: {response.message}")
         return response
-
-    def _wait_for(self, condition: Callable[[], bool], timeout: float, what: str) -> None:
-        end = time.monotonic() + timeout
-        while not condition():
-            if time.monotonic() > end:
-                raise DemoError(f"{what} took longer than {timeout:g} s")
-            self._executor.spin_once(timeout_sec=NAP)
 
 
 RADIUS = 0.12  # m, within which all happens
@@ -497,10 +482,7 @@ def _assumed() -> list[str]:
 
 def main() -> int:
     """Run the demonstration from the command line."""
-    parser = argparse.ArgumentParser(prog="calibration_demo", description=__doc__)
-    parser.add_argument(
-        "--output", type=Path, default=Path("out"), help="folder of all files (default: out)"
-    )
+    parser = demo_parser("calibration_demo", __doc__)
     parser.add_argument(
         "--seed", type=int, default=1, help="which of many wrong machines (default: 1)"
     )

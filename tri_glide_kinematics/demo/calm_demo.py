@@ -6,11 +6,9 @@ knows, tells how much it swings after its setpoints have come to rest, and for h
 
 from __future__ import annotations
 
-import argparse
 import math
 import os
 import sys
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,20 +16,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
-from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.parameter_client import AsyncParameterClient
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.demo.client import DEEP_QUEUE, MACHINE, START_TIMEOUT, DemoError
-from tri_glide_kinematics.demo.running import PATIENCE, ros_that_ctrl_c_ends, run_command, say
+from tri_glide_kinematics.demo.client import DEEP_QUEUE, MACHINE
+from tri_glide_kinematics.demo.running import (
+    MOVE_TIMEOUT,
+    PATIENCE,
+    START_TIMEOUT,
+    DemoError,
+    DemoNode,
+    demo_parser,
+    ros_that_ctrl_c_ends,
+    run_command,
+    say,
+)
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.picture_commands import save_figure
-from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
-from tri_glide_kinematics.ros.loop import OtherTurns
+from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.ros.starting import NodeProcesses, default_parameter_file
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -73,10 +78,6 @@ FADED, MOVED = 1e-6, 3e-6
 FADED_POSES = 100  # a period of the slowest mode there is, and more
 # A shaper has to leave less than this part of a swing, unless that is within ``CLOSE`` anyway.
 PART_LEFT = 0.1
-
-MOVE_TIMEOUT = 30.0  # s
-NAP = 0.05  # s
-GOAL_PERIOD = 0.01  # s between two looks at what is not recorded
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,12 +147,12 @@ def _moved(places: FloatArray) -> list[int]:
     return [int(index) for index in np.flatnonzero(away)]
 
 
-class CalmClient(Node):
+class CalmClient(DemoNode):
     """Commands motions, and records setpoints and where the platform truly is."""
 
     def __init__(self, namespace: str) -> None:
         """Join the machine in ``namespace``."""
-        super().__init__("tri_glide_calm_demo", namespace=namespace)
+        super().__init__("tri_glide_calm_demo", namespace)
         self._heights: list[Vector3] = []
         self._places: list[Vector3] = []
         self._states: list[int] = []
@@ -159,26 +160,18 @@ class CalmClient(Node):
         self._heard = (0, 0)
         self.create_subscription(JointState, "joint_commands", self._on_command, DEEP_QUEUE)
         self.create_subscription(PoseStamped, "true_pose", self._on_pose, DEEP_QUEUE)
-        self._executor = OtherTurns(self)
-        # Of a node of their own, which is looked at now and then: a list of all that is waited for
-        # is made anew for each message.
-        self._calls = Node("tri_glide_calm_demo_calls", namespace=namespace)
-        self._calls.create_subscription(
+        self.calls.create_subscription(
             MachineState, "ik_node/machine_state", self._on_state, LATCHED
         )
-        self._goals = GoalSender(self._calls)
-        self._stop = self._calls.create_client(Trigger, "ik_node/stop")
-        self._ik_parameters = AsyncParameterClient(self._calls, "ik_node")
-        self._calls_executor = OtherTurns(self._calls)
-        self._next_look = 0.0
+        self._stop = self.calls.create_client(Trigger, "ik_node/stop")
 
     def wait_for_machine(self) -> None:
         """Wait until ik_node leads the machine, and takes goals and calls."""
-        self._wait_for(
+        self.wait_for(
             lambda: bool(
-                self._goals.is_ready
+                self.goals.is_ready
                 and self._stop.service_is_ready()
-                and self._ik_parameters.services_are_ready()
+                and self.ik_parameters.services_are_ready()
                 and self._states[-1:] == [MachineState.IDLE]
                 and self._heights
                 and self._places
@@ -198,31 +191,31 @@ class CalmClient(Node):
             "mode_frequencies": [FREQUENCY],
             "mode_dampings": [DAMPING],
         }
-        answer = self._ik_parameters.set_parameters_atomically(
+        answer = self.ik_parameters.set_parameters_atomically(
             [Parameter(name, value=value) for name, value in values.items()]
         )
-        self._wait_for(answer.done, START_TIMEOUT, "setting the shaper")
+        self.wait_for(answer.done, START_TIMEOUT, "setting the shaper")
         result = answer.result().result
         if not result.successful:
             raise DemoError(f"shaper {shaper}: {result.reason}")
 
     def move(self, position: Vector3) -> None:
         """Move the platform to a ``position`` [m]."""
-        self._await(self._goals.move_to(position))
+        self.wait_for_goal(self.goals.move_to(position), f"a motion to {position}")
 
     def follow(self, path: FlatPath) -> None:
         """Drive the platform along a ``path`` from where it is."""
-        self._await(self._goals.follow(path))
+        self.wait_for_goal(self.goals.follow(path), "a path")
 
     def move_until_stopped(self, position: Vector3) -> int:
         """Stop on the way to a ``position`` [m], and return at which of the setpoints."""
-        goal = self._goals.move_to(position)
-        self._wait_for(
+        goal = self.goals.move_to(position)
+        self.wait_for(
             lambda: MACHINE.forward(self._heights[-1])[0] >= STOP_AT, MOVE_TIMEOUT, "a motion"
         )
         number = len(self._heights)
         self._stop.call_async(Trigger.Request())
-        self._wait_for(lambda: goal.result is not None, MOVE_TIMEOUT, "a stop")
+        self.wait_for(lambda: goal.result is not None, MOVE_TIMEOUT, "a stop")
         return number
 
     def recorded(self, motion: str, shaper: str, drive: Callable[[], int | None]) -> Swing:
@@ -237,17 +230,12 @@ class CalmClient(Node):
         setpoints = MACHINE.forward_batch(np.array(self._heights))
         return Swing.of(motion, shaper, setpoints, np.array(self._places), since or 0)
 
-    def _await(self, goal: SentGoal) -> None:
-        self._wait_for(lambda: goal.result is not None, MOVE_TIMEOUT, "a motion")
-        if not goal.has_succeeded:
-            raise DemoError(f"no motion: {goal.result.text}")
-
     def _wait_until_faded(self) -> None:
         """Wait until the setpoints rest, and the platform, too."""
         # What is recorded may have waited in a queue for longer than the end of a goal.
         self._heard = (0, 0)
         now = self.get_clock().now().nanoseconds
-        self._wait_for(lambda: min(self._heard) > now, MOVE_TIMEOUT, "listening to all setpoints")
+        self.wait_for(lambda: min(self._heard) > now, MOVE_TIMEOUT, "listening to all setpoints")
         count = len(self._places) + FADED_POSES
 
         def has_faded() -> bool:
@@ -258,18 +246,7 @@ class CalmClient(Node):
                 and np.ptp(newest, axis=0).max() < FADED
             )
 
-        self._wait_for(has_faded, MOVE_TIMEOUT, "coming to rest")
-
-    def _wait_for(self, condition: Callable[[], bool], timeout: float, what: str) -> None:
-        end = time.monotonic() + timeout
-        while not condition():
-            now = time.monotonic()
-            if now > end:
-                raise DemoError(f"{what} took longer than {timeout:g} s")
-            self._executor.spin_once(timeout_sec=NAP)
-            if now > self._next_look:
-                self._calls_executor.spin_once(timeout_sec=0.0)
-                self._next_look = now + GOAL_PERIOD
+        self.wait_for(has_faded, MOVE_TIMEOUT, "coming to rest")
 
     def _on_command(self, message: JointState) -> None:
         h1, h2, h3 = message.position
@@ -277,8 +254,7 @@ class CalmClient(Node):
         self._heard = (Time.from_msg(message.header.stamp).nanoseconds, self._heard[1])
 
     def _on_pose(self, message: PoseStamped) -> None:
-        point = message.pose.position
-        self._places.append((point.x, point.y, point.z))
+        self._places.append(vector_of(message.pose.position))
         self._heard = (self._heard[0], Time.from_msg(message.header.stamp).nanoseconds)
 
     def _on_state(self, message: MachineState) -> None:
@@ -389,9 +365,7 @@ def demonstrate(folder: Path) -> int:
 
 def main() -> int:
     """Run the demonstration from the command line."""
-    parser = argparse.ArgumentParser(prog="calm_demo", description=__doc__)
-    parser.add_argument("--output", type=Path, default=Path("out"), help="folder of the picture")
-    folder = parser.parse_args().output
+    folder = demo_parser("calm_demo", __doc__).parse_args().output
     return run_command("calm_demo", lambda: demonstrate(folder))
 
 

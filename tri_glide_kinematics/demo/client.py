@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
-from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.demo.running import MOVE_TIMEOUT, START_TIMEOUT, DemoError, DemoNode
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, polylines_of
-from tri_glide_kinematics.ros.goal_sender import GoalSender
-from tri_glide_kinematics.ros.loop import OtherTurns
+from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -62,15 +58,8 @@ MACHINE = TriGlide(DEFAULT_GEOMETRY)
 TOLERANCE = 1e-4  # m between a target and the pose measured back
 SETTLED_POSES = 10  # measured poses that have to agree
 SETTLED = 5e-6  # m, within which they do
-GOAL_PERIOD = 0.01  # s between two looks whether a goal has ended
 JOG_PERIOD = 0.02  # s between two renewals of the twist
-START_TIMEOUT = 20.0  # s
-MOVE_TIMEOUT = 15.0  # s
 DEEP_QUEUE = QoSProfile(depth=5000)  # no command may be lost: their differences are judged
-
-
-class DemoError(KinematicsError):
-    """The demonstration cannot go on; the text says why."""
 
 
 @dataclass(frozen=True)
@@ -92,42 +81,21 @@ class MachineSettings:
     base_frame: str
 
 
-class DemoClient(Node):
+class DemoClient(DemoNode):
     """Publishes targets, and collects commands and measured poses."""
 
     def __init__(self, namespace: str) -> None:
         """Join the machine in ``namespace``."""
-        super().__init__("tri_glide_demo", namespace=namespace)
+        super().__init__("tri_glide_demo", namespace)
         self.commands: list[JointState] = []
         self.path: list[Vector3] = []
         self._pose_target = self.create_publisher(PoseStamped, "target_pose", 10)
         self._twist_target = self.create_publisher(TwistStamped, "target_twist", 10)
         self.create_subscription(JointState, "joint_commands", self.commands.append, DEEP_QUEUE)
         self.create_subscription(PoseStamped, "platform_pose", self._on_pose, DEEP_QUEUE)
-        self._ik_parameters = AsyncParameterClient(self, "ik_node")
-        self._executor = OtherTurns(self)
-        # Of a node of their own, which is looked at now and then: a list of all that is waited for
-        # is made anew for each message.
-        self._goal_node = Node("tri_glide_demo_goals", namespace=namespace)
-        self._goals = GoalSender(self._goal_node)
-        self._goal_executor = OtherTurns(self._goal_node)
-        self._next_goal_look = 0.0
 
     def _on_pose(self, message: PoseStamped) -> None:
-        position = message.pose.position
-        self.path.append((position.x, position.y, position.z))
-
-    def wait_for(self, condition: Callable[[], bool], timeout: float, what: str) -> None:
-        """Spin until ``condition`` holds.
-
-        Raises:
-            DemoError: if it does not within ``timeout`` seconds.
-        """
-        end = time.monotonic() + timeout
-        while not condition():
-            if time.monotonic() > end:
-                raise DemoError(f"{what} took longer than {timeout:g} s")
-            self._executor.spin_once(timeout_sec=0.05)
+        self.path.append(vector_of(message.pose.position))
 
     def spin_for(self, duration: float) -> None:
         """Spin for ``duration`` seconds."""
@@ -137,7 +105,7 @@ class DemoClient(Node):
 
     def read_settings(self) -> MachineSettings:
         """Ask ``ik_node`` for its parameters."""
-        self.wait_for(self._ik_parameters.services_are_ready, START_TIMEOUT, "starting ik_node")
+        self.wait_for(self.ik_parameters.services_are_ready, START_TIMEOUT, "starting ik_node")
         names = [
             "rate",
             "velocity_limits",
@@ -148,7 +116,7 @@ class DemoClient(Node):
             "joint_names",
             "base_frame",
         ]
-        answer = self._ik_parameters.get_parameters(names)
+        answer = self.ik_parameters.get_parameters(names)
         self.wait_for(answer.done, START_TIMEOUT, "reading the parameters of ik_node")
         value = dict(zip(names, map(parameter_value_to_python, answer.result().values)))
         return MachineSettings(
@@ -169,7 +137,7 @@ class DemoClient(Node):
                 and self.path
                 and self._pose_target.get_subscription_count()
                 and self._twist_target.get_subscription_count()
-                and self._goals.is_ready
+                and self.goals.is_ready
             ),
             START_TIMEOUT,
             "starting the machine",
@@ -212,23 +180,13 @@ class DemoClient(Node):
         """
         path = at_once(segments.path_from(start))
         begin, first = time.monotonic(), len(self.commands)
-        goal = self._goals.follow(segments)
-
-        def has_ended() -> bool:
-            if time.monotonic() > self._next_goal_look:
-                self._goal_executor.spin_once(timeout_sec=0.0)
-                self._next_goal_look = time.monotonic() + GOAL_PERIOD
-            return goal.result is not None
-
-        self.wait_for(has_ended, MOVE_TIMEOUT, f"driving {name}")
-        if not goal.has_succeeded:
-            raise DemoError(f"{name}: {goal.result.text}")
+        goal = self.goals.follow(segments)
+        self.wait_for_goal(goal, f"driving {name}")
         self._catch_up()
-        place = goal.result.position
         return Leg(
             name,
             path.end,
-            (place.x, place.y, place.z),
+            vector_of(goal.result.position),
             time.monotonic() - begin,
             first,
             len(self.commands),

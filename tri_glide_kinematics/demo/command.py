@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ import numpy as np
 from tri_glide_kinematics.demo.client import TOLERANCE, DemoClient, Leg, MachineSettings
 from tri_glide_kinematics.demo.running import (
     PATIENCE,
+    demo_parser,
     in_millimetres,
     ros_that_ctrl_c_ends,
     run_command,
@@ -174,9 +174,7 @@ def demonstrate(folder: Path) -> int:
 
 def main() -> int:
     """Run the demonstration from the command line."""
-    parser = argparse.ArgumentParser(prog="demo", description=__doc__)
-    parser.add_argument("--output", type=Path, default=Path("out"), help="folder of the picture")
-    folder = parser.parse_args().output
+    folder = demo_parser("demo", __doc__).parse_args().output
     return run_command("demo", lambda: demonstrate(folder))
 
 

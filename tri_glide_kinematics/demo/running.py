@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import argparse
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import rclpy
+from rclpy.node import Node
+from rclpy.parameter_client import AsyncParameterClient
 from rclpy.utilities import ok
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
+from tri_glide_kinematics.ros.loop import OtherTurns
 from tri_glide_kinematics.ros.starting import (
     COMPUTER,
     choose_transport,
@@ -22,6 +29,73 @@ from tri_glide_kinematics.vectors import Vector3
 # A busy computer may let the simulated machine wait for longer than a real one ever falls silent,
 # and follow from farther behind.
 PATIENCE = ("-p", "measured_timeout:=2.0", "-p", "tracking_error_limit:=0.3")
+
+
+START_TIMEOUT = 20.0  # s
+MOVE_TIMEOUT = 30.0  # s
+NAP = 0.05  # s
+GOAL_PERIOD = 0.01  # s between two looks at goals and calls
+
+
+class DemoError(KinematicsError):
+    """The demonstration cannot go on; the text says why."""
+
+
+class DemoNode(Node):
+    """The node of a demonstration: it sends goals, and waits for what it is told.
+
+    Attributes:
+        calls: node of its own for goals and calls, which is looked at now and then.
+        goals: to send.
+        ik_parameters: those of ``ik_node``.
+    """
+
+    def __init__(self, name: str, namespace: str) -> None:
+        """Join the machine in ``namespace``."""
+        super().__init__(name, namespace=namespace)
+        self._executor = OtherTurns(self)
+        # Of a node of their own, which is looked at now and then: a list of all that is waited for
+        # is made anew for each message.
+        self.calls = Node(f"{name}_calls", namespace=namespace)
+        self.goals = GoalSender(self.calls)
+        self.ik_parameters = AsyncParameterClient(self.calls, "ik_node")
+        self._calls_executor = OtherTurns(self.calls)
+        self._next_look = 0.0
+
+    def wait_for(self, condition: Callable[[], bool], timeout: float, what: str) -> None:
+        """Spin until ``condition`` holds.
+
+        Raises:
+            DemoError: if it does not within ``timeout`` seconds.
+        """
+        end = time.monotonic() + timeout
+        while not condition():
+            now = time.monotonic()
+            if now > end:
+                raise DemoError(f"{what} took longer than {timeout:g} s")
+            self._executor.spin_once(timeout_sec=NAP)
+            if now > self._next_look:
+                self._calls_executor.spin_once(timeout_sec=0.0)
+                self._next_look = now + GOAL_PERIOD
+
+    def wait_for_goal(self, goal: SentGoal, what: str) -> None:
+        """Wait for the end of a ``goal``.
+
+        Raises:
+            DemoError: if it tells of another end than success.
+        """
+        self.wait_for(lambda: goal.result is not None, MOVE_TIMEOUT, what)
+        if not goal.has_succeeded:
+            raise DemoError(f"{what}: {goal.result.text}")
+
+
+def demo_parser(name: str, description: str | None) -> argparse.ArgumentParser:
+    """Return what reads the command line of a demonstration."""
+    parser = argparse.ArgumentParser(prog=name, description=description)
+    parser.add_argument(
+        "--output", type=Path, default=Path("out"), help="folder of all files (default: out)"
+    )
+    return parser
 
 
 def say(text: str) -> None:

@@ -29,7 +29,6 @@ from tri_glide_kinematics.programs import (
     ProgramError,
     ProgramSettings,
     check_program,
-    line_of,
     load_program,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -215,20 +214,19 @@ def drawn(program: Program, data: bytes, workspace: Workspace) -> ReadProgram:
     looks: list[NDArray[np.uint8]] = []
     outside = 0
     ways = []
-    for run in program.steps:
+    for step in program.steps:
         ways.append(0.0)
-        if not isinstance(run, PathRun):
-            continue
-        segments = at_once(run.segments.path_from(run.start)).segments
-        ways[-1] = float(segments.lengths.sum())
-        points, segment = polyline_of(segments)
-        inside = clearances(workspace, points).inside
-        is_out = ~(inside[:-1] & inside[1:])
-        if is_out.any() and not outside:
-            outside = int(run.lines[segment[is_out.argmax()]])
-        look = np.where(is_out, OUTSIDE, np.where(run.rapid[segment], RAPID, CUT))
-        places.append(points)
-        looks += [np.full(1 if looks else 0, NOTHING, dtype=np.uint8), look.astype(np.uint8)]
+        for run in step.runs:
+            segments = at_once(run.segments.path_from(run.start)).segments
+            ways[-1] = float(segments.lengths.sum())
+            points, segment = polyline_of(segments)
+            inside = clearances(workspace, points).inside
+            is_out = ~(inside[:-1] & inside[1:])
+            if is_out.any() and not outside:
+                outside = int(run.lines[segment[is_out.argmax()]])
+            look = np.where(is_out, OUTSIDE, np.where(run.rapid[segment], RAPID, CUT))
+            places.append(points)
+            looks += [np.full(1 if looks else 0, NOTHING, dtype=np.uint8), look.astype(np.uint8)]
     points = np.concatenate(places)
     look = np.concatenate(looks) if looks else np.zeros(0, dtype=np.uint8)
     kept = thinned_out(points, look)
@@ -242,7 +240,7 @@ def drawn(program: Program, data: bytes, workspace: Workspace) -> ReadProgram:
         look[look != NOTHING],
         outside,
         tuple(ways),
-        np.array([[line_of(step, segment) for step in program.steps] for segment in (0, -1)]),
+        np.array([[step.line_at(segment) for step in program.steps] for segment in (0, -1)]),
         _vector(low),
         _vector(high),
     )

@@ -10,14 +10,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.drive_files import NOT_DRIVEN as NOT_DRIVEN
     from tri_glide_kinematics.programs.drive_files import DriveFile as DriveFile
     from tri_glide_kinematics.programs.drive_files import DriveFileError as DriveFileError
-    from tri_glide_kinematics.programs.drive_files import MoveStep as MoveStep
-    from tri_glide_kinematics.programs.drive_files import PathStep as PathStep
     from tri_glide_kinematics.programs.drive_files import ProgressLine as ProgressLine
-    from tri_glide_kinematics.programs.drive_files import Step as Step
     from tri_glide_kinematics.programs.drive_files import StepReport as StepReport
-    from tri_glide_kinematics.programs.drive_files import WaitStep as WaitStep
     from tri_glide_kinematics.programs.drive_files import in_millimetres as in_millimetres
-    from tri_glide_kinematics.programs.drive_files import is_whole as is_whole
     from tri_glide_kinematics.programs.drive_files import load_drive as load_drive
     from tri_glide_kinematics.programs.drive_files import table as table
     from tri_glide_kinematics.programs.gcode import read_program as read_program
@@ -34,15 +29,24 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.loading import load_work as load_work
     from tri_glide_kinematics.programs.points import load_points as load_points
     from tri_glide_kinematics.programs.program import Dwell as Dwell
+    from tri_glide_kinematics.programs.program import MoveStep as MoveStep
     from tri_glide_kinematics.programs.program import Output as Output
     from tri_glide_kinematics.programs.program import PathRun as PathRun
+    from tri_glide_kinematics.programs.program import PathStep as PathStep
     from tri_glide_kinematics.programs.program import Program as Program
-    from tri_glide_kinematics.programs.program import ProgramStep as ProgramStep
     from tri_glide_kinematics.programs.program import ProgramStop as ProgramStop
+    from tri_glide_kinematics.programs.program import Step as Step
+    from tri_glide_kinematics.programs.program import StepReader as StepReader
     from tri_glide_kinematics.programs.program import StopKind as StopKind
     from tri_glide_kinematics.programs.program import Told as Told
     from tri_glide_kinematics.programs.program import from_line as from_line
-    from tri_glide_kinematics.programs.program import line_of as line_of
+    from tri_glide_kinematics.programs.run import START_TIMEOUT as START_TIMEOUT
+    from tri_glide_kinematics.programs.run import GoalEnd as GoalEnd
+    from tri_glide_kinematics.programs.run import GoalProgress as GoalProgress
+    from tri_glide_kinematics.programs.run import MachineNow as MachineNow
+    from tri_glide_kinematics.programs.run import ProgramGoal as ProgramGoal
+    from tri_glide_kinematics.programs.run import ProgramMachine as ProgramMachine
+    from tri_glide_kinematics.programs.run import ProgramRun as ProgramRun
     from tri_glide_kinematics.programs.settings import Dialect as Dialect
     from tri_glide_kinematics.programs.settings import ProgramSettings as ProgramSettings
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError

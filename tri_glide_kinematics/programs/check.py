@@ -11,7 +11,7 @@ from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path import PathPlaceError, SegmentError
 from tri_glide_kinematics.motion.path_timing import PathPlanner
 from tri_glide_kinematics.motion.shaping import Shaping
-from tri_glide_kinematics.programs.program import Dwell, PathRun, Program
+from tri_glide_kinematics.programs.program import PathRun, Program, Step
 from tri_glide_kinematics.programs.words import ProgramError
 from tri_glide_kinematics.workspace import Workspace
 
@@ -52,15 +52,14 @@ def check_program(
     durations = []
     length = 0.0
     for step in program.steps:
-        if isinstance(step, PathRun):
+        duration = step.rest
+        for run in step.runs:
             try:
-                duration, way = at_once(_timed(step, workspace, limits, shaper))
+                duration, way = at_once(_timed(run, workspace, limits, shaper))
             except KinematicsError as error:
-                raise at_its_line(program, step, error) from error
-            durations.append(duration)
+                raise at_its_line(program, run, error) from error
             length += way
-        else:
-            durations.append(step.duration if isinstance(step, Dwell) else 0.0)
+        durations.append(duration)
     return ProgramCheck(sum(durations), tuple(durations), length, shaper is not None)
 
 
@@ -78,9 +77,9 @@ def _timed(
     return duration, driven.arc_length.total
 
 
-def at_its_line(program: Program, run: PathRun, error: KinematicsError) -> ProgramError:
-    """Return an ``error`` about a path as one about a line of the program."""
+def at_its_line(program: Program, step: Step, error: KinematicsError) -> ProgramError:
+    """Return an ``error`` about a step as one about a line of the program."""
     segment = 0
     if isinstance(error, (CutBendError, PathPlaceError, PathTimingError, SegmentError)):
         segment = error.segment
-    return ProgramError(program.file, int(run.lines[segment]), 0, "", str(error))
+    return ProgramError(program.file, step.line_at(segment), 0, "", str(error))

@@ -16,15 +16,8 @@ from tri_glide_kinematics import keys
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.keys import FileError, load_yaml
-from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, SegmentKind
-from tri_glide_kinematics.programs.program import (
-    Dwell,
-    Output,
-    PathRun,
-    ProgramStep,
-    ProgramStop,
-    line_of,
-)
+from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
+from tri_glide_kinematics.programs.program import Dwell, MoveStep, PathStep, Step
 from tri_glide_kinematics.vectors import Vector3
 
 
@@ -44,47 +37,6 @@ SEGMENTS = {
     "arc": SegmentKind.ARC_THROUGH,
     "circle": SegmentKind.ARC_ABOUT,
 }
-
-
-@dataclass(frozen=True)
-class MoveStep:
-    """Go to a position and rest there.
-
-    Attributes:
-        position: Shape (3,) [m].
-        speed: largest one of the platform, on a straight line; 0 for what the sliders can do, as
-            the machine is set [m/s].
-    """
-
-    position: Vector3
-    speed: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class PathStep:
-    """Go along lines and arcs without a stop, from where the platform is.
-
-    Attributes:
-        segments: as numbers.
-        path: the same, from the end of the step before; None if that is not known.
-    """
-
-    segments: FlatPath
-    path: PlatformPath | None
-
-
-@dataclass(frozen=True)
-class WaitStep:
-    """Rest for a time.
-
-    Attributes:
-        duration: [s].
-    """
-
-    duration: float
-
-
-Step = MoveStep | PathStep | WaitStep
 
 
 @dataclass(frozen=True)
@@ -153,7 +105,7 @@ class _Reader:
 
     def _read(self, kind: str, keys: Keys) -> Step:
         if kind == "wait":
-            return WaitStep(keys.number("seconds", least=0.0))
+            return Dwell(keys.number("seconds", least=0.0))
         if kind == "move":
             self._here = self._place(keys, "to")
             return MoveStep(self._here, self._unit * keys.number("speed", 0.0, least=0.0))
@@ -206,8 +158,6 @@ class _Reader:
 
 
 MILLIMETRES = 1000.0
-KINDS = {MoveStep: "move", PathStep: "path", WaitStep: "wait"}
-KINDS |= {PathRun: "path", Dwell: "wait", Output: "output", ProgramStop: "stop"}
 
 # Back to the start of the line, and nothing of what stood there.
 ANEW = "\r\033[K"
@@ -228,7 +178,7 @@ class StepReport:
         text: the whole reason of the result; empty if there is nothing to say.
     """
 
-    step: Step | ProgramStep
+    step: Step
     result: str
     is_good: bool = False
     time: float | None = None
@@ -265,14 +215,9 @@ class ProgressLine:
         self._output.flush()
 
 
-def is_whole(reports: Sequence[StepReport]) -> bool:
-    """Return whether all steps have been driven as they should."""
-    return all(report.is_good for report in reports)
-
-
 def table(reports: Sequence[StepReport]) -> str:
     """Return one line for each step: its number, or for one of a program the line that says it."""
-    lines = [line_of(report.step) for report in reports]
+    lines = [report.step.line_at() for report in reports]
     head = ("line" if any(lines) else "step", "", "result", "time", "length", "mean speed")
     numbers = [line or number for number, line in enumerate(lines, 1)]
     rows = [(*head, "largest deviation"), *map(_row, numbers, reports)]
@@ -286,7 +231,7 @@ def _row(number: int, report: StepReport) -> tuple[str, ...]:
     speed = report.length / report.time if report.length and report.time else None
     return (
         str(number),
-        KINDS[type(report.step)],
+        report.step.word,
         report.result,
         "-" if report.time is None else f"{report.time:.2f} s",
         in_millimetres(report.length, 1),

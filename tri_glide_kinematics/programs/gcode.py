@@ -11,6 +11,7 @@ import hashlib
 import math
 from array import array
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple, NoReturn
@@ -27,13 +28,14 @@ from tri_glide_kinematics.motion.path import (
     SegmentKind,
 )
 from tri_glide_kinematics.motion.path import LARGEST_PLACE as FAR
+from tri_glide_kinematics.programs.arcs import NoArcError, arc, centre_of_radius
 from tri_glide_kinematics.programs.program import (
     Dwell,
     Output,
     PathRun,
     Program,
-    ProgramStep,
     ProgramStop,
+    Step,
     StopKind,
     Told,
 )
@@ -52,14 +54,6 @@ from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 
 INCH = 25.4 * MILLIMETRE
-
-# The ends of an arc may differ so much in their distances from the centre, as numbers are rounded:
-# a length [m], and a part of the radius.
-ARC_MISMATCH = 1e-5
-RELATIVE_MISMATCH = 1e-3
-
-# The ends of a full circle are no farther apart [m].
-SAME_POINT = 1e-9
 
 # Steps whose square is shorter make no segment [m^2].
 SHORTEST_SQUARED = SHORTEST * SHORTEST
@@ -210,7 +204,7 @@ class _Interpreter:
         # Where the platform is sent, and where the last segment ends, which is hardly elsewhere.
         self._here = list(settings.begin)
         self._end = list(settings.begin)
-        self._steps: list[ProgramStep] = []
+        self._steps: list[Step] = []
         self._begin_run()
 
     def program(self) -> Program:
@@ -406,7 +400,7 @@ class _Interpreter:
         self._steps += before
         if count:
             self._steps.append(self._run(tuple(inner)))
-        self._steps += (output._replace(joint=0) for output in after)
+        self._steps += (replace(output, joint=0) for output in after)
         self._begin_run()
 
     def _run(self, outputs: tuple[Output, ...]) -> PathRun:
@@ -745,13 +739,13 @@ class _Interpreter:
         try:
             if radius is not None:
                 if centre_words != [None, None]:
-                    raise _NoArcError("it has both R and a centre: one of them is enough")
-                centre = _centre_of_radius(*ends, radius * self._unit, clockwise)
+                    raise NoArcError("it has both R and a centre: one of them is enough")
+                centre = centre_of_radius(*ends, radius * self._unit, clockwise)
             elif centre_words == [None, None]:
-                raise _NoArcError(f"it needs R, or {OFFSETS[p]} or {OFFSETS[q]} for its centre")
+                raise NoArcError(f"it needs R, or {OFFSETS[p]} or {OFFSETS[q]} for its centre")
             elif self._absolute_centres:
                 if None in centre_words:
-                    raise _NoArcError(f"with G90.1 it needs {OFFSETS[p]} and {OFFSETS[q]}")
+                    raise NoArcError(f"with G90.1 it needs {OFFSETS[p]} and {OFFSETS[q]}")
                 near = [
                     word * self._unit + self._shift[axis]
                     for word, axis in zip(centre_words, (p, q))
@@ -761,8 +755,8 @@ class _Interpreter:
             else:
                 offset_p, offset_q = (self._unit * (word or 0.0) for word in centre_words)
                 centre = start[p] + offset_p, start[q] + offset_q
-            centre, angle = _arc(*ends, centre, clockwise)
-        except _NoArcError as error:
+            centre, angle = arc(*ends, centre, clockwise)
+        except NoArcError as error:
             self._fail(index, str(error))
         if turns is not None:
             less = self._customs.turns_given
@@ -900,81 +894,6 @@ class _Line:
             self._fail(
                 index, f"{letter} has no meaning on this line: take it away if it is not needed"
             )
-
-
-class _NoArcError(Exception):
-    """The numbers of an arc determine none; says why."""
-
-
-Point = tuple[float, float]
-
-
-def _centre_of_radius(start: Point, end: Point, radius: float, clockwise: bool) -> Point:
-    """Return the centre of the arc with a ``radius``, negative if it is more than half a turn [m].
-
-    Raises:
-        _NoArcError: if there is none.
-    """
-    chord = math.dist(start, end)
-    if chord < SAME_POINT:
-        raise _NoArcError("R says nothing of a whole circle: write its centre with I, J and K")
-    half, size = 0.5 * chord, abs(radius)
-    if size < half - _mismatch(half):
-        raise _NoArcError(
-            f"its radius {_millimetres(size)} must be at least half the distance of its ends, "
-            f"{_millimetres(half)}"
-        )
-    # The centre is to the left of the way to the end if the arc turns left by less than half.
-    aside = math.sqrt(max((size - half) * (size + half), 0.0)) / chord
-    if clockwise != (radius < 0.0):
-        aside = -aside
-    x, y = end[0] - start[0], end[1] - start[1]
-    return 0.5 * (start[0] + end[0]) - aside * y, 0.5 * (start[1] + end[1]) + aside * x
-
-
-def _arc(start: Point, end: Point, centre: Point, clockwise: bool) -> tuple[Point, float]:
-    """Return the centre of an arc, as far from its end as from its start, and its angle [rad].
-
-    Numbers in a program are rounded, so that a centre is not quite as far from both. It is moved
-    to where it is; if that is far, as on a nearly whole circle, the end gives way instead.
-
-    Raises:
-        _NoArcError: if the start is at the centre, or both differ by more than by rounding.
-    """
-    x, y = start[0] - centre[0], start[1] - centre[1]
-    to_x, to_y = end[0] - centre[0], end[1] - centre[1]
-    radius, other = math.hypot(x, y), math.hypot(to_x, to_y)
-    allowed = _mismatch(radius)
-    if radius < SHORTEST:
-        raise _NoArcError("it begins at its centre")
-    if not abs(radius - other) <= allowed:
-        raise _NoArcError(
-            f"its start is {_millimetres(radius)} from its centre and its end "
-            f"{_millimetres(other)}: they must be the same within {_millimetres(allowed)}"
-        )
-    whole = -2.0 * math.pi if clockwise else 2.0 * math.pi
-    chord = math.dist(start, end)
-    if chord < SAME_POINT:
-        return centre, whole
-    move = (other - radius) * (other + radius) / (2.0 * chord)
-    if abs(move) <= allowed:
-        part = move / chord
-        centre = centre[0] + part * (end[0] - start[0]), centre[1] + part * (end[1] - start[1])
-        x, y = start[0] - centre[0], start[1] - centre[1]
-        to_x, to_y = end[0] - centre[0], end[1] - centre[1]
-    angle = math.atan2(x * to_y - y * to_x, x * to_x + y * to_y)
-    if (angle < 0.0) != clockwise or angle == 0.0:
-        angle += whole
-    return centre, angle
-
-
-def _mismatch(radius: float) -> float:
-    """Return by how much the ends of an arc may differ in their distances from its centre [m]."""
-    return ARC_MISMATCH + RELATIVE_MISMATCH * radius
-
-
-def _millimetres(length: float) -> str:
-    return f"{number_text(length / MILLIMETRE, 6)} mm"
 
 
 def _vector(values: Sequence[float]) -> Vector3:

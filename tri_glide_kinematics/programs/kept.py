@@ -5,6 +5,8 @@ There is one such file for each machine, about the program that was driven last.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -14,6 +16,9 @@ import yaml
 from tri_glide_kinematics.files import state_folder, write_file
 from tri_glide_kinematics.keys import FileError, Keys, load_yaml
 from tri_glide_kinematics.programs.program import Program
+
+# How often it is kept, a little oftener than once a second [s].
+KEEP_PERIOD = 0.8
 
 
 class KeptError(FileError):
@@ -70,6 +75,34 @@ class KeptLine:
         file.parent.mkdir(parents=True, exist_ok=True)
         content = {**vars(self), "state": self.state.value}
         write_file(file, yaml.safe_dump(content, sort_keys=False))
+
+
+class LineKeeper:
+    """Keeps how far a program came, now and then."""
+
+    def __init__(self, file: Path, program: Program, say: Callable[[str], object]) -> None:
+        """Keep it in a ``file``; ``say`` gets the reason why that is not possible."""
+        self._file: Path | None = file
+        self._program = program
+        self._say = say
+        self._last: KeptLine | None = None
+        self._kept_at = -math.inf
+
+    def keep(self, line: int, state: RunState, is_whole: bool, now: float) -> None:
+        """Keep it if it is new, or at its time [s]; see ``KeptLine``."""
+        is_new = self._last is None or self._last.state is not state
+        if self._file is None or not (is_new or now >= self._kept_at + KEEP_PERIOD):
+            return
+        self._kept_at = now
+        told = KeptLine.of(self._program, line, state, is_whole)
+        if told == self._last:
+            return
+        self._last = told
+        try:
+            told.write(self._file)
+        except OSError as error:
+            self._say(f"how far the program comes is not kept: {error}")
+            self._file = None
 
 
 def default_kept_file(namespace: str = "") -> Path:

@@ -1,16 +1,19 @@
-"""What a program means: paths, dwells, outputs and stops, one after the other."""
+"""The steps of programs and of drive files, and what a program means.
+
+All that differs between the kinds of steps is said by their classes: nobody else asks for the kind.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.motion.path import PLACE_OF_ANGLE, FlatPath, SegmentKind
+from tri_glide_kinematics.motion.path import PLACE_OF_ANGLE, FlatPath, PlatformPath, SegmentKind
 from tri_glide_kinematics.programs.words import ProgramError
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -29,7 +32,138 @@ class StopKind(Enum):
     END = "end"
 
 
-class Output(NamedTuple):
+Answer = TypeVar("Answer")
+Answered = TypeVar("Answered", covariant=True)
+
+
+class StepReader(Protocol[Answered]):
+    """Does something for each kind of step; ``Step.read_by`` calls the method of its kind."""
+
+    def move(self, step: MoveStep) -> Answered:
+        """Go to a position."""
+
+    def follow(self, step: PathStep | PathRun) -> Answered:
+        """Go along a path."""
+
+    def dwell(self, step: Dwell) -> Answered:
+        """Rest for a time."""
+
+    def put_out(self, step: Output) -> Answered:
+        """Change an output."""
+
+    def stop_for(self, step: ProgramStop) -> Answered:
+        """Wait for somebody, or end."""
+
+
+class Step:
+    """One thing that a machine is to do.
+
+    Attributes:
+        word: its kind, for people.
+        moves: whether the platform moves.
+        waits: whether it waits for somebody.
+        takes_time: whether it takes any.
+    """
+
+    word: ClassVar[str]
+    moves: ClassVar[bool] = False
+    waits: ClassVar[bool] = False
+    takes_time: ClassVar[bool] = True
+
+    @property
+    def needed_place(self) -> Vector3 | None:
+        """Where the platform has to be before it [m]; None for anywhere."""
+        return None
+
+    @property
+    def rest(self) -> float:
+        """For how long the platform rests [s]."""
+        return 0.0
+
+    @property
+    def length(self) -> float | None:
+        """Length of its path [m]; None if it has none, or if that is not known yet."""
+        return None
+
+    @property
+    def changes(self) -> tuple[Output, ...]:
+        """Outputs that it changes, in their order."""
+        return ()
+
+    @property
+    def runs(self) -> tuple[PathRun, ...]:
+        """Itself if it is a path of a program, or nothing."""
+        return ()
+
+    def line_at(self, segment: int = 0) -> int:
+        """Return the line of a program that says it, or a segment of it; 0 if no program does."""
+        return 0
+
+    def from_line(self, line: int) -> tuple[Step, ...]:
+        """Return what the ``line`` and all lines behind it say of it."""
+        return (self,) if self.line_at() >= line else ()
+
+    def after_first_line(self) -> tuple[Step, ...]:
+        """Return what its first line says of it, and then what the other lines do."""
+        return (self,)
+
+    def behind_place(self, segment: int, place: Vector3) -> tuple[Step, ...] | None:
+        """Return the rest from a ``place`` [m] on a ``segment`` on; None if it cannot be cut."""
+        return None
+
+    def read_by(self, reader: StepReader[Answer]) -> Answer:
+        """Call the method of ``reader`` for steps of this kind."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class MoveStep(Step):
+    """Go to a position and rest there.
+
+    Attributes:
+        position: Shape (3,) [m].
+        speed: largest one of the platform, on a straight line; 0 for what the sliders can do, as
+            the machine is set [m/s].
+    """
+
+    word = "move"
+    moves = True
+
+    position: Vector3
+    speed: float = 0.0
+
+    def read_by(self, reader: StepReader[Answer]) -> Answer:
+        """Call ``move``."""
+        return reader.move(self)
+
+
+@dataclass(frozen=True, eq=False)
+class PathStep(Step):
+    """Go along lines and arcs without a stop, from where the platform is.
+
+    Attributes:
+        segments: as numbers.
+        path: the same, from the end of the step before; None if that is not known.
+    """
+
+    word = "path"
+    moves = True
+
+    segments: FlatPath
+    path: PlatformPath | None
+
+    @property
+    def length(self) -> float | None:
+        """Length of its path [m]; None if its start is not known."""
+        return None if self.path is None else self.path.length
+
+    def read_by(self, reader: StepReader[Answer]) -> Answer:
+        """Call ``follow``."""
+        return reader.follow(self)
+
+
+@dataclass(frozen=True)
+class Output(Step):
     """An output that changes.
 
     Attributes:
@@ -41,15 +175,31 @@ class Output(NamedTuple):
         joint: index of the segment at whose begin it changes; 0 for one that is no part of a path.
     """
 
+    word = "output"
+    takes_time = False
+
     name: str
     number: int
     value: float
     line: int
     joint: int
 
+    @property
+    def changes(self) -> tuple[Output, ...]:
+        """Itself."""
+        return (self,)
+
+    def line_at(self, segment: int = 0) -> int:
+        """Return its line."""
+        return self.line
+
+    def read_by(self, reader: StepReader[Answer]) -> Answer:
+        """Call ``put_out``."""
+        return reader.put_out(self)
+
 
 @dataclass(frozen=True, eq=False)
-class PathRun:
+class PathRun(Step):
     """A path that is driven without a stop, unless its tolerances ask for one.
 
     Attributes:
@@ -60,25 +210,67 @@ class PathRun:
         outputs: that change at inner joints, in their order.
     """
 
+    word = "path"
+    moves = True
+
     start: Vector3
     segments: FlatPath
     lines: NDArray[np.int32]
     rapid: NDArray[np.bool_]
     outputs: tuple[Output, ...]
 
+    @property
+    def needed_place(self) -> Vector3:
+        """Its start [m]."""
+        return self.start
+
+    @property
+    def changes(self) -> tuple[Output, ...]:
+        """Its outputs."""
+        return self.outputs
+
+    @property
+    def runs(self) -> tuple[PathRun, ...]:
+        """Itself."""
+        return (self,)
+
+    def line_at(self, segment: int = 0) -> int:
+        """Return the line of a segment."""
+        return int(self.lines[segment])
+
+    def from_line(self, line: int) -> tuple[Step, ...]:
+        """Return the path from the first segment on that the ``line``, or one behind it, says."""
+        segment = int(np.searchsorted(self.lines, line))
+        if segment == len(self.lines):
+            return ()
+        behind = self.behind(segment) if segment else (self,)
+        return tuple(each for each in behind if each.line_at() >= line)
+
+    def after_first_line(self) -> tuple[Step, ...]:
+        """Return what its first line says of it, and then what the other lines do."""
+        others = (self.lines != self.lines[0]).nonzero()[0]
+        if not len(others):
+            return (self,)
+        segment = int(others[0])
+        return (self.before(segment), *self.behind(segment))
+
+    def read_by(self, reader: StepReader[Answer]) -> Answer:
+        """Call ``follow``."""
+        return reader.follow(self)
+
     def before(self, segment: int) -> PathRun:
         """Return what leads to the start of a ``segment``, at least one."""
         outputs = tuple(each for each in self.outputs if each.joint < segment)
         return self._part(0, segment, self.start, outputs)
 
-    def behind(self, segment: int) -> tuple[ProgramStep, ...]:
+    def behind(self, segment: int) -> tuple[Step, ...]:
         """Return what is done from the start of a ``segment`` on, one at least.
 
         An output that changes right there changes before the platform moves.
         """
         start = self.segments.start_of(segment, self.start)
         moved = [
-            each._replace(joint=each.joint - segment)
+            replace(each, joint=each.joint - segment)
             for each in self.outputs
             if each.joint >= segment
         ]
@@ -86,7 +278,7 @@ class PathRun:
         inner = tuple(each for each in moved if each.joint)
         return (*first, self._part(segment, len(self.lines), start, inner))
 
-    def behind_place(self, segment: int, place: Vector3) -> tuple[ProgramStep, ...]:
+    def behind_place(self, segment: int, place: Vector3) -> tuple[Step, ...]:
         """Return what is done from a ``place`` [m] on a ``segment`` on; nothing at the very end.
 
         It begins at the place of the segment as programmed that is nearest. The outputs at the
@@ -145,19 +337,36 @@ def _vector(values: FloatArray) -> Vector3:
     return x, y, z
 
 
-class Dwell(NamedTuple):
+@dataclass(frozen=True)
+class Dwell(Step):
     """Rest for a time [s].
 
     Attributes:
         duration: [s].
-        line: that says so.
+        line: that says so; 0 in a drive file.
     """
 
+    word = "wait"
+
     duration: float
-    line: int
+    line: int = 0
+
+    @property
+    def rest(self) -> float:
+        """Its duration [s]."""
+        return self.duration
+
+    def line_at(self, segment: int = 0) -> int:
+        """Return its line."""
+        return self.line
+
+    def read_by(self, reader: StepReader[Answer]) -> Answer:
+        """Call ``dwell``."""
+        return reader.dwell(self)
 
 
-class ProgramStop(NamedTuple):
+@dataclass(frozen=True)
+class ProgramStop(Step):
     """Rest until somebody lets it go on, or for good.
 
     Attributes:
@@ -166,9 +375,20 @@ class ProgramStop(NamedTuple):
         tool: number of the tool that is wanted; of M6 alone.
     """
 
+    word = "stop"
+    waits = True
+
     kind: StopKind
     line: int
     tool: int = 0
+
+    def line_at(self, segment: int = 0) -> int:
+        """Return its line."""
+        return self.line
+
+    def read_by(self, reader: StepReader[Answer]) -> Answer:
+        """Call ``stop_for``."""
+        return reader.stop_for(self)
 
 
 class Told(NamedTuple):
@@ -185,9 +405,6 @@ class Told(NamedTuple):
     reason: str
 
 
-ProgramStep = PathRun | Dwell | Output | ProgramStop
-
-
 @dataclass(frozen=True, eq=False)
 class Program:
     """A program that is understood.
@@ -202,7 +419,7 @@ class Program:
     """
 
     file: str
-    steps: tuple[ProgramStep, ...]
+    steps: tuple[Step, ...]
     told: tuple[Told, ...]
     lines: int
     size: int
@@ -220,40 +437,26 @@ def from_line(program: Program, line: int) -> Program:
     Raises:
         ProgramError: if there is nothing that the rest could do.
     """
-    steps: list[ProgramStep] = []
+    steps: list[Step] = []
     changed: dict[tuple[str, int], Output] = {}
     tool: ProgramStop | None = None
     for step in program.steps:
-        outputs = step.outputs if isinstance(step, PathRun) else (step,)
-        for output in outputs:
-            if isinstance(output, Output) and output.line < line:
+        for output in step.changes:
+            if output.line < line:
                 # The one that was changed last comes last.
-                changed.pop(output[:2], None)
-                changed[output[:2]] = output._replace(joint=0)
-        if isinstance(step, PathRun):
-            segment = int(np.searchsorted(step.lines, line))
-            if segment < len(step.lines):
-                behind = step.behind(segment) if segment else (step,)
-                steps += (each for each in behind if line_of(each) >= line)
-        elif step.line >= line:
-            steps.append(step)
-        elif isinstance(step, ProgramStop) and step.kind is StopKind.TOOL:
+                changed.pop((output.name, output.number), None)
+                changed[output.name, output.number] = output
+        if isinstance(step, ProgramStop) and step.kind is StopKind.TOOL and step.line < line:
             tool = step
+        steps += step.from_line(line)
     if not steps:
-        last = max(map(line_of, program.steps))
+        last = max(step.line_at() for step in program.steps)
         reason = f"nothing is done from here on: line {last} is the last one that does something"
         raise ProgramError(program.file, line, 0, "", reason)
     told = program.told
     if tool is not None:
         reason = f"tool {tool.tool} has to be in the machine already"
         told = (*told, Told("M6", tool.line, reason))
-    first = line_of(steps[0])
-    again = (each._replace(line=first) for each in changed.values())
+    first = steps[0].line_at()
+    again = (replace(each, line=first, joint=0) for each in changed.values())
     return replace(program, steps=(*again, *steps), told=told)
-
-
-def line_of(step: object, segment: int = 0) -> int:
-    """Return the line of a program that says a step, or a segment of it; 0 if no program does."""
-    if isinstance(step, PathRun):
-        return int(step.lines[segment])
-    return step.line if isinstance(step, (Dwell, Output, ProgramStop)) else 0

@@ -8,13 +8,22 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import MotionKind, plan_move
-from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, SegmentKind
+from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.motion.path_timing import time_path
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import CubicPlan, SequencePlan, Trajectory
 from tri_glide_kinematics.programs.check import at_its_line
-from tri_glide_kinematics.programs.drive_files import DriveFile, MoveStep, PathStep, Step, WaitStep
-from tri_glide_kinematics.programs.program import Dwell, PathRun, Program, ProgramStep
+from tri_glide_kinematics.programs.drive_files import DriveFile
+from tri_glide_kinematics.programs.program import (
+    Dwell,
+    MoveStep,
+    Output,
+    PathRun,
+    PathStep,
+    Program,
+    ProgramStop,
+    Step,
+)
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
@@ -34,7 +43,7 @@ class TimedSteps:
     """
 
     trajectory: Trajectory
-    steps: tuple[Step | ProgramStep, ...]
+    steps: tuple[Step, ...]
     begins: tuple[float, ...]
 
 
@@ -68,11 +77,11 @@ def time_steps(
     begins = [0.0]
     for step in work.steps:
         try:
-            timing.add(step)
+            step.read_by(timing)
         except NoMotionError:
             raise
         except KinematicsError as error:
-            if isinstance(work, Program) and isinstance(step, PathRun):
+            if isinstance(work, Program):
                 raise at_its_line(work, step, error) from error
             raise
         begins.append(timing.duration)
@@ -101,46 +110,46 @@ class _Timing:
         self.plans: list[Trajectory] = []
         self.duration = 0.0
 
-    def add(self, step: Step | ProgramStep) -> None:
-        """Put the motion of a step behind the others, if it has one."""
-        if isinstance(step, (Dwell, WaitStep)):
-            self._rest(step.duration)
-        elif isinstance(step, PathRun):
-            self._follow(step.segments, step.start)
-        elif isinstance(step, PathStep):
-            if self._here is None:
-                raise NoMotionError(
-                    "it begins with a path from where the platform is, which is not known here: "
-                    "put a move before it"
-                )
-            self._follow(step.segments, self._here)
-        elif isinstance(step, MoveStep):
-            self._move(step)
-
-    def _rest(self, duration: float) -> None:
+    def dwell(self, step: Dwell) -> None:
+        """Put a rest behind the others."""
         if self.plans:
             last = self.plans[-1]
-            self._add(_rest(last.at(last.duration), duration))
+            self._add(_rest(last.at(last.duration), step.duration))
         else:
             # Where it rests is known when it moves.
-            self._rest_before += duration
-            self.duration += duration
+            self._rest_before += step.duration
+            self.duration += step.duration
 
-    def _follow(self, segments: FlatPath, start: Vector3) -> None:
-        self._along(at_once(segments.path_from(start)))
+    def put_out(self, step: Output) -> None:
+        """Outputs take no time."""
 
-    def _along(self, path: PlatformPath) -> None:
+    def stop_for(self, step: ProgramStop) -> None:
+        """Nobody is waited for."""
+
+    def follow(self, step: PathStep | PathRun) -> None:
+        """Put the motion along a path behind the others."""
+        start = step.needed_place or self._here
+        if start is None:
+            raise NoMotionError(
+                "it begins with a path from where the platform is, which is not known here: "
+                "put a move before it"
+            )
+        self._along(step.segments, start)
+
+    def _along(self, segments: FlatPath, start: Vector3) -> None:
+        path = at_once(segments.path_from(start))
         self._add(time_path(path, self._workspace, self._limits, self._shaper))
         self._here = path.end
 
-    def _move(self, step: MoveStep) -> None:
+    def move(self, step: MoveStep) -> None:
+        """Put a move behind the others."""
         here, self._here = self._here, step.position
         if here is None or here == step.position:
             self._workspace.check_position(step.position)
             return
         if step.speed > 0.0:
             line = FlatPath.of((SegmentKind.LINE,), step.position, (0.0,), (step.speed,), 0.0)
-            self._follow(line, here)
+            self._along(line, here)
             return
         kind, shaper = self._kind, self._shaper
         self._add(

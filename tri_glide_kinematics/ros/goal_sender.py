@@ -13,9 +13,11 @@ from rclpy.node import Node
 
 from tri_glide_interfaces.action import FollowPath, MoveTo
 from tri_glide_interfaces.msg import Output as OutputMessage
+from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
-from tri_glide_kinematics.programs import Output
+from tri_glide_kinematics.programs import GoalEnd, GoalProgress, Output
 from tri_glide_kinematics.ros.cdr import read_kinds_within_bytes
+from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.vectors import Vector3
 
 
@@ -41,6 +43,28 @@ class SentGoal:
     def has_succeeded(self) -> bool:
         """Whether it has ended as it should."""
         return bool(self.status == GoalStatus.STATUS_SUCCEEDED)
+
+    @property
+    def progress(self) -> GoalProgress | None:
+        """The newest feedback as numbers; None before the first."""
+        told = self.feedback
+        if told is None:
+            return None
+        progress = GoalProgress(vector_of(told.position), told.way_remaining, told.time_remaining)
+        if isinstance(told, FollowPath.Feedback):
+            progress = progress._replace(way=told.way, segment=told.segment)
+        return progress
+
+    @property
+    def end(self) -> GoalEnd | None:
+        """The result as numbers; None until it is there."""
+        result = self.result
+        if result is None:
+            return None
+        end = GoalEnd(GoalCode(result.code), result.text, vector_of(result.position))
+        if isinstance(result, FollowPath.Result):
+            end = end._replace(deviation=result.largest_deviation)
+        return end
 
     def cancel(self) -> None:
         """Ask for a stop; the result tells when the platform rests."""

@@ -57,6 +57,11 @@ def decoded(data: bytes, kind: Any) -> Any:
         ) from error
 
 
+def vector_of(point: Point | GeometryVector) -> Vector3:
+    """Return the three numbers of a ``point``, as they are."""
+    return point.x, point.y, point.z
+
+
 def target_position(message: PoseStamped, base_frame: str) -> Vector3:
     """Return the position that a pose asks for.
 

@@ -31,267 +31,119 @@ PART = ("", 0.0, 1.0)
 # No force is larger: the limit of a direction in which none is asked for [N].
 MOST_FORCE = 1e6
 
-JOINT_NAMES = Parameter(
-    "joint_names",
-    ("slider_1", "slider_2", "slider_3"),
-    "names of the sliders in JointState messages",
-)
+# The rows are laid out by hand: name and default, meaning, unit and bounds.
+# fmt: off
+JOINT_NAMES = Parameter("joint_names", ("slider_1", "slider_2", "slider_3"),
+    "names of the sliders in JointState messages")
 BASE_FRAME = Parameter("base_frame", "tri_glide_base", "frame of poses and twists")
 # Where the drives count from has nothing to do with where they may go: so the travel stays what it
 # is when the offsets get known.
 TRAVEL = (
-    Parameter(
-        "lower_heights",
-        (0.3, 0.3, 0.3),
-        "lower end of each slider's travel, as the drives report it",
-        *PLACE,
-    ),
-    Parameter(
-        "upper_heights",
-        (0.9, 0.9, 0.9),
-        "upper end of each slider's travel, as the drives report it",
-        *PLACE,
-    ),
+    Parameter("lower_heights", (0.3, 0.3, 0.3),
+        "lower end of each slider's travel, as the drives report it", *PLACE),
+    Parameter("upper_heights", (0.9, 0.9, 0.9),
+        "upper end of each slider's travel, as the drives report it", *PLACE),
 )
 GEOMETRY = (
-    Parameter(
-        "geometry",
-        "symmetric",
+    Parameter("geometry", "symmetric",
         "`symmetric`: the next four parameters hold; `calibrated`: the two after them",
-        choices=("symmetric", "calibrated"),
-        told=True,
-    ),
+        choices=("symmetric", "calibrated"), told=True),
     Parameter("base_radius", 0.25, "radius of the circle through the tower joints", "m", 0.0, 10.0),
-    Parameter(
-        "platform_radius", 0.05, "radius of the circle through the platform joints", "m", 0.0, 10.0
-    ),
+    Parameter("platform_radius", 0.05,
+        "radius of the circle through the platform joints", "m", 0.0, 10.0),
     Parameter("arm_length", 0.4, "length of each arm", "m", 0.001, 10.0),
-    Parameter(
-        "orientation", 0.0, "angle of the first tower, from the y axis", "rad", -6.2832, 6.2832
-    ),
-    Parameter(
-        "anchors",
+    Parameter("orientation", 0.0,
+        "angle of the first tower, from the y axis", "rad", -6.2832, 6.2832),
+    Parameter("anchors",
         tuple(round(number, 9) + 0.0 for anchor in DEFAULT_GEOMETRY.anchors for number in anchor),
-        "x1, y1, x2, y2, x3, y3: tower joint minus platform joint of each arm",
-        *PLACE,
-    ),
+        "x1, y1, x2, y2, x3, y3: tower joint minus platform joint of each arm", *PLACE),
     Parameter("arm_lengths", DEFAULT_GEOMETRY.arm_lengths, "length of each arm", "m", 0.001, 10.0),
-    Parameter(
-        "height_offsets",
-        ZEROS,
+    Parameter("height_offsets", ZEROS,
         "true height of each slider minus the height that its drive reports and is commanded",
-        "m",
-        -1.0,
-        1.0,
-    ),
+        "m", -1.0, 1.0),
 )
 
 LIMITS = (
-    live(
-        "velocity_limits",
-        (1.0, 1.0, 1.0),
-        "largest velocity of each slider",
-        "m/s",
-        0.001,
-        100.0,
-        told=True,
-    ),
-    live(
-        "acceleration_limits",
-        (10.0, 10.0, 10.0),
-        "largest acceleration of each slider",
-        "m/s^2",
-        0.01,
-        1000.0,
-        told=True,
-    ),
-    live(
-        "jerk_limits",
-        (200.0, 200.0, 200.0),
-        "largest jerk of each slider",
-        "m/s^3",
-        0.1,
-        1e5,
-        told=True,
-    ),
-    live(
-        "speed_scale",
-        1.0,
-        "factor by which the velocity limits are reduced",
-        "",
-        0.001,
-        1.0,
-        told=True,
-    ),
-    live(
-        "path_speed_scale",
-        1.0,
+    live("velocity_limits", (1.0, 1.0, 1.0),
+        "largest velocity of each slider", "m/s", 0.001, 100.0, told=True),
+    live("acceleration_limits", (10.0, 10.0, 10.0),
+        "largest acceleration of each slider", "m/s^2", 0.01, 1000.0, told=True),
+    live("jerk_limits", (200.0, 200.0, 200.0),
+        "largest jerk of each slider", "m/s^3", 0.1, 1e5, told=True),
+    live("speed_scale", 1.0,
+        "factor by which the velocity limits are reduced", "", 0.001, 1.0, told=True),
+    live("path_speed_scale", 1.0,
         "factor of the platform speeds that paths ask for (speed override); limits do not change",
-        "",
-        0.01,
-        2.0,
-        told=True,
-    ),
+        "", 0.01, 2.0, told=True),
 )
-PLATFORM_SPEED = live(
-    "platform_speed_limit",
-    0.0,
-    "largest speed of the platform in all motion; 0 for none",
-    "m/s",
-    0.0,
-    100.0,
-)
+PLATFORM_SPEED = live("platform_speed_limit", 0.0,
+    "largest speed of the platform in all motion; 0 for none", "m/s", 0.0, 100.0)
 # All are as they are by default, or carriages and platform have a mass.
 MASSES = (
-    live(
-        "carriage_masses",
-        ZEROS,
+    live("carriage_masses", ZEROS,
         "mass of each carriage, with the rotating parts of its drive: their inertia over the "
-        "square of the way for a radian; 0 where no masses are known",
-        *MASS,
-    ),
+        "square of the way for a radian; 0 where no masses are known", *MASS),
     live("arm_masses", ZEROS, "mass of each arm, both of its rods", *MASS),
-    live(
-        "arm_centres",
-        (MIDDLE, MIDDLE, MIDDLE),
+    live("arm_centres", (MIDDLE, MIDDLE, MIDDLE),
         "distance of each arm's centre of mass from the joint at the carriage, as a part of its "
-        "length; another one than 0.5 needs `arm_inertias`",
-        *PART,
-    ),
-    live(
-        "arm_inertias",
-        ZEROS,
+        "length; another one than 0.5 needs `arm_inertias`", *PART),
+    live("arm_inertias", ZEROS,
         "inertia of each arm, both of its rods, about an axis across it through its centre of "
-        "mass; 0 for uniform rods",
-        "kg m^2",
-        0.0,
-        1e4,
-    ),
-    live(
-        "platform_mass",
-        0.0,
-        "mass of the platform with its tool; 0 where no masses are known",
-        *MASS,
-    ),
+        "mass; 0 for uniform rods", "kg m^2", 0.0, 1e4),
+    live("platform_mass", 0.0,
+        "mass of the platform with its tool; 0 where no masses are known", *MASS),
     live("payload", 0.0, "mass of what the platform carries, on its axis", *MASS),
-    live(
-        "counterweight_masses",
-        ZEROS,
-        "mass that hangs on a rope over a pulley at each carriage",
-        *MASS,
-    ),
-    live(
-        "coulomb_friction", ZEROS, "dry friction of each slider, whatever its speed", "N", 0.0, 1e5
-    ),
+    live("counterweight_masses", ZEROS,
+        "mass that hangs on a rope over a pulley at each carriage", *MASS),
+    live("coulomb_friction", ZEROS,
+        "dry friction of each slider, whatever its speed", "N", 0.0, 1e5),
     live("viscous_friction", ZEROS, "friction of each slider for its speed", "N s/m", 0.0, 1e5),
-    live(
-        "gravity",
-        STANDARD_GRAVITY,
-        "acceleration of free fall in the base frame",
-        "m/s^2",
-        -100.0,
-        100.0,
-    ),
+    live("gravity", STANDARD_GRAVITY,
+        "acceleration of free fall in the base frame", "m/s^2", -100.0, 100.0),
 )
 FORCE_LIMITS = (
-    live(
-        "force_limit_up",
-        ZEROS,
+    live("force_limit_up", ZEROS,
         "largest force of each slider upwards in all motion; 0 for none; needs masses",
-        "N",
-        0.0,
-        MOST_FORCE,
-    ),
-    live(
-        "force_limit_down",
-        ZEROS,
+        "N", 0.0, MOST_FORCE),
+    live("force_limit_down", ZEROS,
         "largest force of each slider downwards in all motion; 0 for none; needs masses",
-        "N",
-        0.0,
-        MOST_FORCE,
-    ),
+        "N", 0.0, MOST_FORCE),
 )
 DRIVES = (
-    live(
-        "drive_stiffness",
-        ZEROS,
+    live("drive_stiffness", ZEROS,
         "force of each drive for each metre between setpoint and slider; 0 for drives that do not "
-        "exert forces; needs masses",
-        "N/m",
-        0.0,
-        1e9,
-    ),
-    live(
-        "drive_damping",
-        ZEROS,
+        "exert forces; needs masses", "N/m", 0.0, 1e9),
+    live("drive_damping", ZEROS,
         "force of each drive for each metre per second between the velocities; greater than 0 "
-        "where there is a stiffness",
-        "N s/m",
-        0.0,
-        1e9,
-    ),
+        "where there is a stiffness", "N s/m", 0.0, 1e9),
 )
-FORCE_WINDOW = Parameter(
-    "force_window",
-    10.0,
+FORCE_WINDOW = Parameter("force_window", 10.0,
     "time over which the continuous force of each slider is told in `/diagnostics`",
-    "s",
-    0.1,
-    3600.0,
-)
+    "s", 0.1, 3600.0)
 NO_SHAPER = "none"
 SHAPING = (
-    live(
-        "shaper",
-        NO_SHAPER,
+    live("shaper", NO_SHAPER,
         "shaper that leaves no vibration of the modes behind; a new one is in force from the next "
-        "rest on",
-        choices=(NO_SHAPER, *(kind.value for kind in ShaperKind)),
-    ),
-    live(
-        "mode_frequencies",
-        (15.0,),
+        "rest on", choices=(NO_SHAPER, *(kind.value for kind in ShaperKind))),
+    live("mode_frequencies", (15.0,),
         "of one mode of vibration or two, without damping; for each of `mode_places`, one by one",
-        "Hz",
-        LOWEST_FREQUENCY,
-        HIGHEST_FREQUENCY,
-        any_size=True,
-    ),
-    live(
-        "mode_dampings",
-        (0.05,),
+        "Hz", LOWEST_FREQUENCY, HIGHEST_FREQUENCY, any_size=True),
+    live("mode_dampings", (0.05,),
         "of the modes, as part of their critical damping: one for all, or one for each frequency",
-        "",
-        0.0,
-        MOST_DAMPING,
-        any_size=True,
-    ),
-    live(
-        "mode_places",
-        ZEROS,
+        "", 0.0, MOST_DAMPING, any_size=True),
+    live("mode_places", ZEROS,
         "x, y, z of each place of the platform at which the modes are known; one stands for all",
-        *PLACE,
-        any_size=True,
-    ),
+        *PLACE, any_size=True),
 )
 WORKSPACE = (
-    Parameter(
-        "reach_margin",
-        0.005,
+    Parameter("reach_margin", 0.005,
         "least difference between the length of an arm and that of its horizontal part",
-        "m",
-        0.0,
-        1.0,
-    ),
-    Parameter(
-        "max_condition_number", 6.0, "largest condition number of the Jacobian", "", 1.001, 1e6
-    ),
-    Parameter(
-        "space",
-        "unlimited",
+        "m", 0.0, 1.0),
+    Parameter("max_condition_number", 6.0,
+        "largest condition number of the Jacobian", "", 1.001, 1e6),
+    Parameter("space", "unlimited",
         "shape that the platform centre must not leave; the parameters below give it",
-        choices=("unlimited", "box", "cylinder"),
-    ),
+        choices=("unlimited", "box", "cylinder")),
     Parameter("box_lower", (-0.1, -0.1, 0.0), "lower corner of the box", *PLACE),
     Parameter("box_upper", (0.1, 0.1, 0.5), "upper corner of the box", *PLACE),
     Parameter("cylinder_center", (0.0, 0.0), "x and y of the cylinder's axis", *PLACE),
@@ -299,70 +151,32 @@ WORKSPACE = (
     Parameter("cylinder_z", (0.0, 0.5), "lower and upper end of the cylinder", *PLACE),
 )
 SUPERVISION = (
-    live(
-        "measured_timeout",
-        0.2,
-        "fault if no measured heights arrive for longer than this",
-        "s",
-        0.005,
-        10.0,
-    ),
-    live(
-        "jump_limit",
-        0.02,
+    live("measured_timeout", 0.2,
+        "fault if no measured heights arrive for longer than this", "s", 0.005, 10.0),
+    live("jump_limit", 0.02,
         "fault if a measured height changes by more than `velocity_limits` allow, plus this",
-        "m",
-        1e-4,
-        10.0,
-    ),
-    live(
-        "tracking_error_limit",
-        0.05,
-        "fault if a measured height is farther than this from the commanded one",
-        "m",
-        1e-4,
-        10.0,
-    ),
+        "m", 1e-4, 10.0),
+    live("tracking_error_limit", 0.05,
+        "fault if a measured height is farther than this from the commanded one", "m", 1e-4, 10.0),
 )
 
 IN_POSITION = (
-    live(
-        "position_tolerance",
-        0.0005,
+    live("position_tolerance", 0.0005,
         "a target is reached if the platform is measured within this distance of it",
-        "m",
-        1e-6,
-        1.0,
-    ),
+        "m", 1e-6, 1.0),
     live("settling_time", 0.02, "time for which it has to stay there", "s", 0.0, 10.0),
-    live(
-        "settling_timeout",
-        1.0,
+    live("settling_timeout", 1.0,
         "longest time from the last setpoint of a motion until the target is reached",
-        "s",
-        0.01,
-        60.0,
-    ),
-    live(
-        "position_error_limit",
-        0.005,
+        "s", 0.01, 60.0),
+    live("position_error_limit", 0.005,
         "fault if the platform is farther than this from the target after that time",
-        "m",
-        1e-6,
-        1.0,
-    ),
+        "m", 1e-6, 1.0),
 )
 
 SYSTEM = (
-    Parameter(
-        "realtime_priority",
-        0,
+    Parameter("realtime_priority", 0,
         "priority among processes that come before all ordinary ones (SCHED_FIFO); 0 for an "
-        "ordinary one",
-        "",
-        0,
-        99,
-    ),
+        "ordinary one", "", 0, 99),
     Parameter("lock_memory", False, "whether the memory of the node is never swapped out"),
     Parameter("cpu_core", -1, "core on which the node stays; -1 for any", "", -1, 4095),
 )
@@ -371,11 +185,8 @@ IK_NODE = (
     *GEOMETRY,
     JOINT_NAMES,
     BASE_FRAME,
-    Parameter(
-        "platform_frame",
-        "tri_glide_platform",
-        "frame of the platform, with the axes of the base frame; velocities may be given in it",
-    ),
+    Parameter("platform_frame", "tri_glide_platform",
+        "frame of the platform, with the axes of the base frame; velocities may be given in it"),
     Parameter("rate", 500.0, "setpoints per second", "1/s", 10.0, 2000.0, told=True),
     *TRAVEL,
     *LIMITS,
@@ -384,67 +195,29 @@ IK_NODE = (
     *FORCE_LIMITS,
     FORCE_WINDOW,
     *SHAPING,
-    Parameter(
-        "motion",
-        "linear",
+    Parameter("motion", "linear",
         "`linear`: the platform moves in a straight line; `slider`: on a curve, in less time",
-        choices=("linear", "slider"),
-        told=True,
-    ),
-    live(
-        "twist_timeout",
-        0.1,
-        "a jog stops if no twist arrives for longer than this",
-        "s",
-        0.01,
-        10.0,
-    ),
-    live(
-        "target_timeout",
-        0.5,
+        choices=("linear", "slider"), told=True),
+    live("twist_timeout", 0.1,
+        "a jog stops if no twist arrives for longer than this", "s", 0.01, 10.0),
+    live("target_timeout", 0.5,
         "the machine stops if no state of a moving target arrives for longer than this",
-        "s",
-        0.01,
-        10.0,
-    ),
-    live(
-        "tracking_latency",
-        0.0,
-        "time for which a moving target is extrapolated, as the drives are late",
-        "s",
-        -0.5,
-        0.5,
-    ),
-    live(
-        "path_tolerance", 0.001, "tolerance of the corners of a path that gives none", "m", 0.0, 1.0
-    ),
+        "s", 0.01, 10.0),
+    live("tracking_latency", 0.0,
+        "time for which a moving target is extrapolated, as the drives are late", "s", -0.5, 0.5),
+    live("path_tolerance", 0.001,
+        "tolerance of the corners of a path that gives none", "m", 0.0, 1.0),
     Parameter("start_disabled", False, "whether `~/enable` has to be called before any motion"),
     *WORKSPACE,
     *SUPERVISION,
     *IN_POSITION,
-    Parameter(
-        "command_outputs",
-        ("joint_state",),
-        "forms in which the setpoints are published",
-        choices=("joint_state", "forward_command", "joint_trajectory"),
-        any_size=True,
-    ),
-    Parameter(
-        "trajectory_step",
-        0.01,
-        "time between the points of a published trajectory",
-        "s",
-        0.001,
-        1.0,
-    ),
-    Parameter(
-        "state_publish_rate",
-        50.0,
+    Parameter("command_outputs", ("joint_state",), "forms in which the setpoints are published",
+        choices=("joint_state", "forward_command", "joint_trajectory"), any_size=True),
+    Parameter("trajectory_step", 0.01,
+        "time between the points of a published trajectory", "s", 0.001, 1.0),
+    Parameter("state_publish_rate", 50.0,
         "messages of `~/motion_state` while somebody listens; above `rate`, one in each cycle",
-        "1/s",
-        5.0,
-        2000.0,
-    ),
+        "1/s", 5.0, 2000.0),
     *SYSTEM,
 )
 
@@ -459,98 +232,44 @@ SIMULATOR_NODE = (
     *TRAVEL,
     Parameter("rate", 500.0, "measurements per second", "1/s", 1.0, 2000.0, told=True),
     Parameter("initial_heights", (0.6, 0.6, 0.6), "heights at the start", *PLACE),
-    live(
-        "lag",
-        0.005,
-        "time constant with which the sliders follow; 0 for none",
-        "s",
-        0.0,
-        10.0,
-        told=True,
-    ),
+    live("lag", 0.005,
+        "time constant with which the sliders follow; 0 for none", "s", 0.0, 10.0, told=True),
     # With masses and these, the drives exert forces, and the lag does not count.
     *MASSES,
     *DRIVES,
     live("encoder_resolution", 1e-06, "step of the measured heights; 0 for exact", "m", 0.0, 0.1),
     live("drop_out", 0.0, "fault: fraction of the measurements that is not published", *PART),
-    live(
-        "frozen_encoders",
-        (False, False, False),
-        "fault: the measured heights of these sliders stay as they are",
-    ),
-    live(
-        "encoder_offsets",
-        ZEROS,
-        "fault: added to the measured heights; a change of it is a jump",
-        *PLACE,
-    ),
+    live("frozen_encoders", (False, False, False),
+        "fault: the measured heights of these sliders stay as they are"),
+    live("encoder_offsets", ZEROS,
+        "fault: added to the measured heights; a change of it is a jump", *PLACE),
     live("stuck_sliders", (False, False, False), "fault: these sliders do not move"),
-    live(
-        "plate_height",
-        0.0,
+    live("plate_height", 0.0,
         "true height of a plate on the z axis of the base frame; `contact` tells of a touch",
-        *PLACE,
-    ),
+        *PLACE),
     live("plate_tilt", (0.0, 0.0), "by how much the plate rises along x and y", "m/m", -1.0, 1.0),
-    live(
-        "swing_frequencies",
-        ZEROS,
+    live("swing_frequencies", ZEROS,
         "of the platform's modes along x, y and z, 0 for none; three more for a second mode along "
         "each; all of them for each of `swing_points`, one after the other",
-        "Hz",
-        0.0,
-        500.0,
-        any_size=True,
-    ),
-    live(
-        "swing_dampings",
-        (0.03,),
+        "Hz", 0.0, 500.0, any_size=True),
+    live("swing_dampings", (0.03,),
         "of these modes, as part of the critical damping: one for all, or three or six; they are "
-        "the same at all points",
-        "",
-        0.0,
-        0.5,
-        any_size=True,
-    ),
-    live(
-        "swing_shares",
-        (1.0,),
+        "the same at all points", "", 0.0, 0.5, any_size=True),
+    live("swing_shares", (1.0,),
         "of these modes in the swing along their axis: one for all, or three or six; at most 1 "
-        "along each axis",
-        *PART,
-        any_size=True,
-    ),
-    live(
-        "swing_points",
-        (0.0, 0.0, 0.3),
+        "along each axis", *PART, any_size=True),
+    live("swing_points", (0.0, 0.0, 0.3),
         "x, y, z of points at which the frequencies are known; with one point, they are the same "
-        "everywhere",
-        *PLACE,
-        any_size=True,
-    ),
-    live(
-        "encoders_see_swing",
-        False,
+        "everywhere", *PLACE, any_size=True),
+    live("encoders_see_swing", False,
         "whether the measured heights are those of the platform that swings; encoders at the "
-        "motors do not see that",
-    ),
-    live(
-        "accelerometer_noise",
-        0.0,
-        "standard deviation of `imu/data_raw`, the same in each run",
-        "m/s^2",
-        0.0,
-        100.0,
-    ),
-    Parameter(
-        "setpoint_period",
-        0.0,
+        "motors do not see that"),
+    live("accelerometer_noise", 0.0,
+        "standard deviation of `imu/data_raw`, the same in each run", "m/s^2", 0.0, 100.0),
+    Parameter("setpoint_period", 0.0,
         "time for which the drives take each setpoint, however late it comes: the machine then "
         "swings as on a computer that is never late; 0 to go to the newest one at once",
-        "s",
-        0.0,
-        0.1,
-    ),
+        "s", 0.0, 0.1),
     *SYSTEM,
 )
 
@@ -560,151 +279,74 @@ CALIBRATION_NODE = (
     BASE_FRAME,
     *TRAVEL,
     *WORKSPACE,
-    Parameter(
-        "folder",
-        ".",
+    Parameter("folder", ".",
         "of all files that the services name; one that begins with no slash lies below the folder "
-        "in which the node was started",
-        told=True,
-    ),
-    Parameter(
-        "probe_speed", 0.002, "of the platform while it moves down", "m/s", 0.0002, 0.1, told=True
-    ),
+        "in which the node was started", told=True),
+    Parameter("probe_speed", 0.002,
+        "of the platform while it moves down", "m/s", 0.0002, 0.1, told=True),
     Parameter("probe_depth", 0.01, "longest distance down", "m", 1e-4, 1.0, told=True),
-    Parameter(
-        "contact_timeout",
-        0.5,
+    Parameter("contact_timeout", 0.5,
         "a probe ends if nothing is heard of the contact for longer than this; 0 for a switch that "
-        "tells of changes only",
-        "s",
-        0.0,
-        60.0,
-    ),
-    Parameter(
-        "contact_delay",
-        0.0,
+        "tells of changes only", "s", 0.0, 60.0),
+    Parameter("contact_delay", 0.0,
         "mean delay of the message after a contact: debouncing, half a sampling period",
-        "s",
-        0.0,
-        1.0,
-    ),
+        "s", 0.0, 1.0),
     Parameter("plate_name", "bed", "name of the plate if a request names none"),
-    Parameter(
-        "plate_known",
-        "height_and_tilt",
+    Parameter("plate_known", "height_and_tilt",
         "known values of that plate; the others are fitted, too",
-        choices=("height_and_tilt", "tilt", "nothing"),
-        told=True,
-    ),
+        choices=("height_and_tilt", "tilt", "nothing"), told=True),
     Parameter("plate_height", 0.0, "its height on the z axis of the base frame", *PLACE),
     Parameter("plate_tilt", (0.0, 0.0), "by how much it rises along x and y", "m/m", -1.0, 1.0),
     Parameter("touch_deviation", 1e-5, "standard deviation of a touch", "m", 1e-8, 0.1),
-    Parameter(
-        "position_deviation",
-        5e-5,
-        "standard deviation of each coordinate of a measured position",
-        "m",
-        1e-8,
-        0.1,
-    ),
+    Parameter("position_deviation", 5e-5,
+        "standard deviation of each coordinate of a measured position", "m", 1e-8, 0.1),
     Parameter("distance_deviation", 5e-5, "standard deviation of a distance", "m", 1e-8, 0.1),
-    Parameter(
-        "use_priors", True, "whether the next five parameters say how far the machine may be off"
-    ),
-    Parameter(
-        "prior_anchors",
-        1e-3,
-        "standard deviation of each coordinate of the anchors from the drawn ones",
-        "m",
-        1e-8,
-        1.0,
-    ),
+    Parameter("use_priors", True,
+        "whether the next five parameters say how far the machine may be off"),
+    Parameter("prior_anchors", 1e-3,
+        "standard deviation of each coordinate of the anchors from the drawn ones", "m", 1e-8, 1.0),
     Parameter("prior_arm_lengths", 5e-4, "standard deviation of each arm length", "m", 1e-8, 1.0),
-    Parameter(
-        "prior_height_offsets", 2e-3, "standard deviation of each height offset", "m", 1e-8, 1.0
-    ),
-    Parameter(
-        "prior_common_radius",
-        1e-3,
-        "standard deviation of a radius that is wrong for all anchors alike",
-        "m",
-        0.0,
-        1.0,
-    ),
-    Parameter(
-        "prior_common_arm_length",
-        1e-3,
-        "standard deviation of a length that is wrong for all arms alike",
-        "m",
-        0.0,
-        1.0,
-    ),
-    Parameter(
-        "drawn_machine",
-        (0.0,) * 12,
+    Parameter("prior_height_offsets", 2e-3,
+        "standard deviation of each height offset", "m", 1e-8, 1.0),
+    Parameter("prior_common_radius", 1e-3,
+        "standard deviation of a radius that is wrong for all anchors alike", "m", 0.0, 1.0),
+    Parameter("prior_common_arm_length", 1e-3,
+        "standard deviation of a length that is wrong for all arms alike", "m", 0.0, 1.0),
+    Parameter("drawn_machine", (0.0,) * 12,
         "anchors, arm lengths and height offsets that the priors are about, of the drawing; zeros "
-        "for the present ones",
-        *PLACE,
-    ),
+        "for the present ones", *PLACE),
     *SYSTEM,
 )
 
 PANEL_NODE = (
-    Parameter(
-        "host",
-        "127.0.0.1",
+    Parameter("host", "127.0.0.1",
         "address on which the page is served; any but a loopback one lets others drive, if they "
-        "know the token",
-        told=True,
-    ),
+        "know the token", told=True),
     Parameter("port", 8080, "port on which the page is served; 0 for any", "", 0, 65535, told=True),
-    Parameter(
-        "points_file",
-        "",
-        "file in which taught points are saved, for `drive`; empty for taught_points.yaml here",
-    ),
-    Parameter(
-        "token_file",
-        "",
+    Parameter("points_file", "",
+        "file in which taught points are saved, for `drive`; empty for taught_points.yaml here"),
+    Parameter("token_file", "",
         "file that keeps the token in the address of the page, made if there is none; empty for "
-        "tri_glide_kinematics/panel_token in $XDG_STATE_HOME (~/.local/state)",
-    ),
-    Parameter(
-        "programs_folder",
-        "",
+        "tri_glide_kinematics/panel_token in $XDG_STATE_HOME (~/.local/state)"),
+    Parameter("programs_folder", "",
         "folder of the programs that pages upload, made with the first one; empty for "
-        "tri_glide_kinematics/programs in $XDG_STATE_HOME (~/.local/state)",
-    ),
-    Parameter(
-        "program_settings",
-        "",
-        "file with what programs do not say: dialect, offsets, tools and places; empty for the "
-        "one that `drive` takes, config/program_settings.yaml",
-    ),
-    Parameter(
-        "progress_file",
-        "",
+        "tri_glide_kinematics/programs in $XDG_STATE_HOME (~/.local/state)"),
+    Parameter("program_settings", "",
+        "file with what programs do not say: dialect, offsets, tools and places; empty for the one "
+        "that `drive` takes, config/program_settings.yaml"),
+    Parameter("progress_file", "",
         "file that keeps how far a program came; empty for the one that `drive` keeps for this "
-        "namespace",
-    ),
-    Parameter(
-        "measurements_file",
-        "",
-        "measurements of a calibration, whose uncertainty the page shows as a map; empty for none",
-    ),
-    Parameter(
-        "notice_file",
-        "",
-        "file whose text the page shows beside the state, as `panel` writes it; empty for none",
-    ),
-    Parameter(
-        "start_again_file",
-        "",
-        "file that the page makes to have nodes that have ended started again; empty for none",
-    ),
+        "namespace"),
+    Parameter("measurements_file", "",
+        "measurements of a calibration, whose uncertainty the page shows as a map; empty for none"),
+    Parameter("notice_file", "",
+        "file whose text the page shows beside the state, as `panel` writes it; empty for none"),
+    Parameter("start_again_file", "",
+        "file that the page makes to have nodes that have ended started again; empty for none"),
     *SYSTEM,
 )
 
+# fmt: on
 NODES = {
     "ik_node": IK_NODE,
     "fk_node": FK_NODE,

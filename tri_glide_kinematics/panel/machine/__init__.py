@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.machine.link import TABLE as TABLE
     from tri_glide_kinematics.panel.machine.link import Identity as Identity
     from tri_glide_kinematics.panel.machine.link import MachineLink as MachineLink
+    from tri_glide_kinematics.panel.machine.link import NewestWish as NewestWish
     from tri_glide_kinematics.panel.machine.message_history import KEPT as KEPT
     from tri_glide_kinematics.panel.machine.message_history import LONGEST as LONGEST
     from tri_glide_kinematics.panel.machine.message_history import Entry as Entry

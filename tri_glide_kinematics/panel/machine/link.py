@@ -21,6 +21,7 @@ from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.panel.machine.facts import NAMES, MachineFacts
 from tri_glide_kinematics.panel.machine.status import place_text
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
+from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.settings import IK_NODE, Values
 from tri_glide_kinematics.vectors import Vector3
 
@@ -65,8 +66,6 @@ class MachineLink:
         self.on_resume: Callable[[], bool] = lambda: False
         self.asked: Vector3 | None = None
         self._goal: SentGoal | None = None
-        self._wanted_scale: float | None = None
-        self._is_setting = False
 
     @property
     def identity(self) -> Identity:
@@ -123,12 +122,6 @@ class MachineLink:
         self.asked = None
         return self._sent(self._goals.follow(path))
 
-    def set_speed_scale(self, scale: float) -> None:
-        """Set by how much velocities are reduced; of several wishes the newest is sent."""
-        self._wanted_scale = scale
-        if not self._is_setting:
-            self._send_scale()
-
     def set_parameters(
         self, what: str, values: Values, then: Callable[[], None] = lambda: None
     ) -> bool:
@@ -169,8 +162,7 @@ class MachineLink:
         if self._goal is not None and self._goal.result is not None:
             goal, self._goal = self._goal, None
             if goal.result.code == GoalCode.NOT_REACHED:
-                place = goal.result.position
-                measured = place_text((place.x, place.y, place.z))
+                measured = place_text(vector_of(goal.result.position))
                 self._on_refusal(f"not reached: the platform is measured at {measured}")
         return self._goal
 
@@ -199,8 +191,26 @@ class MachineLink:
 
         client.call_async(request).add_done_callback(take)
 
-    def _send_scale(self) -> None:
-        scale, self._wanted_scale = self._wanted_scale, None
-        self._is_setting = scale is not None and self.set_parameters(
-            "speed scale", {"speed_scale": scale}, self._send_scale
+
+class NewestWish:
+    """A parameter that pages set again and again: of several wishes the newest is sent."""
+
+    def __init__(self, link: MachineLink, what: str, name: str) -> None:
+        """Set the parameter ``name``; a refusal calls it ``what``."""
+        self._link = link
+        self._what = what
+        self._name = name
+        self._wanted: float | None = None
+        self._is_setting = False
+
+    def set(self, value: float) -> None:
+        """Set it now, or when ``ik_node`` has answered to the wish before."""
+        self._wanted = value
+        if not self._is_setting:
+            self._send()
+
+    def _send(self) -> None:
+        value, self._wanted = self._wanted, None
+        self._is_setting = value is not None and self._link.set_parameters(
+            self._what, {self._name: value}, self._send
         )

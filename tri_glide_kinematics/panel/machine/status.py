@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.control import TEACH_SPEED, Cause, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.ros.outputs import cause_of, state_of
 from tri_glide_kinematics.settings import Values
 from tri_glide_kinematics.vectors import Vector3
@@ -141,11 +141,11 @@ class MachineStatus:
     def target(self) -> str:
         """The newest target."""
         message = self.message
-        place = place_text(_numbers(message.target))
+        place = place_text(vector_of(message.target))
         if message.target_kind == MachineState.TARGET_POSITION:
             return f"target {place}"
         if message.target_kind == MachineState.TARGET_VELOCITY:
-            return f"velocity {place_text(_numbers(message.target_velocity))}/s"
+            return f"velocity {place_text(vector_of(message.target_velocity))}/s"
         if message.target_kind == MachineState.TARGET_MOVING:
             return f"moving target {place}"
         if message.target_kind == MachineState.TARGET_PATH:
@@ -160,7 +160,7 @@ class MachineStatus:
     @property
     def position(self) -> str:
         """Where the setpoints are."""
-        numbers = _numbers(self.message.position)
+        numbers = vector_of(self.message.position)
         if self.state is None or not math.isfinite(sum(numbers)):
             return ""
         parts = (f"{axis} {_signed(1000.0 * each, 2)}" for axis, each in zip("XYZ", numbers))
@@ -245,10 +245,6 @@ def clock_text(duration: float) -> str:
     minutes, seconds = divmod(math.ceil(duration), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02d}:{seconds:02d}" if hours else f"{minutes}:{seconds:02d}"
-
-
-def _numbers(part: Any) -> Vector3:
-    return part.x, part.y, part.z
 
 
 def _rounded(value: float) -> str:

@@ -12,6 +12,7 @@ from tri_glide_kinematics.panel.machine import (
     RENEWALS,
     Event,
     MachineFacts,
+    NewestWish,
     OperatorRequests,
     OperatorsInput,
 )
@@ -75,10 +76,11 @@ class DriveTab:
         self._teach: Any = gui.add_checkbox("Teach mode", False, hint=TEACH_HINT)
         self._is_teaching = False
         self._teach.on_update(self._set_teach_mode)
+        scale = NewestWish(link, "speed scale", "speed_scale")
         self._scale = OperatorsInput(
             requests,
             gui.add_slider("Speed [%]", min=1, max=100, step=1, initial_value=100),
-            lambda value: link.set_speed_scale(0.01 * value),
+            lambda value: scale.set(0.01 * value),
         )
         mode = gui.add_button_group("Jog [mm]", (HOLD, *STEPS))
         self._step_size = 0.0

@@ -78,10 +78,11 @@ def load_points(file: Path) -> list[Point]:
         DriveFileError: if it is no drive file.
         PointsFileError: if it holds something else than one path of lines.
     """
-    steps = load_drive(file).steps
-    if len(steps) != 1 or not isinstance(steps[0], PathStep) or steps[0].segments.kinds.any():
-        raise PointsFileError(f"{file} holds more than one path of lines")
-    places = steps[0].segments.numbers.reshape(-1, 3).tolist()
+    match load_drive(file).steps:
+        case (PathStep(segments=flat),) if not flat.kinds.any():
+            places = flat.numbers.reshape(-1, 3).tolist()
+        case _:
+            raise PointsFileError(f"{file} holds more than one path of lines")
     # Of a file that was just read, and is what it should be.
     segments = load_yaml(file, DriveFileError)["steps"][0]["path"]["segments"]
     names = [segment["line"].get("name", "") for segment in segments]

@@ -1,0 +1,440 @@
+"""Programs that run on a controller with the real engine; time is that of its cycles."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from controller_rig import MACHINE, Rig
+
+from tri_glide_kinematics.control import DISABLED, IDLE, PAUSED, WAS_STOPPED
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion import MotionKind
+from tri_glide_kinematics.motion.engine import Follow, GoalCode, PathOutputs
+from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
+from tri_glide_kinematics.programs import (
+    START_TIMEOUT,
+    DriveFile,
+    Dwell,
+    GoalEnd,
+    GoalProgress,
+    MachineNow,
+    MoveStep,
+    PathStep,
+    ProgramRun,
+    ProgramSettings,
+    RunState,
+    StopKind,
+    load_kept,
+    read_program,
+)
+
+START = (0.0, 0.0, 0.29)
+SETTINGS = ProgramSettings(offsets={"G54": (0.0, 0.0, 0.25)}, start=START, optional_stop=True)
+CYCLES = 5  # between two looks, as a node has them
+MOST = 4000  # looks of one wait
+
+
+class Goal:
+    """A command of the controller, as a run sees it."""
+
+    def __init__(self, rig, command, is_path):
+        self.progress = None
+        self._rig = rig
+        self._command = command
+        self._is_path = is_path
+        self.is_cancelled = False
+
+    @property
+    def end(self):
+        outcome = self._command.outcome
+        if outcome is None:
+            return None
+        deviation = self._command.deviation if self._is_path else math.nan
+        return GoalEnd(outcome.code, outcome.text, self._rig.place, deviation)
+
+    def cancel(self):
+        self.is_cancelled = True
+        self._rig.controller.cancel(self._command)
+
+    def look(self):
+        told = self._rig.controller.path_progress
+        if self.end is None and self._rig.controller.leads_to(self._command) and told is not None:
+            self._command.deviation = told.deviation
+            path = (told.way, told.segment) if self._is_path else ()
+            times = max(told.way_remaining, 0.0), told.time_remaining
+            self.progress = GoalProgress(self._rig.place, *times, *path)
+
+
+class Machine(Rig):
+    """A machine that takes goals; what it is asked for is kept."""
+
+    server = "/cell/ik_node"
+
+    def __init__(self):
+        super().__init__(start=MACHINE.inverse(START), kind=MotionKind.LINEAR)
+        self.is_ready = True
+        self.has_delivered = True
+        self.identities = frozenset({b"one"})
+        self.outputs = []
+        self.said = []
+        self.moves = []
+        self.goal = None
+        self.cycle(2)
+
+    @property
+    def place(self):
+        return MACHINE.forward(self.heights)
+
+    @property
+    def now_told(self):
+        status, progress = self.controller.status, self.controller.progress
+        position, speed = progress.position, progress.speed
+        return MachineNow(status.state, status.stops, speed, position, progress.segment)
+
+    def move_to(self, position, frame="", speed=0.0, kind=""):
+        self.moves.append(position)
+        here = self.place
+        if math.dist(here, position) < 1e-6:
+            return self._sent(lambda: self.controller.pursue_position(position), False)
+        line = FlatPath.of((SegmentKind.LINE,), position, (0.0,), (speed,), 0.0)
+        path = at_once(line.path_from(here))
+        return self._sent(lambda: self.controller.pursue(Follow(path)), False)
+
+    def follow(self, segments, frame="", outputs=()):
+        path = at_once(segments.path_from(self.place))
+        changes = PathOutputs([each.joint for each in outputs], list(outputs), len(segments))
+        return self._sent(lambda: self.controller.pursue(Follow(path, outputs=changes)), True)
+
+    def put_out(self, output):
+        self.outputs.append(output)
+
+    def _sent(self, pursue, is_path):
+        try:
+            command = pursue()
+        except KinematicsError as error:
+            command = Follow(None, "nothing")
+            command.end(GoalCode.REFUSED, str(error))
+        self.goal = Goal(self, command, is_path)
+        return self.goal
+
+    @property
+    def told(self):
+        """Name and value of each output that has changed."""
+        return [(each.name, each.value) for each in self.outputs]
+
+
+class View:
+    """A machine as a run sees it: its ``now`` is what it does, and not the time."""
+
+    def __init__(self, machine):
+        self._machine = machine
+
+    def __getattr__(self, name):
+        return getattr(self._machine, "now_told" if name == "now" else name)
+
+
+@pytest.fixture
+def machine():
+    return Machine()
+
+
+def run_of(machine, work, **options):
+    work = read_program(work, SETTINGS, "part.gcode") if isinstance(work, str) else work
+    return ProgramRun(View(machine), work, say=machine.said.append, **options)
+
+
+def drive_until(machine, run, condition):
+    """Let both go on until something holds."""
+    for _ in range(MOST):
+        if condition():
+            return
+        machine.cycle(CYCLES)
+        if machine.goal is not None:
+            machine.goal.look()
+        machine.outputs += machine.controller.passed_outputs
+        machine.controller.passed_outputs.clear()
+        run.look(machine.now)
+    raise AssertionError(f"not in {MOST} looks: {run.state}, {run.doing}")
+
+
+def drive(machine, run, state=RunState.ENDED):
+    drive_until(machine, run, lambda: run.state is state)
+
+
+def pass_time(machine, run, duration):
+    end = machine.now + duration
+    drive_until(machine, run, lambda: machine.now >= end)
+
+
+def results(run):
+    return [(each.step.line_at(), each.step.word, each.result) for each in run.reports]
+
+
+def is_at_rest(machine):
+    return not machine.controller.progress.speed > 0.0
+
+
+def test_all_kinds_of_steps_are_driven(machine):
+    run = run_of(
+        machine, "G1 X0 Y0 Z40 F6000\nG64 P1\nX10\nY10\nM3 S500\nG4 P0.5\nM62 P2\nX0\nM2\n"
+    )
+    begin = machine.now
+    drive(machine, run)
+    assert run.is_whole
+    words = ["path", "output", "wait", "output", "path", "output", "stop"]
+    assert results(run) == [
+        (line, word, "succeeded") for line, word in zip((3, 5, 6, 7, 8, 9, 9), words)
+    ]
+    assert machine.told == [("spindle", 500.0), ("digital", 1.0), ("spindle", 0.0)]
+    path, _, dwell, *_ = run.reports
+    assert 0.5 <= dwell.time < 0.52
+    assert path.time < machine.now - begin
+    assert 0.018 < path.length < 0.02
+    assert 0.0005 < path.deviation <= 0.001
+    assert machine.said[0] == "line 3: to the start of the path"
+    assert machine.said[1:3] == ["line 3: path of 2 segments", "line 5: output spindle 0 is 500"]
+
+
+def test_a_drive_file_is_driven_from_where_the_platform_is(machine):
+    line = FlatPath.of((SegmentKind.LINE,), (0.02, 0.0, 0.29), (0.0,), (0.1,), 0.0)
+    steps = (PathStep(line, None), MoveStep((0.02, 0.0, 0.3), 0.05), Dwell(0.1))
+    run = run_of(machine, DriveFile("", steps))
+    drive_until(machine, run, lambda: "segment 1 of 1" in run.doing)
+    drive(machine, run)
+    assert results(run) == [(0, word, "succeeded") for word in ("path", "move", "wait")]
+    assert [each.length for each in run.reports] == [
+        pytest.approx(0.02, rel=1e-6),
+        pytest.approx(0.01, rel=1e-6),
+        None,
+    ]
+    assert run.reports[1].time > 0.01 / 0.05
+    assert machine.moves == [(0.02, 0.0, 0.3)]
+    assert machine.said[0] == "step 1 of 3: path of 1 segment"
+
+
+def test_without_a_machine_it_says_what_is_missing(machine):
+    machine.is_ready = False
+    run = run_of(machine, DriveFile("", (Dwell(1.0), Dwell(2.0))))
+    begin = machine.now
+    drive(machine, run)
+    assert machine.now - begin == pytest.approx(START_TIMEOUT, abs=0.02)
+    assert [report.result for report in run.reports] == ["lost", "not driven"]
+    assert "the actions of /cell/ik_node after 10 s" in run.reports[0].text
+
+
+@pytest.mark.parametrize("how", ["stop", "disable", "fault"])
+def test_a_stop_of_the_machine_ends_a_program_that_waits_between_two_motions(machine, how):
+    run = run_of(machine, "M3 S9\nG4 P60\nG0 X10\nM2\n")
+    pass_time(machine, run, 0.5)
+    if how == "fault":
+        machine.offset = 0.2
+    else:
+        getattr(machine.controller, how)()
+    drive(machine, run)
+    assert [each.result for each in run.reports[:3]] == ["succeeded", "stopped", "not driven"]
+    assert run.reports[1].text == WAS_STOPPED
+    assert machine.told == [("spindle", 9.0), ("spindle", 0.0)]
+
+
+def test_a_stop_before_the_first_step_is_said_and_nothing_moves(machine):
+    run = run_of(machine, "G0 X10 Y0 Z40\nM2\n")
+    machine.controller.stop()
+    drive(machine, run)
+    assert [each.result for each in run.reports] == ["not driven"] * 2
+    assert machine.said == [WAS_STOPPED]
+    assert machine.goal is None
+
+
+def test_what_is_refused_ends_it_with_its_line(machine):
+    machine.controller.disable()
+    machine.cycle_until(DISABLED)
+    run = run_of(machine, "(a part)\nG4 P0.1\nG0 X10 Y0 Z40\nM2\n")
+    drive(machine, run)
+    # Before the dwell it goes to where the program is to go on.
+    assert results(run)[0] == (2, "wait", "refused")
+    assert [each.result for each in run.reports[1:]] == ["not driven"] * 2
+    assert machine.said[-1].startswith("line 2: no motion while disabled")
+
+
+def test_a_single_block_waits_before_each_line(machine):
+    text = "G0 X0 Y0 Z40\nX10\nM62 P3\nG3 X20 I5 F3000\nG1 X30\nX40\nM2\n"
+    run = run_of(machine, text, single_block=True)
+    for line, end in {3: 10.0, 4: 10.0, 5: 20.0}.items():
+        drive(machine, run, RunState.WAITING)
+        assert (run.line, run.waits_at, run.doing) == (line, None, f"line {line} is next")
+        assert machine.place == pytest.approx((1e-3 * end, 0.0, 0.29), abs=1e-6)
+        assert is_at_rest(machine)
+        run.go_on()
+        assert run.state is RunState.WAITING
+        run.look(machine.now)
+        assert run.state is RunState.RUNNING
+    assert machine.told == [("digital", 1.0)]
+    run.single_block = False
+    drive(machine, run)
+    assert run.is_whole
+    assert [each.step.line_at() for each in run.reports] == [2, 3, 4, 5, 6, 7]
+
+
+def test_a_single_block_that_is_switched_on_in_a_path_waits_at_its_end(machine):
+    run = run_of(machine, "G1 X0 Y0 Z40 F6000\nX20\nX40\nG4 P0.01\nX0\nM2\n")
+    drive_until(machine, run, lambda: machine.place[0] > 0.005)
+    run.single_block = True
+    drive(machine, run, RunState.WAITING)
+    assert run.line == 4
+    assert machine.place == pytest.approx((0.04, 0.0, 0.29), abs=1e-6)
+    run.stop()
+    drive(machine, run)
+    assert not run.is_whole
+
+
+def test_it_goes_on_from_where_it_was_left_after_a_stop_of_the_program(machine):
+    run = run_of(machine, "G0 X10 Y0 Z40\nT1 M6\nX0\nM1\nM2\n")
+    drive(machine, run, RunState.WAITING)
+    assert (run.waits_at.kind, run.waits_at.line) == (StopKind.TOOL, 2)
+    assert run.doing == "line 2: M6, tool 1"
+    # Whoever changes a tool moves the platform.
+    machine.controller.move_to((0.03, 0.0, 0.3))
+    pass_time(machine, run, 2.0)
+    assert run.state is RunState.WAITING
+    run.go_on()
+    drive_until(machine, run, lambda: run.waits_at is not None and run.waits_at.line == 4)
+    assert machine.moves[1] == pytest.approx((0.01, 0.0, 0.29))
+    run.go_on()
+    drive(machine, run)
+    assert run.is_whole
+    assert machine.said.count("line 3: to the start of the path") == 1
+
+
+def test_a_paused_path_that_is_left_for_a_target_goes_on_where_it_was(machine):
+    run = run_of(machine, "G1 X0 Y0 Z40 F6000\nX60 F1200\nM2\n")
+    drive_until(machine, run, lambda: machine.place[0] > 0.02)
+    machine.controller.pause()
+    drive_until(machine, run, lambda: machine.controller.state is PAUSED and is_at_rest(machine))
+    pass_time(machine, run, 0.1)
+    paused = machine.place
+    machine.controller.move_to((0.0, 0.03, 0.29))
+    drive(machine, run, RunState.WAITING)
+    assert run.doing == "line 2: moved while the path was paused"
+    assert run.line == 2
+    pass_time(machine, run, 2.0)
+    run.go_on()
+    drive(machine, run)
+    assert run.is_whole
+    assert machine.moves[-1] == pytest.approx(paused, abs=1e-4)
+    assert machine.place == pytest.approx((0.06, 0.0, 0.29), abs=1e-6)
+
+
+def test_a_paused_path_that_is_resumed_and_then_replaced_is_not_gone_on_with(machine):
+    run = run_of(machine, "G1 X0 Y0 Z40 F6000\nX60 F1200\nM2\n")
+    drive_until(machine, run, lambda: machine.place[0] > 0.02)
+    machine.controller.pause()
+    drive_until(machine, run, lambda: machine.controller.state is PAUSED)
+    machine.controller.resume()
+    drive_until(machine, run, lambda: machine.place[0] > 0.03)
+    machine.controller.move_to((0.0, 0.03, 0.29))
+    drive(machine, run)
+    assert [each.result for each in run.reports] == ["superseded", "not driven"]
+
+
+@pytest.mark.parametrize("ending", ["stop", "disable", "another command", "the run's own"])
+def test_the_platform_rests_before_the_spindle_is_off(machine, ending):
+    run = run_of(machine, "M3 S9 M8\nM64 P4\nG1 X60 F1200\nM2\n")
+    drive_until(machine, run, lambda: machine.place[0] > 0.01)
+    assert "now line 3" in run.doing
+    if ending == "another command":
+        machine.controller.move_to((-0.08, 0.0, 0.29))
+    elif ending == "the run's own":
+        run.stop()
+        assert run.state is RunState.STOPPING
+        assert machine.goal.is_cancelled
+    else:
+        getattr(machine.controller, ending)()
+    drive_until(machine, run, lambda: len(machine.outputs) > 3)
+    assert is_at_rest(machine)
+    drive(machine, run)
+    assert not run.is_whole
+    assert any("at line 3" in report.text for report in run.reports)
+    # What else is on stays on.
+    assert machine.told[3:] == [("flood", 0.0), ("spindle", 0.0)]
+
+
+def test_who_lets_go_waits_for_nothing(machine):
+    run = run_of(machine, "M3 S9\nG1 X60 F1200\nM2\n")
+    drive_until(machine, run, lambda: machine.place[0] > 0.01)
+    run.let_go()
+    assert machine.told[-1] == ("spindle", 0.0)
+    assert machine.goal.is_cancelled
+    assert not is_at_rest(machine)
+
+
+@pytest.mark.parametrize(
+    ("how", "text", "after"),
+    [
+        ("another", "another ik_node was started", 0.5),
+        ("gone", "ik_node is gone", 3.0),
+        ("does not rest", "the platform may still move", 10.0),
+    ],
+)
+def test_a_machine_that_is_lost_is_not_waited_for(machine, how, text, after):
+    run = run_of(machine, "M3 S9\nG1 X60 F60\nM2\n")
+    drive_until(machine, run, lambda: "now line 2" in run.doing)
+    begin = machine.now
+    if how == "another":
+        machine.identities = frozenset({b"other"})
+    elif how == "gone":
+        machine.is_ready = False
+    else:
+        machine.goal.cancel = lambda: None
+        run.stop()
+    drive(machine, run)
+    assert run.reports[1].result == "lost"
+    assert run.reports[1].text == text
+    assert machine.now - begin == pytest.approx(after, abs=0.6)
+    # The other one is there: whoever has the goal still shall stop.
+    assert getattr(machine.goal, "is_cancelled", False) == (how == "another")
+    assert machine.told[-1] == ("spindle", 0.0)
+
+
+def test_an_ik_node_that_ends_tells_no_more_whether_the_platform_moves(machine):
+    run = run_of(machine, "M3 S9\nG1 X60 F1200\nM2\n")
+    drive_until(machine, run, lambda: machine.place[0] > 0.01)
+    machine.controller.end("the node ends")
+    machine.measures = False
+    end = machine.now
+    drive(machine, run)
+    assert run.reports[1].result == "shutdown"
+    assert machine.told[-1] == ("spindle", 0.0)
+    assert machine.now - end < 1.0
+
+
+def test_outputs_have_time_to_arrive(machine):
+    machine.has_delivered = False
+    run = run_of(machine, "M3 S9\nM2\n")
+    begin = machine.now
+    drive(machine, run)
+    assert machine.now - begin == pytest.approx(3.0, abs=0.02)
+
+
+def test_it_is_kept_how_far_it_came(machine, tmp_path):
+    kept = tmp_path / "folder" / "kept.yaml"
+    run = run_of(machine, "G1 X40 Y0 Z40 F2400\nX0\nX40\nM0\nM2\n", kept=kept)
+    drive_until(machine, run, lambda: run.line == 3)
+    assert load_kept(kept).line in (1, 2)
+    pass_time(machine, run, 0.81)
+    assert (load_kept(kept).line, load_kept(kept).state) == (3, RunState.RUNNING)
+    drive(machine, run, RunState.WAITING)
+    assert (load_kept(kept).line, load_kept(kept).state) == (4, RunState.WAITING)
+    run.go_on()
+    drive(machine, run)
+    assert load_kept(kept).is_whole
+
+
+def test_no_room_to_keep_it_is_said_once(machine, tmp_path):
+    (tmp_path / "file").touch()
+    run = run_of(machine, "G4 P2\nM2\n", kept=tmp_path / "file" / "kept.yaml")
+    drive(machine, run)
+    assert run.is_whole
+    assert sum("how far the program comes is not kept" in said for said in machine.said) == 1
+    assert machine.controller.state is IDLE
