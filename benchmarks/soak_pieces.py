@@ -208,7 +208,7 @@ def timing(cost: Cost) -> Iterator[None]:
         cost.plans.append([])
         making._computation = timed(making._computation, cost.plans[-1])
 
-    preparation.Preparation._begin_at = begun  # type: ignore[method-assign]
+    preparation.Preparation._begin_at = begun  # type: ignore[method-assign, assignment]
     try:
         yield
     finally:

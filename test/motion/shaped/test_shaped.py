@@ -232,6 +232,40 @@ def test_travel_that_is_left_is_found_without_a_second_look(monkeypatch):
         motion.check_inside(region, LIMITS)
 
 
+@each_kind
+def test_a_slow_motion_is_proved_with_little_more_work_than_a_fast_one(kind, monkeypatch):
+    start, end = random_ends(1)[0]
+    path_check, parts, work = Workspace.path_check, [], []
+
+    def noted(region, state, duration, acceleration):
+        parts.append((duration, acceleration))
+        return path_check(region, state, duration, acceleration)
+
+    for scale in (1.0, 1e-2, 1e-4):
+        slow = LIMITS.with_velocity_scaled(scale)
+        motion = plan_move(WORKSPACE, slow, start, end, kind=kind, shaper=SHAPER)
+        pieces = sum(1 for _ in motion.limit_use(slow))
+        with monkeypatch.context() as patch:
+            patch.setattr(Workspace, "path_check", noted)
+            parts.clear()
+            checks = list(motion.checks_inside(WORKSPACE, slow))
+        samples = 0
+        for check in checks:
+            while not check.go_on(1):
+                samples += 1
+            check.result()
+        work.append((pieces, len(checks), samples))
+        # Together they are all of it, or of a line its begin, and know the accelerations there.
+        begin = 0.0
+        for duration, acceleration in parts:
+            sampled = motion.sample(begin + np.linspace(0.0, duration, 100))
+            assert np.linalg.norm(sampled.accelerations, axis=1).max() <= acceleration + 1e-9
+            begin += duration
+        whole = motion.duration if kind is MotionKind.SLIDER else SHAPER.duration
+        assert begin == pytest.approx(whole)
+    assert (np.max(work[1:], axis=0) <= (2 * work[0][0], 20, 200)).all(), work
+
+
 def test_a_motion_that_is_over_keeps_all_limits():
     start, end = random_ends(1)[0]
     motion = shaped(plan_move(WORKSPACE, LIMITS, start, end))

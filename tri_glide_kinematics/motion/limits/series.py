@@ -26,10 +26,12 @@ ORDERS = 6
 _SUPPOSED = 1.5
 
 
-# Cells are so long at first, unless they would be more than so many between two knots, as in slow
-# motion. Where no limit is proved they are divided by four, until they are short [s].
+# Cells are so long at first. Where they would be more than so many between two knots, as in slow
+# motion, there are few. Where no limit is proved they are divided by four, until they are short
+# [s].
 FIRST_CELL = 0.008
 MOST_BETWEEN = 16
+SLOW_BETWEEN = 4
 SHORTEST_CELL = FIRST_CELL / 64.0
 
 # So many edges are looked at between two breaks.
@@ -64,27 +66,33 @@ class Series(NamedTuple):
         self.values[..., cells], self.bounds[..., cells] = those
 
 
-def divided(edges: FloatArray, most: int = MOST_BETWEEN) -> tuple[FloatArray, FloatArray]:
+def divided(
+    edges: FloatArray, most: int = MOST_BETWEEN, slow: int = SLOW_BETWEEN
+) -> tuple[FloatArray, FloatArray]:
     """Return middles and halves of cells between ``edges``, as long as they are at first.
 
     Args:
         edges: ascending. Shape (k,) [s].
-        most: so many are between two of them.
+        most: so many are between two of them, at most.
+        slow: so many are where those would be more.
     """
     lengths = np.diff(edges)
-    counts = np.clip(np.ceil(lengths / FIRST_CELL), 1.0, most).astype(int)
+    counts = np.maximum(np.ceil(lengths / FIRST_CELL), 1.0)
+    counts = np.where(counts > most, slow, counts).astype(int)
     half = np.repeat(0.5 * lengths / counts, counts)
     number = np.arange(len(half)) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.repeat(edges[:-1], counts) + (2.0 * number + 1.0) * half, half
 
 
-def dividing(edges: FloatArray) -> Interruptible[tuple[FloatArray, FloatArray]]:
+def dividing(
+    edges: FloatArray, slow: int = SLOW_BETWEEN
+) -> Interruptible[tuple[FloatArray, FloatArray]]:
     """Return the same as ``divided``, in pieces where there are many edges."""
     parts = []
     for some in blocks(max(len(edges) - 1, 1), EDGES_AT_ONCE):
         if some.start:
             yield
-        parts.append(divided(edges[some.start : some.stop + 1]))
+        parts.append(divided(edges[some.start : some.stop + 1], slow=slow))
     middles, half = (np.concatenate(each) for each in zip(*parts))
     return middles, half
 

@@ -12,7 +12,7 @@ What was driven before belongs to it: the shaped motion remembers it as long as 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from math import ceil, hypot, inf, sqrt
 from typing import NamedTuple
@@ -52,9 +52,11 @@ from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
 
-# So many cells are looked at together at most, and so many copies of the motion in cells.
+# So many cells are looked at together at most, and so many copies of the motion in cells; but a
+# few cells in any case, as few together take nearly as long.
 CELLS_AT_ONCE = 64
 COPIES_AT_ONCE = 128
+LEAST_AT_ONCE = 12
 
 # Knots that are closer are one: a jerk this long is below rounding [s].
 SAME_TIME = 1e-11
@@ -174,6 +176,7 @@ class ShapedTrajectory(Trajectory):
         "_acceleration",
         "_arms",
         "_begins",
+        "_cells",
         "_extremes",
         "_extremes_for",
         "_final",
@@ -199,6 +202,8 @@ class ShapedTrajectory(Trajectory):
         self._extremes: tuple[FloatArray, FloatArray] | None = None
         self._extremes_for: Workspace | None = None
         self._acceleration = inf
+        # Begin, end and acceleration of each cell that was looked at, in their order. Shape (3, n).
+        self._cells = np.empty((3, 0))
         self.duration = max(self._end + shaper.duration, 0.0)
 
     @property
@@ -318,13 +323,15 @@ class ShapedTrajectory(Trajectory):
         path = path_driven(self.driven)
         edges = self.knots()
         edges = ascending(np.append(edges[edges > since], since))
-        middles, half = yield from dividing(edges)
+        middles, half = yield from dividing(edges, 1)
         most, when, known = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
         most_added, added_at, known_added = np.zeros((3, len(limits.added)))
         most_cut, cut_at = 0.0, 0.0
+        cells = []
         lowest = highest = np.array(self.at(self.duration).heights)
         yield
-        together = max(min(CELLS_AT_ONCE, COPIES_AT_ONCE // len(self.shaper.times)), 1)
+        copies = len(self.shaper.times)
+        together = max(min(CELLS_AT_ONCE, COPIES_AT_ONCE // copies), LEAST_AT_ONCE)
         while len(middles):
             settled = half <= 0.5 * SHORTEST_CELL
             for first in range(0, len(middles), together):
@@ -358,6 +365,9 @@ class ShapedTrajectory(Trajectory):
                 settled[some] |= proved | exceeded
                 chosen = settled[some]
                 if chosen.any():
+                    accelerations = np.hypot.reduce(use[1] * limits.table[1][:, np.newaxis])
+                    ends = middles[some] - half[some], middles[some] + half[some]
+                    cells.append(np.array((*ends, accelerations))[:, chosen])
                     lowest = np.minimum(lowest, low[:, chosen].min(axis=1))
                     highest = np.maximum(highest, high[:, chosen].max(axis=1))
                     index = use[..., chosen].argmax(axis=-1)[..., np.newaxis]
@@ -379,6 +389,8 @@ class ShapedTrajectory(Trajectory):
             middles, half = quartered(middles[~settled], half[~settled])
         self._extremes, self._extremes_for = (lowest, highest), region
         self._acceleration = float(np.nan_to_num(hypot(*(most[1] * limits.table[1])), nan=inf))
+        found = np.concatenate((self._cells[:, :0], *cells), axis=1)
+        self._cells = found[:, found[0].argsort()]
         segment = path.segment(cut_at - self.shaper.delay) if path else 0
         return LimitBounds(most, when, most_cut, segment, most_added, added_at)
 
@@ -420,16 +432,41 @@ class ShapedTrajectory(Trajectory):
             until = min(until, begin + max(blend - skipped, 0.0) + self.shaper.duration)
         if until <= 0.0:
             return ()
-        # A long motion needs more samples than one that can be decided on at once; a slow one has
-        # small accelerations, and so needs few of them.
         most = hypot(*limits.acceleration)
-        acceleration = min(most, self._acceleration)
-        count = max(ceil(until / CHECKED_TOGETHER * sqrt(acceleration / most)), 1)
-        step = until / count
         return (
-            region.path_check(partial(self._since, each * step), step, acceleration)
-            for each in range(count)
+            region.path_check(partial(self._since, begin), end - begin, acceleration)
+            for begin, end, acceleration in self._checked_together(until, most)
         )
+
+    def _checked_together(self, until: float, most: float) -> Iterator[tuple[float, float, float]]:
+        """Yield what is checked together: begin, end [s] and acceleration [m/s^2].
+
+        A long motion needs more samples than one that can be decided on at once; where it is slow
+        and steady it has small accelerations, and so needs few of them.
+        """
+        allowed = most * CHECKED_TOGETHER**2
+        acceleration = min(most, self._acceleration)
+        if acceleration * until**2 <= allowed:
+            yield 0.0, until, acceleration
+            return
+        # What comes before the cells was driven before, and keeps the limits.
+        ends = np.minimum(np.append(self._cells[0, :1], (*self._cells[1], until)), until)
+        accelerations = np.fmin((most, *self._cells[2], most), most)
+        begin = end = largest = 0.0
+        for cell_end, of_cell in zip((*ends.tolist(), inf), (*accelerations.tolist(), most)):
+            if cell_end <= end:
+                continue
+            together = max(largest, of_cell)
+            if end > begin and not together * (cell_end - begin) ** 2 <= allowed:
+                # A cell may be too long, too.
+                count = ceil(sqrt(largest / allowed) * (end - begin)) or 1
+                step = (end - begin) / count
+                yield from (
+                    (begin + part * step, begin + (part + 1) * step, largest)
+                    for part in range(count)
+                )
+                begin, together = end, of_cell
+            end, largest = cell_end, together
 
     def _since(self, begin: float, time: float) -> SliderState:
         return self.at(begin + time)

@@ -349,7 +349,7 @@ def added_use(
     until = min(until, trajectory.duration)
     inside = edges[(edges > since) & (edges < until)]
     edges = ascending(np.concatenate(((since,), inside, (max(until, since),))))
-    middles, half = divided(edges, _CELLS_BETWEEN)
+    middles, half = divided(edges, _CELLS_BETWEEN, _CELLS_BETWEEN)
     part, time, known = 0.0, since, 0.0
     while len(middles):
         most, middle = np.empty((2, len(middles)))
