@@ -34,12 +34,16 @@ def files_with(mark: str) -> list[str]:
     return [str(file) for file in files if f"mark.{mark}" in file.read_text(encoding="utf-8")]
 
 
+def idle_time() -> float:
+    """Return for how long all processors together have been idle [s]."""
+    return float(Path("/proc/uptime").read_text(encoding="ascii").split()[1])
+
+
 def is_quiet() -> bool:
     """Tell whether the processors have little to do."""
-    uptime = Path("/proc/uptime")
-    before, _ = float(uptime.read_text(encoding="ascii").split()[1]), time.sleep(WATCHED)
-    idle = float(uptime.read_text(encoding="ascii").split()[1]) - before
-    return idle > QUIET * WATCHED * (os.cpu_count() or 1)
+    before = idle_time()
+    time.sleep(WATCHED)
+    return idle_time() - before > QUIET * WATCHED * (os.cpu_count() or 1)
 
 
 def be_idle() -> None:
@@ -61,9 +65,8 @@ def run(arguments: Sequence[str]) -> bool:
         raise
 
 
-def run_beside() -> bool:
+def run_beside(with_nodes: Sequence[str]) -> bool:
     """Run those without nodes beside those with nodes; return whether all have passed."""
-    others = [file for file in files_with("nodes") if not file.startswith("test/integration")]
     with tempfile.TemporaryFile("w+", encoding="utf-8") as output:
         beside = subprocess.Popen(
             [*PYTEST, *WITHOUT_NODES],
@@ -74,11 +77,11 @@ def run_beside() -> bool:
             preexec_fn=be_idle,
         )
         try:
-            passed = run([*WITH_NODES, *others])
+            passed = run(with_nodes)
             print("\nTests without nodes, which ran beside these", flush=True)
             passed = beside.wait() == 0 and passed
             output.seek(0)
-            sys.stdout.writelines(output)
+            print(output.read(), flush=True)
         finally:
             if beside.poll() is None:
                 os.killpg(beside.pid, signal.SIGTERM)
@@ -87,10 +90,12 @@ def run_beside() -> bool:
 
 def main() -> int:
     """Run all tests, and return the exit code."""
+    others = [file for file in files_with("nodes") if not file.startswith("test/integration")]
+    with_nodes = [*WITH_NODES, *others]
     if hasattr(os, "SCHED_IDLE") and is_quiet():
-        passed = run_beside()
+        passed = run_beside(with_nodes)
     else:
-        passed = run(WITHOUT_NODES) and run(WITH_NODES)
+        passed = run(WITHOUT_NODES) and run(with_nodes)
     return 0 if run([*ALONE, *files_with("alone")]) and passed else 1
 
 

@@ -61,7 +61,7 @@ window.requestAnimationFrame = (draw) => {{
 window.cancelAnimationFrame = clearTimeout;
 """
 # What stays where it is for so long does not move [s].
-STEADY = 0.05
+STEADY = 0.1
 DESKTOP, PHONE = (1280, 720), (390, 844)
 # Drawn by the processor in a third of the time.
 SMALL = (800, 500)
@@ -144,7 +144,7 @@ class Page:
         self.resize(size, scale)
         self.call("Page.navigate", url=address)
 
-    def resize(self, size: tuple[int, int], scale: float = 1.0) -> None:
+    def resize(self, size: tuple[int, int], scale: float = COARSE) -> None:
         """Give the window another ``size`` in pixels, or ``scale``; what is open stays so."""
         width, height = size
         self.call(

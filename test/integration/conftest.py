@@ -13,11 +13,13 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
+from testing.browser import Browser, browser
 from testing.client import Client
 from testing.commands import KINEMATICS
 from testing.domain import own_context, own_domain, set_transport
 from testing.forks import ForkedNodes
 from testing.machine import Machine
+from testing.panel import Panel
 from testing.processes import Launcher, launched
 from tri_glide_kinematics.ros.starting import COMPUTER
 
@@ -121,6 +123,23 @@ def running_machine(ros_context: Context, lasting_machine: Machine) -> Iterator[
         machine.forget()
     yield machine
     client.close()
+
+
+@pytest.fixture(scope="module")
+def panel(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Panel]:
+    """Start one machine with its panel for all tests of a file: a browser starts slowly here."""
+    folder = tmp_path_factory.mktemp("panel")
+    namespace = f"/panel_{os.getpid()}_{next(_COUNTER)}"
+    client = Client(ros_context, namespace)
+    with launched(folder, namespace, ForkedNodes) as launcher:
+        yield Panel(client, launcher, folder)
+    client.close()
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Browser]:
+    with browser() as running:
+        yield running
 
 
 @pytest.fixture

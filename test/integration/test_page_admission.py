@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
 import time
 from collections.abc import Iterator
@@ -16,15 +15,13 @@ from urllib.parse import parse_qs, urlsplit
 
 import pytest
 from geometry_msgs.msg import PoseStamped
-from rclpy.context import Context
 
 from testing.browser import browser, find_browser
 from testing.client import Client
-from testing.forks import ForkedNodes
 from testing.page_attack import CLOSE, Attack, PageFuzz, answer, frame, go_to, request, upgrade
 from testing.page_reader import PROTOCOL
 from testing.panel import Panel
-from testing.processes import Launcher, launched
+from testing.processes import Launcher
 
 pytest.importorskip("viser")
 
@@ -92,17 +89,12 @@ class Watched:
 
 
 @pytest.fixture(scope="module")
-def watched(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Watched]:
-    folder = tmp_path_factory.mktemp("admission")
-    namespace = f"/admission_{os.getpid()}"
-    client = Client(ros_context, namespace)
-    with launched(folder, namespace, ForkedNodes) as launcher:
-        started = Watched(Panel(client, launcher, folder))
-        # What is refused below would be heard.
-        started.drive(HOME)
-        yield started
-        started.drive(PLACE)
-    client.close()
+def watched(panel: Panel) -> Iterator[Watched]:
+    started = Watched(panel)
+    # What is refused below would be heard.
+    started.drive(HOME)
+    yield started
+    started.drive(PLACE)
 
 
 def drag_to(position: tuple[float, float, float]) -> bytes:

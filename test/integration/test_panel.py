@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import signal
 import time
@@ -13,26 +12,12 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from geometry_msgs.msg import TwistStamped
-from rclpy.context import Context
 from std_srvs.srv import SetBool
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from testing.browser import (
-    COARSE,
-    DESKTOP,
-    PHONE,
-    SMALL,
-    Browser,
-    Page,
-    Pixels,
-    browser,
-    find_browser,
-)
-from testing.client import Client
-from testing.forks import ForkedNodes
+from testing.browser import DESKTOP, PHONE, SMALL, Browser, Page, Pixels, browser, find_browser
 from testing.panel import STOP, STRIP, Panel, button, difference, field, pad, tab
-from testing.processes import launched
 from tri_glide_kinematics.control import LEAST_PAUSE, Cause
 from tri_glide_kinematics.panel.page import PING_PERIOD, SILENT_PERIODS
 from tri_glide_kinematics.programs import PathStep, load_drive
@@ -51,23 +36,6 @@ BELOW_WORDS = 160
 ON_THEIR_WAY = 15
 # A page that does not answer is taken for gone after this [s].
 SILENCE = PING_PERIOD * (SILENT_PERIODS + 1)
-
-
-@pytest.fixture(scope="module")
-def panel(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Panel]:
-    """Start one machine with its panel for all of these tests: a browser starts slowly here."""
-    folder = tmp_path_factory.mktemp("panel")
-    namespace = f"/panel_{os.getpid()}"
-    client = Client(ros_context, namespace)
-    with launched(folder, namespace, ForkedNodes) as launcher:
-        yield Panel(client, launcher, folder)
-    client.close()
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Browser]:
-    with browser() as running:
-        yield running
 
 
 @pytest.fixture(scope="module")
@@ -98,9 +66,9 @@ def page(panel: Panel, operator: Page) -> Page:
 @pytest.fixture
 def drawn(page: Page) -> Iterator[Page]:
     """Return the operator's page, drawn in full."""
-    page.resize(SMALL)
+    page.resize(SMALL, 1.0)
     yield page
-    page.resize(SMALL, COARSE)
+    page.resize(SMALL)
 
 
 def scene_of(page: Page) -> Pixels:
@@ -610,9 +578,9 @@ def test_a_page_is_dark_where_its_browser_asks_for_it(panel: Panel, drawn: Page)
 @pytest.fixture
 def narrow(page: Page) -> Iterator[Page]:
     """Return the operator's page as it is on a phone."""
-    page.resize(PHONE, COARSE)
+    page.resize(PHONE)
     yield page
-    page.resize(SMALL, COARSE)
+    page.resize(SMALL)
 
 
 def test_a_narrow_page_has_state_stop_and_controls_in_sight(panel: Panel, narrow: Page) -> None:
@@ -629,7 +597,7 @@ SIZES = [(360, 640), PHONE, (640, 480), SMALL, DESKTOP]
 
 @pytest.mark.parametrize("size", SIZES)
 def test_stop_and_the_controls_lie_apart(panel: Panel, narrow: Page, size: tuple[int, int]) -> None:
-    narrow.resize(size, COARSE)
+    narrow.resize(size)
     narrow.wait_for(f"innerWidth === {size[0]}", "the page in its new size")
     show_swing(panel, narrow)
     # Each can be pressed, if need be after it was scrolled into sight.
@@ -682,7 +650,7 @@ def lie_apart(first: Box, second: Box) -> bool:
 def test_long_words_hide_neither_stop_nor_their_own_end(
     page: Page, narrow: Page, size: tuple[int, int]
 ) -> None:
-    narrow.resize(size, COARSE)
+    narrow.resize(size)
     words = dict.fromkeys(("reason", "refusal", "pages"), LONG_WORDS)
     words |= {
         "state": "stopping",

@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import signal
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from rclpy.context import Context
 
-from testing.browser import Browser, Page, browser, find_browser
-from testing.client import Client
-from testing.forks import ForkedNodes
+from testing.browser import Browser, Page, find_browser
 from testing.panel import STOP, Panel, button, field, tab
-from testing.processes import launched
 from tri_glide_kinematics.panel.program_files import NO_FILE
 
 pytestmark = [
@@ -43,22 +37,6 @@ def square_to(x: int) -> str:
 
 
 PIXELS = "!!window.__viserMutable?.nodeRefFromName?.['/program']"
-
-
-@pytest.fixture(scope="module")
-def panel(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Panel]:
-    folder = tmp_path_factory.mktemp("panel")
-    namespace = f"/programs_{os.getpid()}"
-    client = Client(ros_context, namespace)
-    with launched(folder, namespace, ForkedNodes) as launcher:
-        yield Panel(client, launcher, folder)
-    client.close()
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Browser]:
-    with browser() as running:
-        yield running
 
 
 @pytest.fixture(scope="module")

@@ -14,11 +14,11 @@ from integration import test_drive as driving
 from integration import test_panel as panels
 from integration.test_calibration_node import shared_calibration
 from integration.test_drive import drive
-from integration.test_panel import chromium, operator, page, panel, rival
+from integration.test_panel import operator, page, rival
 
 from testing.random_texts import VARIABLE
 
-__all__ = ["chromium", "drive", "operator", "page", "panel", "rival", "shared_calibration"]
+__all__ = ["drive", "operator", "page", "rival", "shared_calibration"]
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -198,7 +198,7 @@ def phone(screen):
 
 
 def resize(screen, size):
-    screen.page.resize(size)
+    screen.page.resize(size, 1.0)
     is_narrow = size == PHONE
     (client,) = screen.rig.server.get_clients().values()
     screen.rig.wait_for(lambda: (client.camera.aspect < 0.5) == is_narrow, "the page to tell it")
